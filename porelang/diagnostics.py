@@ -1,0 +1,139 @@
+"""What is said to a user about their program: one type for errors, warnings and notes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Any, Literal
+
+from porelang.source import Span
+
+Severity = Literal["error", "warning"]
+TAB = "    "
+WIDEST = 160  # a longer source line is shown as a window round the caret
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A place that matters to a diagnostic, and what is to be seen there."""
+
+    span: Span
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """A change of the text that mends the program: replace `span` by `text`."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One thing that is wrong (or doubtful) in a program, with its place, reason and way out.
+
+    `code` is stable and listed in `porelang.codes`; `label` stands under the caret; `others` are the second places
+    that matter; `hint` is a sentence that says what to do; `edit`, where there is one, does it.
+    """
+
+    code: str
+    message: str
+    span: Span | None = None
+    label: str = ""
+    others: tuple[Label, ...] = ()
+    hint: str = ""
+    edit: Edit | None = None
+    severity: Severity = "error"
+
+    def __str__(self) -> str:
+        return render(self)
+
+    def to_json(self) -> dict[str, Any]:
+        """The object that `pore check --json` prints for this diagnostic."""
+        place: dict[str, Any] = {"file": None, "line": None, "column": None, "end_line": None, "end_column": None}
+        if self.span is not None:
+            place = _place(self.span)
+        edit = None if self.edit is None else {**_place(self.edit.span), "text": self.edit.text}
+        return {
+            "code": self.code,
+            "severity": self.severity,
+            "message": self.message,
+            **place,
+            "label": self.label,
+            "others": [{**_place(o.span), "label": o.text} for o in self.others],
+            "hint": self.hint,
+            "edit": edit,
+        }
+
+
+class PoreError(Exception):
+    """A program, or a request about one, was rejected; `diagnostics` says why."""
+
+    def __init__(self, diagnostics: Iterable[Diagnostic] | Diagnostic) -> None:
+        self.diagnostics: tuple[Diagnostic, ...] = (
+            (diagnostics,) if isinstance(diagnostics, Diagnostic) else tuple(diagnostics)
+        )
+        super().__init__("\n\n".join(render(d) for d in self.diagnostics))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (PoreError, (self.diagnostics,))
+
+
+def fail(code: str, message: str, span: Span | None = None, **more: Any) -> PoreError:
+    """A `PoreError` with one diagnostic, to be raised."""
+    return PoreError(Diagnostic(code, message, span, **more))
+
+
+def suggest(name: str, known: Iterable[str]) -> str | None:
+    """The known name nearest to a misspelt one, if any is near."""
+    names = list(known)
+    lower = {n.lower(): n for n in names}
+    if name.lower() in lower:
+        return lower[name.lower()]
+    near = get_close_matches(name, names, n=1, cutoff=0.7)
+    return near[0] if near else None
+
+
+def render(d: Diagnostic) -> str:
+    """The text of a diagnostic for a terminal: message, place, source lines with carets, hint."""
+    out = [f"{d.severity}[{d.code}]: {d.message}"]
+    places = [] if d.span is None else [Label(d.span, d.label), *d.others]
+    width = max((len(str(p.span.source.position(max(p.span.end - 1, p.span.start))[0])) for p in places), default=1)
+    for i, place in enumerate(places):
+        mark = "^" if i == 0 else "-"
+        out.append(f"{' ' * width}--> {place.span}")
+        out.extend(_excerpt(place, mark, width))
+    if d.hint:
+        out.append(f"{' ' * width} = hint: {d.hint}")
+    return "\n".join(out)
+
+
+def _excerpt(place: Label, mark: str, width: int) -> list[str]:
+    span, source = place.span, place.span.source
+    line, column = source.position(span.start)
+    text = source.line(line)
+    length = max(1, min(span.end - span.start, len(text) - column + 1))
+    if len(text) > WIDEST:
+        cut = max(0, column - 1 - WIDEST // 3)
+        length = min(length, WIDEST // 2)
+        text = ("..." if cut else "") + text[cut : cut + WIDEST] + "..."
+        column = column - cut + (3 if cut else 0)
+    before = text[: column - 1].replace("\t", TAB)
+    shown = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text.replace("\t", TAB))
+    carets = mark * max(1, len(text[column - 1 : column - 1 + length].replace("\t", TAB)))
+    gap = " " * width
+    return [f"{gap} |", f"{line:>{width}} | {shown}", f"{gap} | {' ' * len(before)}{carets} {place.text}".rstrip()]
+
+
+def _place(span: Span) -> dict[str, Any]:
+    line, column = span.source.position(span.start)
+    end_line, end_column = span.source.position(span.end)
+    return {
+        "file": span.source.name,
+        "line": line,
+        "column": column,
+        "end_line": end_line,
+        "end_column": end_column,
+    }
