@@ -1,0 +1,12 @@
+"""Shaders run on a graphics card, or on Mesa's software one, in a child process that may crash without harm.
+
+`open_gpu` starts the child, `Gpu.compute` and `Gpu.render` run a shader in it. OpenGL drivers crash, hang and print;
+nothing of that reaches the process of the user, who sees `GpuMissing` (install something) or `GpuFailed` (with the
+driver's log) and may go on: the next call starts a fresh child.
+"""
+
+from porelang.gpu.device import Gpu, open_gpu, shared_gpu
+from porelang.gpu.errors import GpuFailed, GpuMissing
+from porelang.gpu.wire import GpuInfo, Kind
+
+__all__ = ["Gpu", "GpuFailed", "GpuInfo", "GpuMissing", "Kind", "open_gpu", "shared_gpu"]

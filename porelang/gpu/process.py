@@ -1,0 +1,133 @@
+"""The child process as its parent sees it: started, asked, watched and ended."""
+
+from __future__ import annotations
+
+import multiprocessing.spawn
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from multiprocessing.connection import Pipe
+from typing import Any
+
+from porelang.gpu.errors import GpuFailed
+from porelang.gpu.wire import Arena, Compute, Done, Failed, GpuInfo, Render
+from porelang.resources import PACKAGE
+
+START = 60.0  # seconds until a driver has to be there
+LOG = 4000  # characters of the driver's last words that are worth showing
+
+
+class Child:
+    """A running `porelang.gpu.child`; raises GpuFailed where it cannot be started or does not answer."""
+
+    def __init__(self, kind: str) -> None:
+        self.owner = os.getpid()
+        self.arena = Arena()
+        self._words = tempfile.TemporaryFile()  # noqa: SIM115 - closed by end()
+        self._socket, theirs = Pipe()
+        fds = (theirs.fileno(), self.arena.fd)
+        command = [_python(), "-P", "-m", "porelang.gpu.child", *map(str, fds), kind]
+        try:
+            self._process = subprocess.Popen(
+                command,
+                stdin=subprocess.PIPE,
+                stdout=self._words,
+                stderr=self._words,
+                pass_fds=fds,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(_python_path())},
+            )
+        except OSError as error:
+            self._free()
+            raise GpuFailed(f"cannot start a Python process for the graphics driver: {error}") from None
+        finally:
+            theirs.close()
+        try:
+            answer = self._receive(START, "the graphics driver did not start")
+            if isinstance(answer, Failed):
+                raise GpuFailed(answer.reason, answer.log)
+        except BaseException:
+            self.end()
+            raise
+        assert isinstance(answer, GpuInfo)
+        self.info = answer
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    @property
+    def alive(self) -> bool:
+        """Whether this process can still ask it something (a process forked from this one cannot)."""
+        return self.owner == os.getpid() and not self._socket.closed
+
+    def ask(self, request: Compute | Render, timeout: float) -> Done | Failed:
+        """Send a request and wait for the answer; the child is ended when it is late, dead, or no longer wanted."""
+        try:
+            self._socket.send(request)
+            answer: Done | Failed = self._receive(timeout, "the shader did not finish")
+        except OSError:
+            raise self._lost() from None
+        except BaseException:
+            self.end()
+            raise
+        return answer
+
+    def _receive(self, timeout: float, late: str) -> Any:
+        if not self._socket.poll(timeout):
+            self.end()
+            raise GpuFailed(f"{late} within {timeout:g} s and was stopped")
+        try:
+            return self._socket.recv()
+        except (EOFError, OSError):
+            raise self._lost() from None
+
+    def _lost(self) -> GpuFailed:
+        try:
+            code = self._process.wait(5)
+        except subprocess.TimeoutExpired:
+            code = 0
+        log = self._last_words()
+        self.end()
+        if code < 0:
+            return GpuFailed(f"the graphics driver crashed ({signal.Signals(-code).name})", log)
+        return GpuFailed("the process of the graphics driver ended", log)
+
+    def _last_words(self) -> str:
+        """What the driver printed, without a Python traceback."""
+        self._words.seek(0)
+        text = self._words.read().decode(errors="replace")
+        lines = text.partition("Traceback (most recent call last)")
+        last = lines[2].strip().splitlines()[-1:] if lines[1] else []
+        return "\n".join([lines[0].strip(), *last]).strip()[-LOG:]
+
+    def end(self) -> None:
+        """Kill the child and free what it held; it has nothing to save. Harmless when repeated."""
+        if not self.alive:
+            return
+        self._process.kill()
+        self._process.wait()
+        if self._process.stdin is not None:
+            self._process.stdin.close()
+        self._free()
+
+    def _free(self) -> None:
+        self._socket.close()
+        self.arena.close()
+        self._words.close()
+
+
+def _python() -> str:
+    """The interpreter that multiprocessing would start, which programs that embed Python know how to set."""
+    executable = multiprocessing.spawn.get_executable() or sys.executable
+    if not executable:
+        raise GpuFailed("this program embeds Python and names no interpreter: call multiprocessing.set_executable")
+    return os.fsdecode(executable)
+
+
+def _python_path() -> list[str]:
+    """Where this process finds its modules, so that the child finds the same ones."""
+    path = [os.path.abspath(p) for p in sys.path if isinstance(p, str)]
+    here = str(PACKAGE.parent)
+    return list(dict.fromkeys([*path, here]))

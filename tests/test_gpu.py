@@ -1,0 +1,376 @@
+"""The GPU as a child process: it computes, and whatever becomes of the driver, the caller sees a clean error."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from porelang.gpu import Gpu, GpuFailed, GpuMissing, open_gpu, shared_gpu
+from porelang.gpu import errors as gpu_errors
+from porelang.resources import PACKAGE
+
+SCALE = """#version 430
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer Out { float o[]; };
+layout(std430, binding = 1) readonly buffer In { float a[]; };
+uniform float k;
+uniform vec3 v;
+uniform int n;
+uniform uint bits;
+uniform bool on;
+uniform mat2 m;
+uniform float w[4];
+uniform float unused;
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= uint(o.length())) return;
+    o[i] = k * a[i] + v.y + float(n) + float(bits >> 31) + (on ? 0.5 : 0.0) + m[1].x + w[2];
+}
+"""
+INDEX = """#version 430
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer Out { float o[]; };
+void main() { uint i = gl_GlobalInvocationID.x; if (i < uint(o.length())) o[i] = float(i); }
+"""
+# Mesa leaves the loops of an invocation after 65535 rounds, so the work is in the number of groups: days of it
+ENDLESS = """#version 430
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer Out { float o[]; };
+uniform uint seed;
+void main() {
+    uint h = seed + gl_GlobalInvocationID.x;
+    for (uint j = 0u; j < 60000u; j++) { h = h * 747796405u + 2891336453u; h ^= h >> 13; }
+    o[gl_LocalInvocationIndex] = float(h);
+}
+"""
+DAYS = (65535, 65535, 1)
+GOOD: dict[str, Any] = {
+    "k": 2.0,
+    "v": [1, 10, 100],
+    "n": 3,
+    "bits": 2**32 - 1,
+    "on": True,
+    "m": np.eye(2),
+    "w": range(4),
+}
+
+
+@pytest.fixture(params=["egl", "osmesa"], scope="module")
+def gpu(request: pytest.FixtureRequest) -> Iterator[Gpu]:
+    with open_gpu(request.param) as opened:
+        yield opened
+
+
+def scaled(gpu: Gpu, count: int = 1000, k: float = 2.0) -> None:
+    a = np.linspace(-1, 1, count, dtype=np.float32)
+    uniforms = {**GOOD, "unused": 1, "k": k}
+    got = gpu.compute(SCALE, output=count, inputs=[a], uniforms=uniforms, groups=(-(-count // 64), 1, 1))
+    np.testing.assert_allclose(got, k * a + 10 + 3 + 1 + 0.5 + 0 + 2, atol=4e-6)
+
+
+def ended(pid: int) -> bool:
+    """Whether a process is gone, waiting for it a while."""
+    for _ in range(200):
+        try:
+            state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+        except OSError:
+            return True
+        if state == "Z" and os.getppid() != 1:  # only its own parent could leave a zombie, and it is dead or is us
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def test_info_names_the_device_and_its_limits(gpu: Gpu) -> None:
+    info = gpu.info
+    assert info.kind in ("egl", "osmesa")
+    assert info.renderer
+    assert float(info.glsl) >= 4.3
+    assert info.max_buffer_bytes >= 2**27  # what OpenGL 4.3 guarantees is 2^24; Mesa gives 2^27
+    assert min(info.max_groups) >= 65535
+
+
+def test_compute_reads_inputs_and_uniforms_of_every_type(gpu: Gpu) -> None:
+    scaled(gpu)
+    scaled(gpu, 777)
+
+
+def test_integer_inputs_keep_their_bits(gpu: Gpu) -> None:
+    shader = """#version 430
+    layout(local_size_x = 1) in;
+    layout(std430, binding = 0) buffer Out { float o[]; };
+    layout(std430, binding = 1) readonly buffer A { uint a[]; };
+    layout(std430, binding = 2) readonly buffer B { int b[]; };
+    void main() { uint i = gl_GlobalInvocationID.x; o[i] = float(a[i] >> 24) + float(b[i]); }
+    """
+    a = np.array([0xFF000000, 0x01FFFFFF, 7], np.uint32)
+    b = np.array([-300, 4, -1], np.int32)
+    assert gpu.compute(shader, output=3, inputs=[a, b], groups=(3, 1, 1)).tolist() == [-45.0, 5.0, -1.0]
+
+
+def test_strided_inputs_are_read_in_their_order(gpu: Gpu) -> None:
+    shader = INDEX.replace("void main", "layout(std430, binding = 1) readonly buffer In { float a[]; };\nvoid main")
+    a = np.arange(200, dtype=np.float32).reshape(10, 20)
+    got = gpu.compute(shader.replace("float(i);", "a[i];"), output=100, inputs=[a[:, ::2]], groups=(2, 1, 1))
+    np.testing.assert_array_equal(got, a[:, ::2].ravel())
+
+
+def test_what_a_shader_leaves_unwritten_is_zero_although_buffers_are_reused(gpu: Gpu) -> None:
+    assert gpu.compute(INDEX, output=640, groups=(10, 1, 1))[-1] == 639
+    assert not gpu.compute(INDEX, output=640, groups=(1, 1, 1))[64:].any()
+
+
+def test_a_uniform_change_compiles_nothing(gpu: Gpu) -> None:
+    scaled(gpu)
+    before = gpu.compiled
+    for k in np.linspace(0.1, 3, 8):
+        scaled(gpu, k=float(k))
+    assert gpu.compiled == before
+    gpu.compute(INDEX + "// another\n", output=4, groups=(1, 1, 1))
+    assert gpu.compiled == before + 1
+
+
+def test_many_shaders_do_not_pile_up(gpu: Gpu) -> None:
+    sources = [INDEX.replace("float(i)", f"float(i) + {n}.0") for n in range(70)]
+    for n, source in enumerate(sources):
+        assert gpu.compute(source, output=2, groups=(1, 1, 1))[1] == n + 1
+    before = gpu.compiled
+    gpu.compute(sources[-1], output=2, groups=(1, 1, 1))
+    assert gpu.compiled == before
+    gpu.compute(sources[0], output=2, groups=(1, 1, 1))
+    assert gpu.compiled == before + 1
+
+
+def test_millions_of_points_come_back_whole(gpu: Gpu) -> None:
+    count = 4_600_000
+    got = gpu.compute(INDEX.replace("64", "256"), output=count, groups=(-(-count // 256), 1, 1))
+    np.testing.assert_array_equal(got, np.arange(count, dtype=np.float32))
+
+
+def test_a_picture_has_its_top_row_first(gpu: Gpu) -> None:
+    fragment = """#version 330
+    uniform vec2 size;
+    out vec4 colour;
+    void main() { colour = vec4(gl_FragCoord.xy / size, 0.25, 1.0); }
+    """
+    for width, height in ((8, 4), (5, 7)):
+        picture = gpu.render(fragment, size=(width, height), uniforms={"size": (width, height)})
+        x, y = np.meshgrid((np.arange(width) + 0.5) / width, 1 - (np.arange(height) + 0.5) / height)
+        want = 255 * np.stack([x, y, np.full_like(x, 0.25), np.ones_like(x)], axis=-1)
+        assert picture.shape == (height, width, 4)
+        assert picture.dtype == np.uint8
+        assert abs(picture - want).max() <= 0.5001
+
+
+def test_a_compile_error_carries_the_log_and_harms_nothing(gpu: Gpu) -> None:
+    with pytest.raises(GpuFailed, match="does not compile") as caught:
+        gpu.compute(INDEX.replace("float(i)", "flaot(i)"), output=4, groups=(1, 1, 1))
+    assert "flaot" in caught.value.log
+    with pytest.raises(GpuFailed, match="does not compile"):
+        gpu.render("#version 330\nvoid main() { nonsense }", size=(4, 4))
+    scaled(gpu)
+
+
+def test_a_killed_child_is_a_clean_error_and_the_next_call_works(gpu: Gpu) -> None:
+    killer = threading.Timer(0.5, os.kill, (gpu.pid, signal.SIGKILL))
+    killer.start()
+    with pytest.raises(GpuFailed, match=r"driver crashed \(SIGKILL\)"):
+        gpu.compute(ENDLESS, output=64, uniforms={"seed": 1}, groups=DAYS)
+    scaled(gpu)
+    os.kill(gpu.pid, signal.SIGKILL)  # between two calls
+    with pytest.raises(GpuFailed, match="driver crashed"):
+        scaled(gpu)
+    scaled(gpu)
+
+
+def test_a_shader_that_never_ends_is_stopped(gpu: Gpu) -> None:
+    pid = gpu.pid
+    with pytest.raises(GpuFailed, match=r"did not finish within 0\.5 s"):
+        gpu.compute(ENDLESS, output=64, uniforms={"seed": 1}, groups=DAYS, timeout=0.5)
+    assert not Path(f"/proc/{pid}").exists()
+    scaled(gpu)
+
+
+@pytest.mark.parametrize(
+    ("request_", "error", "message"),
+    [
+        ({"output": 2**28}, GpuFailed, "smaller pieces"),
+        ({"output": 0}, GpuFailed, "the output has 0 bytes"),
+        ({"groups": (2**20, 1, 1)}, GpuFailed, "work groups"),
+        ({"groups": (0, 1, 1)}, GpuFailed, "work groups"),
+        ({"inputs": [np.zeros(4)]}, TypeError, "float64"),
+        ({"inputs": []}, None, ""),
+        ({"uniforms": {**GOOD, "v": [1, 2]}}, GpuFailed, "uniform v has 3 numbers, 2 were given"),
+        ({"uniforms": {**GOOD, "v": [1, 2, 3, 4]}}, GpuFailed, "uniform v has 3 numbers, 4 were given"),
+        ({"uniforms": {"k": "2"}}, TypeError, "uniform k"),
+    ],
+)
+def test_impossible_requests_are_refused(
+    gpu: Gpu, request_: dict[str, object], error: type[Exception] | None, message: str
+) -> None:
+    asked = {"output": 4, "inputs": [np.ones(4, np.float32)], "uniforms": GOOD, "groups": (1, 1, 1), **request_}
+    if error is not None:
+        with pytest.raises(error, match=message):
+            gpu.compute(SCALE, **asked)  # type: ignore[arg-type]
+    scaled(gpu)
+
+
+def test_threads_share_a_device(gpu: Gpu) -> None:
+    wrong: list[int] = []
+
+    def work(count: int) -> None:
+        for _ in range(5):
+            got = gpu.compute(INDEX, output=count, groups=(-(-count // 64), 1, 1))
+            if not np.array_equal(got, np.arange(count)):
+                wrong.append(count)
+
+    threads = [threading.Thread(target=work, args=(n,)) for n in (100, 1000, 5000)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not wrong
+
+
+def test_closing_ends_the_child_and_frees_its_files() -> None:
+    before = len(os.listdir("/proc/self/fd"))
+    gpu = open_gpu()
+    pid = gpu.pid
+    gpu.close()
+    gpu.close()
+    assert not Path(f"/proc/{pid}").exists()  # not even a zombie
+    assert len(os.listdir("/proc/self/fd")) == before
+    with pytest.raises(GpuFailed, match="closed"):
+        gpu.compute(INDEX, output=4, groups=(1, 1, 1))
+
+
+def test_one_device_is_shared_by_a_process() -> None:
+    gpu = shared_gpu()
+    assert shared_gpu() is gpu
+    gpu.close()
+    again = shared_gpu()
+    assert again is not gpu
+    assert again.compute(INDEX, output=2, groups=(1, 1, 1)).tolist() == [0, 1]
+
+
+def python(code: str, **environment: str) -> subprocess.Popen[str]:
+    """A Python of its own that runs `code`, as a program of a user would."""
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), **environment}
+    return subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(code)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+    )
+
+
+def test_a_script_without_a_main_guard_works_and_leaves_nothing_behind() -> None:
+    script = python(f"""
+        from porelang.gpu import open_gpu
+        gpu = open_gpu()
+        print(gpu.pid, gpu.compute({INDEX!r}, output=3, groups=(1, 1, 1)).tolist())
+    """)
+    out, err = script.communicate(timeout=120)
+    pid, _, numbers = out.partition(" ")
+    assert numbers.strip() == "[0.0, 1.0, 2.0]", err
+    assert err == ""
+    assert ended(int(pid))
+
+
+@pytest.mark.parametrize("busy", [False, True])
+def test_a_killed_parent_leaves_no_child(busy: bool) -> None:
+    call = f"gpu.compute({ENDLESS!r}, output=64, uniforms={{'seed': 1}}, groups={DAYS}, timeout=600)"
+    script = python(f"""
+        import time
+        from porelang.gpu import open_gpu
+        gpu = open_gpu()
+        print(gpu.pid, flush=True)
+        {call if busy else "time.sleep(600)"}
+    """)
+    assert script.stdout is not None
+    pid = int(script.stdout.readline())
+    time.sleep(1.0)  # into the shader
+    assert Path(f"/proc/{pid}").exists()
+    script.kill()
+    script.communicate()
+    assert ended(pid)
+
+
+def test_a_forked_process_opens_a_device_of_its_own() -> None:
+    script = python(f"""
+        import os
+        from porelang.gpu import shared_gpu
+        gpu, work = shared_gpu(), dict(output=2, groups=(1, 1, 1))
+        if (pid := os.fork()) == 0:
+            ok = shared_gpu() is not gpu and gpu.compute({INDEX!r}, **work).tolist() == [0, 1]
+            shared_gpu().close(), gpu.close()
+            os._exit(0 if ok else 1)
+        assert os.waitpid(pid, 0)[1] == 0
+        print(gpu.compute({INDEX!r}, **work).tolist())
+    """)
+    out, err = script.communicate(timeout=120)
+    assert out.strip() == "[0.0, 1.0]", err
+
+
+def test_a_machine_without_opengl_is_told_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PORELANG_GL", "none")
+    with pytest.raises(GpuMissing) as caught:
+        open_gpu()
+    assert caught.value.install == gpu_errors.install_command()
+    assert caught.value.install in str(caught.value)
+    assert "PORELANG_GL" in caught.value.reason
+
+
+def test_a_driver_library_that_cannot_be_loaded_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    (tmp_path / "moderngl.py").write_text("raise ImportError('libEGL.so.1: cannot open shared object file')")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with pytest.raises(GpuMissing) as caught:
+        open_gpu("egl")
+    assert "libEGL.so.1" in caught.value.reason
+    assert "Traceback" not in str(caught.value)
+    assert caught.value.install
+
+
+def test_the_environment_chooses_the_kind(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PORELANG_GL", "osmesa")
+    with open_gpu() as gpu:
+        assert gpu.info.kind == "osmesa"
+    with open_gpu("egl") as gpu:  # what the program asks for outweighs it
+        assert gpu.info.kind == "egl"
+    monkeypatch.setenv("PORELANG_GL", "vulkan")
+    with pytest.raises(GpuMissing, match="vulkan"):
+        open_gpu()
+
+
+@pytest.mark.parametrize(
+    ("platform", "release", "root", "command"),
+    [
+        ("linux", "ID=debian\n", True, "apt-get install libegl1 libgl1"),
+        ("linux", 'ID=linuxmint\nID_LIKE="ubuntu debian"\n', False, "sudo apt-get install libegl1 libgl1"),
+        ("linux", "ID=fedora\n", False, "sudo dnf install mesa-libEGL mesa-dri-drivers"),
+        ("linux", "ID=nixos\n", False, "libEGL.so.1"),
+        ("darwin", "", False, "macOS"),
+    ],
+)
+def test_the_install_command_fits_the_system(
+    monkeypatch: pytest.MonkeyPatch, platform: str, release: str, root: bool, command: str
+) -> None:
+    monkeypatch.setattr(sys, "platform", platform)
+    monkeypatch.setattr(os, "geteuid", lambda: 0 if root else 1000)
+    monkeypatch.setattr(Path, "read_text", lambda self, **_: release)
+    assert command in gpu_errors.install_command()
+    assert gpu_errors.install_command().startswith("sudo") == command.startswith("sudo")
