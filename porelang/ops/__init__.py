@@ -1,0 +1,210 @@
+"""THE TABLE: every kernel operation, declared once.
+
+The checker, the folder, both backends, the enclosures, the gradient, the error oracle, the table tests, the generator of
+random programs and the reference manual all read these rows. To add an operation is to add a row.
+
+Tolerances hold for NumPy in float32 and float64 and for GLSL with the functions of shaders/lib alike; they were
+measured by `pore doctor` and are asserted by tests/test_table.py.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from porelang import interval as iv
+from porelang.interval import Array, Interval, Mask
+from porelang.ir import ONE, ZERO, Node, const, node
+from porelang.ops import forms
+from porelang.ops.row import Kind, Op, Tolerance
+
+__all__ = ["CALLABLE", "OPERATORS", "TABLE", "Op", "Tolerance", "kind"]
+
+R: tuple[Kind, ...] = ("real",)
+RR: tuple[Kind, ...] = ("real", "real")
+BB: tuple[Kind, ...] = ("bool", "bool")
+
+
+def _flat(*_: Node) -> tuple[Node | None, ...]:
+    """The derivative of a piecewise constant operation."""
+    return (None,) * 3
+
+
+def _size(*args: Interval) -> Array:
+    """The largest magnitude of the first argument."""
+    return np.where(args[0].empty, 0.0, np.maximum(np.abs(args[0].lo), np.abs(args[0].hi)))
+
+
+def _exponent(a: Interval, b: Interval) -> Array:
+    """|result| * |b log a|, by which the error of a power grows."""
+    power = iv.power(a, b)
+    tiny = np.float64(1e-45)
+    logs = np.maximum(np.abs(np.log(np.maximum(np.abs(a.lo), tiny))), np.abs(np.log(np.maximum(np.abs(a.hi), tiny))))
+    grown = logs * _size(b) * _size(power)
+    return np.where(np.isfinite(grown), grown, 0.0)
+
+
+def _exp_extra(a: Interval) -> Array:
+    """|result| * |x|: the reduction of the argument of an exponential."""
+    grown = np.exp(np.minimum(a.hi, 700.0)) * np.minimum(_size(a), 700.0)
+    return np.where(np.isfinite(grown), grown, 0.0)
+
+
+def _steps(at: Callable[[Array], Array]) -> Callable[[Interval], Mask]:
+    return lambda a: at(a.lo) != at(a.hi)
+
+
+
+
+def _positive(a: Node) -> Node:
+    return node("lt", ZERO, a)
+
+
+_ROWS = (
+    # ---- arithmetic -------------------------------------------------------------------------------------------------
+    Op("neg", R, "real", "The negative.", np.negative, "(-{0})", iv.neg, lambda a, f: (const(-1.0),), "-",
+       ("-(2)", -2.0), tolerance=Tolerance(0.0), facts=frozenset({"odd"})),
+    Op("add", RR, "real", "The sum.", np.add, "({0} + {1})", iv.add, lambda a, b, f: (ONE, ONE), "+",
+       ("1.5 + 2", 3.5), facts=frozenset({"commutative"})),
+    Op("sub", RR, "real", "The difference.", np.subtract, "({0} - {1})", iv.sub,
+       lambda a, b, f: (ONE, const(-1.0)), "-", ("1.5 - 2", -0.5)),
+    Op("mul", RR, "real", "The product.", np.multiply, "({0} * {1})", iv.mul, lambda a, b, f: (b, a), "*",
+       ("1.5 * 2", 3.0), units="product", facts=frozenset({"commutative"})),
+    Op("square", R, "real", "The product of a number with itself.", np.square, "({0} * {0})", iv.square,
+       lambda a, f: (2.0 * a,), "square", ("square(-3)", 9.0), units="square", facts=frozenset({"even"})),
+    Op("div", RR, "real", "The quotient; x / 0 is an infinity with the sign of x, 0 / 0 is not a number.", np.divide,
+       "pore_div({0}, {1})", iv.div, lambda a, b, f: (1.0 / b, -f / b), "/", ("3 / 2", 1.5), units="quotient",
+       tolerance=Tolerance(2.5), domain="divisor not 0", jumps=lambda a, b: b.contains(0.0),
+       guarded="({0} / {1})", calm="divisor", library=("div",)),
+    Op("mod", RR, "real", "a - b floor(a / b): the remainder, with the sign of the divisor.", forms.mod,
+       "pore_mod({0}, {1})", iv.mod, lambda a, b, f: (ONE, (f - a) / b), "%", ("mod(-1, 3)", 2.0),
+       tolerance=Tolerance(0.5, extra=lambda a, b: 4.0 * _size(a)), domain="divisor not 0",
+       jumps=lambda a, b: ~(np.floor(iv.div(a, b).lo) == np.floor(iv.div(a, b).hi)), library=("div", "mod")),
+    Op("pow", RR, "real", "a to the power b; a negative base takes whole exponents only.", np.power,
+       "pore_pow({0}, {1})", iv.power,
+       lambda a, b, f: (b * node("pow", a, b - 1.0), node("select", _positive(a), f * node("log", a), ZERO)), "^",
+       ("2 ^ 10", 1024.0), units="power", tolerance=Tolerance(4.0, extra=_exponent),
+       domain="base positive, or exponent whole", jumps=lambda a, b: a.contains(0.0) & (b.lo < 0), library=("pow",)),
+    Op("min", RR, "real", "The lesser; not a number if either is none.", np.minimum, "pore_min({0}, {1})",
+       iv.minimum, lambda a, b, f: (_pick("le", a, b), _pick("lt", b, a)), "min", ("min(1, 2)", 1.0),
+       tolerance=Tolerance(0.0), guarded="min({0}, {1})", calm="numbers", library=("min",),
+       facts=frozenset({"commutative", "idempotent"})),
+    Op("max", RR, "real", "The greater; not a number if either is none.", np.maximum, "pore_max({0}, {1})",
+       iv.maximum, lambda a, b, f: (_pick("le", b, a), _pick("lt", a, b)), "max", ("max(1, 2)", 2.0),
+       tolerance=Tolerance(0.0), guarded="max({0}, {1})", calm="numbers", library=("max",),
+       facts=frozenset({"commutative", "idempotent"})),
+    Op("abs", R, "real", "The magnitude.", np.absolute, "abs({0})", iv.absolute,
+       lambda a, f: (node("sign", a),), "abs", ("abs(-2)", 2.0), tolerance=Tolerance(0.0), facts=frozenset({"even"})),
+    Op("sign", R, "real", "-1, 0 or 1.", np.sign, "pore_sign({0})", iv.sign, _flat, "sign", ("sign(-2)", -1.0),
+       units="pure", tolerance=Tolerance(0.0), jumps=_steps(np.sign), library=("sign",), facts=frozenset({"odd"})),
+    Op("floor", R, "real", "The greatest whole number that is not greater.", np.floor, "floor({0})",
+       iv.monotone(np.floor), _flat, "floor", ("floor(-1.5)", -2.0), tolerance=Tolerance(0.0), jumps=_steps(np.floor)),
+    Op("round", R, "real", "The nearest whole number; halves go to the even one.", np.rint, "roundEven({0})",
+       iv.monotone(np.rint), _flat, "round", ("round(2.5)", 2.0), tolerance=Tolerance(0.0), jumps=_steps(np.rint),
+       facts=frozenset({"odd"})),
+    # ---- roots, exponentials ----------------------------------------------------------------------------------------
+    Op("sqrt", R, "real", "The square root; not a number below 0. Its derivative at 0 is taken as 0.", np.sqrt,
+       "pore_sqrt({0})", iv.on_domain(np.sqrt, 0.0, math.inf),
+       lambda a, f: (node("select", _positive(a), 0.5 / f, ZERO),), "sqrt", ("sqrt(9)", 3.0), units="root",
+       tolerance=Tolerance(2.5), domain="not negative", guarded="sqrt({0})", calm="not negative", library=("sqrt",)),
+    Op("hypot", RR, "real", "sqrt(a^2 + b^2), the length of a side; its derivative at 0 is taken as 0.", forms.hypot,
+       "sqrt({0} * {0} + {1} * {1})",
+       lambda a, b: iv.on_domain(np.sqrt, 0.0, math.inf)(iv.add(iv.square(a), iv.square(b))),
+       lambda a, b, f: (node("direction", a, f), node("direction", b, f)), "hypot", ("hypot(3, 4)", 5.0),
+       tolerance=Tolerance(3.5, 1e-12, extra=lambda a, b: np.where(np.maximum(_size(a), _size(b)) > 1e19, np.inf, 0.0)),
+       domain="magnitudes below 1e19", facts=frozenset({"commutative"})),
+    Op("direction", RR, "real", "a / r, for |a| <= r: a cosine; 0 where r is 0.", forms.direction,
+       "({1} == 0.0 ? 0.0 : {0} / {1})", lambda a, r: _cosine(a, r), lambda a, r, f: (1.0 / r, -f / r), "",
+       ("hypot(3, 4) / 5", 1.0), units="quotient", tolerance=Tolerance(2.5), domain="|a| <= r",
+       jumps=lambda a, r: r.contains(0.0)),
+    Op("exp", R, "real", "e to the power a.", np.exp, "pore_exp({0})", iv.monotone(np.exp), lambda a, f: (f,), "exp",
+       ("exp(0)", 1.0), units="pure", tolerance=Tolerance(4.0, extra=_exp_extra), library=("exp",)),
+    Op("log", R, "real", "The natural logarithm; -infinity at 0, not a number below.", np.log, "pore_log({0})",
+       iv.on_domain(np.log, 0.0, math.inf), lambda a, f: (1.0 / a,), "log", ("log(1)", 0.0), units="pure",
+       tolerance=Tolerance(4.0), domain="not negative", library=("log",)),
+    # ---- angles -----------------------------------------------------------------------------------------------------
+    Op("sin", R, "real", "The sine of an angle in radians.", np.sin, "pore_sin({0})",
+       lambda a: iv.sin_turns(_turns(a)), lambda a, f: (node("cos", a),), "sin", ("sin(0)", 0.0), units="angle",
+       tolerance=Tolerance(2.0, 2.0, extra=_size), domain="finite", library=("sin_turns", "sin"),
+       facts=frozenset({"odd"})),
+    Op("cos", R, "real", "The cosine of an angle in radians.", np.cos, "pore_cos({0})",
+       lambda a: iv.cos_turns(_turns(a)), lambda a, f: (-node("sin", a),), "cos", ("cos(0)", 1.0), units="angle",
+       tolerance=Tolerance(2.0, 2.0, extra=_size), domain="finite", library=("cos_turns", "cos"),
+       facts=frozenset({"even"})),
+    Op("sin_turns", R, "real", "The sine of an angle in turns: sin(tau u), reduced exactly before the product.",
+       forms.sin_turns, "pore_sin_turns({0})", iv.sin_turns, lambda a, f: (math.tau * node("cos_turns", a),),
+       "sin_turns", ("sin_turns(0.25)", 1.0), units="turns", tolerance=Tolerance(1.0, 2.0), domain="finite",
+       library=("sin_turns",), facts=frozenset({"odd", "periodic"})),
+    Op("cos_turns", R, "real", "The cosine of an angle in turns: cos(tau u), reduced exactly before the product.",
+       forms.cos_turns, "pore_cos_turns({0})", iv.cos_turns, lambda a, f: (-math.tau * node("sin_turns", a),),
+       "cos_turns", ("cos_turns(0.5)", -1.0), units="turns", tolerance=Tolerance(1.0, 2.0), domain="finite",
+       library=("cos_turns",), facts=frozenset({"even", "periodic"})),
+    Op("asin", R, "real", "The angle (-pi/2 to pi/2) whose sine is a.", np.arcsin, "pore_asin({0})",
+       iv.on_domain(np.arcsin, -1.0, 1.0), lambda a, f: (1.0 / node("sqrt", 1.0 - node("square", a)),), "asin",
+       ("asin(0)", 0.0), units="angle of", tolerance=Tolerance(4.0), domain="-1 to 1", library=("asin",),
+       facts=frozenset({"odd"})),
+    Op("acos", R, "real", "The angle (0 to pi) whose cosine is a.", np.arccos, "pore_acos({0})",
+       iv.on_domain(np.arccos, -1.0, 1.0, rising=False),
+       lambda a, f: (-1.0 / node("sqrt", 1.0 - node("square", a)),), "acos", ("acos(1)", 0.0), units="angle of",
+       tolerance=Tolerance(4.0), domain="-1 to 1", library=("acos",)),
+    Op("atan2", RR, "real", "The angle (-pi to pi) of the point (x, y), given y first.", np.arctan2,
+       "pore_atan2({0}, {1})", iv.atan2,
+       lambda y, x, f: (x / (node("square", x) + node("square", y)), -y / (node("square", x) + node("square", y))),
+       "atan2", ("atan2(0, 1)", 0.0), units="angle of", tolerance=Tolerance(4.0), domain="not both 0",
+       jumps=lambda y, x: (x.lo <= 0) & y.contains(0.0), library=("atan2",)),
+    # ---- truth ------------------------------------------------------------------------------------------------------
+    Op("lt", RR, "bool", "Whether a is less than b.", np.less, "({0} < {1})", iv.less, _flat, "<", ("1 < 2", True),
+       tolerance=Tolerance(0.0)),
+    Op("le", RR, "bool", "Whether a is not greater than b.", np.less_equal, "({0} <= {1})", iv.less_equal, _flat,
+       "<=", ("2 <= 2", True), tolerance=Tolerance(0.0)),
+    Op("eq", RR, "bool", "Whether a equals b.", np.equal, "({0} == {1})", iv.equal, _flat, "==", ("2 == 2", True),
+       tolerance=Tolerance(0.0), facts=frozenset({"commutative"})),
+    Op("and", BB, "bool", "Whether both hold.", np.logical_and, "({0} && {1})", iv.conjunction, _flat, "and",
+       ("true and false", False), units="none", tolerance=Tolerance(0.0), facts=frozenset({"commutative"})),
+    Op("or", BB, "bool", "Whether either holds.", np.logical_or, "({0} || {1})", iv.disjunction, _flat, "or",
+       ("true or false", True), units="none", tolerance=Tolerance(0.0), facts=frozenset({"commutative"})),
+    Op("not", ("bool",), "bool", "Whether it does not hold.", np.logical_not, "(!{0})", iv.negation, _flat, "not",
+       ("not true", False), units="none", tolerance=Tolerance(0.0)),
+    Op("select", ("bool", "any", "any"), "any", "a where the condition holds, else b.", forms.select,
+       "({0} ? {1} : {2})", iv.select,
+       lambda c, a, b, f: (None, node("select", c, ONE, ZERO), node("select", c, ZERO, ONE)), "if",
+       ("if 1 < 2 then 5 else 6", 5.0), tolerance=Tolerance(0.0),
+       jumps=lambda c, a, b: (c.lo < 1) & (c.hi > 0)),
+)  # fmt: skip
+
+
+def _pick(test: str, a: Node, b: Node) -> Node:
+    return node("select", node(test, a, b), ONE, ZERO)
+
+
+def _cosine(a: Interval, r: Interval) -> Interval:
+    """a / r clipped to -1..1, with room for its own rounding; 0 where r is 0."""
+    q = iv.div(a, r)
+    return Interval(np.maximum(q.lo, -1.0), np.minimum(q.hi, 1.0), a.nan | r.nan)
+
+
+def _turns(a: Interval) -> Interval:
+    return Interval(a.lo / math.tau, a.hi / math.tau, a.nan)
+
+
+TABLE: dict[str, Op] = {op.name: op for op in _ROWS}
+#: Operations that the language calls by a name, and those it writes with an operator.
+CALLABLE: dict[str, Op] = {op.symbol: op for op in _ROWS if op.symbol.isidentifier() and op.result == "real"}
+CALLABLE |= {"pow": TABLE["pow"], "mod": TABLE["mod"]}
+OPERATORS: dict[str, Op] = {op.symbol: op for op in _ROWS if op.symbol and not op.symbol.isidentifier()}
+OPERATORS["-"] = TABLE["sub"]
+
+
+def kind(n: Node) -> Kind:
+    """Whether a node is a real number or a truth value."""
+    while True:
+        if n.op == "const":
+            return "bool" if isinstance(n.value, bool) else "real"
+        row = TABLE.get(n.op)
+        if row is not None and row.result != "any":
+            return row.result
+        if not n.args:
+            return "real"
+        n = n.args[1] if n.op == "select" else n.args[0]

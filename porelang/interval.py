@@ -1,0 +1,266 @@
+"""Interval arithmetic on arrays: what an operation can return when its arguments are only known to lie in ranges.
+
+An `Interval` holds three arrays: `lo`, `hi` and `nan` (the result may be NaN). A value that is certainly NaN has the
+empty range `lo = +inf > hi = -inf`. The functions here are exact up to a rounding of float64; the caller widens
+results by the tolerance of the operation, which covers that rounding too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+INF = math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """Ranges `lo..hi` of real numbers, or of truth values as 0 and 1; `nan` where the value may be NaN."""
+
+    lo: Array
+    hi: Array
+    nan: Mask
+
+    @property
+    def empty(self) -> Mask:
+        """Where no number is possible (the value is certainly NaN)."""
+        return self.lo > self.hi
+
+    def contains(self, value: float) -> Mask:
+        """Where `value` is possible."""
+        return (self.lo <= value) & (value <= self.hi)
+
+
+def interval(lo: object, hi: object | None = None) -> Interval:
+    """The interval `lo..hi` (or the single value `lo`) as float64 arrays; NaN ends become "may be NaN"."""
+    low = np.asarray(lo, dtype=np.float64)
+    high = low if hi is None else np.asarray(hi, dtype=np.float64)
+    bad = np.isnan(low) | np.isnan(high)
+    if bad.any():
+        if hi is None:
+            return Interval(np.where(bad, INF, low), np.where(bad, -INF, high), bad)
+        return Interval(np.where(bad, -INF, low), np.where(bad, INF, high), bad)
+    return Interval(low, high, np.zeros(np.broadcast(low, high).shape, dtype=np.bool_))
+
+
+def truth(false: Mask, true: Mask) -> Interval:
+    """The truth values that are possible."""
+    return Interval(np.where(false, 0.0, 1.0), np.where(true, 1.0, 0.0), np.zeros(np.shape(false), np.bool_))
+
+
+def hull(*parts: Interval) -> Interval:
+    """The smallest intervals that hold all `parts`."""
+    lo, hi, nan = parts[0].lo, parts[0].hi, parts[0].nan
+    for part in parts[1:]:
+        lo, hi, nan = np.minimum(lo, part.lo), np.maximum(hi, part.hi), nan | part.nan
+    return Interval(lo, hi, nan)
+
+
+def _made(lo: Array, hi: Array, nan: Mask, *arguments: Interval) -> Interval:
+    """A result, with NaN ends opened to infinity and empty arguments handed on."""
+    lo = np.where(np.isnan(lo), -INF, lo)
+    hi = np.where(np.isnan(hi), INF, hi)
+    for a in arguments:
+        nan = nan | a.nan
+        empty = a.empty
+        if empty.any():
+            lo, hi = np.where(empty, INF, lo), np.where(empty, -INF, hi)
+    return Interval(lo, hi, nan)
+
+
+def _infinite(a: Interval) -> Mask:
+    return np.isinf(a.lo) | np.isinf(a.hi)
+
+
+def neg(a: Interval) -> Interval:
+    return Interval(-a.hi, -a.lo, a.nan)
+
+
+def add(a: Interval, b: Interval) -> Interval:
+    nan = ((a.hi == INF) & (b.lo == -INF)) | ((a.lo == -INF) & (b.hi == INF))
+    return _made(a.lo + b.lo, a.hi + b.hi, nan, a, b)
+
+
+def sub(a: Interval, b: Interval) -> Interval:
+    return add(a, neg(b))
+
+
+def mul(a: Interval, b: Interval) -> Interval:
+    ends = [_product(p, q) for p in (a.lo, a.hi) for q in (b.lo, b.hi)]
+    nan = (_infinite(a) & b.contains(0.0)) | (_infinite(b) & a.contains(0.0))
+    return _made(np.minimum.reduce(ends), np.maximum.reduce(ends), nan, a, b)
+
+
+def _product(p: Array, q: Array) -> Array:
+    """Products of interval ends, where 0 * inf is 0: the bound is a limit, not a value."""
+    out = p * q
+    return np.where(np.isnan(out), 0.0, out)
+
+
+def square(a: Interval) -> Interval:
+    m = absolute(a)
+    return _made(m.lo * m.lo, m.hi * m.hi, a.nan, a)
+
+
+def div(a: Interval, b: Interval) -> Interval:
+    zero = b.contains(0.0)
+    safe_lo, safe_hi = np.where(zero, 1.0, b.lo), np.where(zero, 1.0, b.hi)
+    ends = [_quotient(p, q) for p in (a.lo, a.hi) for q in (safe_lo, safe_hi)]
+    lo, hi = np.minimum.reduce(ends), np.maximum.reduce(ends)
+    # A divisor that only touches 0 (x / r with r >= 0) still bounds the quotient on one side; either sign of zero
+    # may be meant, so that this holds only where the zero is not attained: it is attained, hence both infinities.
+    lo, hi = np.where(zero, -INF, lo), np.where(zero, INF, hi)
+    nan = (zero & a.contains(0.0)) | (_infinite(a) & _infinite(b))
+    return _made(lo, hi, nan, a, b)
+
+
+def _quotient(p: Array, q: Array) -> Array:
+    out = p / q
+    return np.where(np.isnan(out), 0.0, out)
+
+
+def minimum(a: Interval, b: Interval) -> Interval:
+    return _made(np.minimum(a.lo, b.lo), np.minimum(a.hi, b.hi), a.nan | b.nan, a, b)
+
+
+def maximum(a: Interval, b: Interval) -> Interval:
+    return _made(np.maximum(a.lo, b.lo), np.maximum(a.hi, b.hi), a.nan | b.nan, a, b)
+
+
+def absolute(a: Interval) -> Interval:
+    low = np.maximum(np.maximum(a.lo, -a.hi), 0.0)
+    return _made(low, np.maximum(-a.lo, a.hi), a.nan, a)
+
+
+def monotone(function: Callable[[Array], Array]) -> Callable[[Interval], Interval]:
+    """The rule of a function that never falls."""
+
+    def rule(a: Interval) -> Interval:
+        return _made(function(a.lo), function(a.hi), a.nan, a)
+
+    return rule
+
+
+def on_domain(
+    function: Callable[[Array], Array], least: float, most: float, rising: bool = True
+) -> Callable[[Interval], Interval]:
+    """The rule of a monotone function that is NaN outside `least..most`."""
+
+    def rule(a: Interval) -> Interval:
+        nan = (a.lo < least) | (a.hi > most)
+        outside = (a.hi < least) | (a.lo > most)
+        low, high = np.clip(a.lo, least, most), np.clip(a.hi, least, most)
+        lo, hi = (function(low), function(high)) if rising else (function(high), function(low))
+        return _made(np.where(outside, INF, lo), np.where(outside, -INF, hi), nan | a.nan, a)
+
+    return rule
+
+
+def sin_turns(u: Interval) -> Interval:
+    """Sine of `u` turns: its crests lie at 1/4 + n, its troughs at 3/4 + n."""
+    wide = _infinite(u) | (u.hi - u.lo >= 1.0)
+    lo, hi = np.where(wide, 0.0, u.lo), np.where(wide, 0.0, u.hi)
+    ends = [np.sin(math.tau * (v - np.rint(v))) for v in (lo, hi)]
+    crest = wide | (np.floor(hi - 0.25) >= np.ceil(lo - 0.25))
+    trough = wide | (np.floor(hi - 0.75) >= np.ceil(lo - 0.75))
+    low = np.where(trough, -1.0, np.minimum(*ends))
+    high = np.where(crest, 1.0, np.maximum(*ends))
+    return _made(low, high, _infinite(u), u)
+
+
+def cos_turns(u: Interval) -> Interval:
+    return sin_turns(Interval(u.lo + 0.25, u.hi + 0.25, u.nan))
+
+
+def atan2(y: Interval, x: Interval) -> Interval:
+    """Angle of (x, y): extremes lie at the corners of the box, unless it holds the origin or crosses the cut."""
+    ends = [np.arctan2(p, q) for p in (y.lo, y.hi) for q in (x.lo, x.hi)]
+    cut = (x.lo <= 0.0) & y.contains(0.0)
+    lo = np.where(cut, -math.pi, np.minimum.reduce(ends))
+    hi = np.where(cut, math.pi, np.maximum.reduce(ends))
+    return _made(lo, hi, np.zeros(lo.shape, np.bool_), y, x)
+
+
+def power(a: Interval, b: Interval) -> Interval:
+    """a ^ b with NumPy's rules; on a negative base only a single whole exponent gives a number."""
+    base = Interval(np.maximum(a.lo, 0.0), np.maximum(a.hi, 0.0), a.nan)
+    with np.errstate(all="ignore"):
+        ends = [np.power(p, q) for p in (base.lo, base.hi) for q in (b.lo, b.hi)]
+        lo, hi = np.minimum.reduce(ends), np.maximum.reduce(ends)
+        # x ^ q passes 1 where x = 1 or q = 0
+        one = base.contains(1.0) | b.contains(0.0)
+        lo, hi = np.where(one, np.minimum(lo, 1.0), lo), np.where(one, np.maximum(hi, 1.0), hi)
+        negative = a.lo < 0
+        if not negative.any():
+            return _made(lo, hi, np.zeros(lo.shape, np.bool_), a, b)
+        whole = (b.lo == b.hi) & (b.lo == np.rint(b.lo))
+        even = whole & (np.fmod(b.lo, 2.0) == 0)
+        sides = [np.power(v, np.where(whole, b.lo, 1.0)) for v in (a.lo, a.hi)]
+        least, most = np.minimum(*sides), np.maximum(*sides)
+        crosses = a.contains(0.0)
+        least = np.where(crosses & even & (b.lo > 0), 0.0, least)
+        pole = crosses & (b.lo < 0)
+        least = np.where(pole & ~even, -INF, least)
+        most = np.where(pole, INF, most)
+        size = np.maximum.reduce([np.power(np.abs(p), q) for p in (a.lo, a.hi) for q in (b.lo, b.hi)])
+        size = np.where(crosses & (b.lo < 0), INF, np.maximum(size, 1.0))
+        lo = np.where(negative, np.where(whole, least, -size), lo)
+        hi = np.where(negative, np.where(whole, most, size), hi)
+    return _made(lo, hi, negative & ~whole, a, b)
+
+
+def mod(a: Interval, b: Interval) -> Interval:
+    """a - b floor(a / b): inside 0..b, exact where both ends lie in one period."""
+    quotient = div(a, b)
+    fixed = (b.lo == b.hi) & (np.floor(quotient.lo) == np.floor(quotient.hi))
+    turns = np.where(np.isfinite(quotient.lo), np.floor(quotient.lo), 0.0) * np.where(np.isfinite(b.lo), b.lo, 0.0)
+    lo = np.where(fixed, a.lo - turns, np.minimum(b.lo, 0.0))
+    hi = np.where(fixed, a.hi - turns, np.maximum(b.hi, 0.0))
+    nan = b.contains(0.0) | _infinite(a) | _infinite(b) | quotient.nan
+    return _made(lo, hi, nan, a, b)
+
+
+def sign(a: Interval) -> Interval:
+    return _made(np.sign(a.lo), np.sign(a.hi), a.nan, a)
+
+
+def less(a: Interval, b: Interval) -> Interval:
+    possible = ~a.empty & ~b.empty
+    return truth((a.hi >= b.lo) | a.nan | b.nan | ~possible, possible & (a.lo < b.hi))
+
+
+def less_equal(a: Interval, b: Interval) -> Interval:
+    possible = ~a.empty & ~b.empty
+    return truth((a.hi > b.lo) | a.nan | b.nan | ~possible, possible & (a.lo <= b.hi))
+
+
+def equal(a: Interval, b: Interval) -> Interval:
+    possible = ~a.empty & ~b.empty
+    apart = (a.hi < b.lo) | (b.hi < a.lo)
+    same = (a.lo == a.hi) & (b.lo == b.hi) & (a.lo == b.lo)
+    return truth(~same | a.nan | b.nan | ~possible, possible & ~apart)
+
+
+def conjunction(a: Interval, b: Interval) -> Interval:
+    return Interval(np.minimum(a.lo, b.lo), np.minimum(a.hi, b.hi), a.nan | b.nan)
+
+
+def disjunction(a: Interval, b: Interval) -> Interval:
+    return Interval(np.maximum(a.lo, b.lo), np.maximum(a.hi, b.hi), a.nan | b.nan)
+
+
+def negation(a: Interval) -> Interval:
+    return Interval(1.0 - a.hi, 1.0 - a.lo, a.nan)
+
+
+def select(c: Interval, a: Interval, b: Interval) -> Interval:
+    yes, no = c.hi > 0, c.lo < 1
+    lo = np.minimum(np.where(yes, a.lo, INF), np.where(no, b.lo, INF))
+    hi = np.maximum(np.where(yes, a.hi, -INF), np.where(no, b.hi, -INF))
+    return Interval(lo, hi, (yes & a.nan) | (no & b.nan))

@@ -1,0 +1,61 @@
+"""What a row of the table of operations holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from porelang.interval import Array, Interval, Mask
+from porelang.ir import Node
+
+Kind = Literal["real", "bool", "any"]
+Units = Literal[
+    "none", "same", "product", "quotient", "square", "power", "root", "angle", "turns", "pure", "angle of"
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How far a backend's result may lie from the exact one, in units of the type's epsilon (2^-23 in float32).
+
+    The bound is eps * (ulp * |result| + absolute + extra(arguments)). 0.5 ulp is correct rounding.
+    """
+
+    ulp: float = 0.5
+    absolute: float = 0.0
+    extra: Callable[..., Array] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Op:
+    """All there is to know of a kernel operation.
+
+    `args` and `result` are kinds of values. `units` names the rule for dimensions (`porelang.language.dimensions`).
+    `numpy` takes arrays or scalars and `out=`, which never overlaps an argument. `glsl` is a template over `{0}`,
+    `{1}`, ...; `guarded`, if given, is a cheaper template that is right when the arguments are known to keep to
+    `calm` (see `porelang.backends.glsl`). `library` lists the files of shaders/lib that the template calls.
+    `derivative` gives the partial derivative by each argument as nodes (None where it is 0 everywhere).
+    `jumps` tells over which boxes the result may jump. `domain` says in words where the result is a number.
+    `symbol` is the operator or function that writes it in the language (empty if it cannot be written).
+    `example` is a call and its exact value.
+    """
+
+    name: str
+    args: tuple[Kind, ...]
+    result: Kind
+    doc: str
+    numpy: Callable[..., Any]
+    glsl: str
+    enclose: Callable[..., Interval]
+    derivative: Callable[..., tuple[Node | None, ...]]
+    symbol: str
+    example: tuple[str, float | bool]
+    units: Units = "same"
+    tolerance: Tolerance = Tolerance()
+    domain: str = "all numbers"
+    jumps: Callable[..., Mask] | None = None
+    guarded: str = ""
+    calm: str = ""
+    library: tuple[str, ...] = ()
+    facts: frozenset[str] = frozenset()

@@ -1,0 +1,71 @@
+"""Derivatives: every `d(f)` replaced by the symbolic partial derivative of f, found with the rules of the table.
+
+Fixed choices where a derivative does not exist: 0 for sqrt and hypot at 0, sign(0) = 0 for |x| at 0, and at a tie of min or
+max that of the first argument. Where a value jumps (floor, select) the derivative is that of the branch taken.
+"""
+
+from __future__ import annotations
+
+from porelang.ir import ONE, ZERO, Node, is_const, node, order
+from porelang.ops import TABLE, kind
+
+Triple = tuple[Node, Node, Node]
+FLAT: Triple = (ZERO, ZERO, ZERO)
+_UNIT: dict[str, Triple] = {"x": (ONE, ZERO, ZERO), "y": (ZERO, ONE, ZERO), "z": (ZERO, ZERO, ONE)}
+
+
+def gradient(roots: dict[str, Node]) -> dict[str, Node]:
+    """The graph without `d` nodes."""
+    known: dict[Node, Triple] = {}
+    new: dict[Node, Node] = {}
+    for n in order(roots.values()):
+        args = tuple(new[a] for a in n.args)
+        if n.op == "d":
+            new[n] = derivatives(args[0], known)[int(n.value or 0)]
+        else:
+            new[n] = node(n.op, *args, value=n.value)
+    return {name: new[root] for name, root in roots.items()}
+
+
+def derivatives(root: Node, known: dict[Node, Triple] | None = None) -> Triple:
+    """The partial derivatives of `root` (free of `d`) along x, y and z; `known` keeps them between calls."""
+    known = {} if known is None else known
+    for n in order([root], lambda n: () if n in known else n.args):
+        if n not in known:
+            known[n] = _of(n, known)
+    return known[root]
+
+
+def _of(n: Node, known: dict[Node, Triple]) -> Triple:
+    if n.op in _UNIT:
+        return _UNIT[n.op]
+    if not n.axes or kind(n) == "bool":
+        return FLAT
+    if n.op == "ensure":
+        return known[n.args[0]]
+    if n.op == "at":
+        field, *point = n.args
+        partials: tuple[Node | None, ...] = tuple(
+            None if is_const(slope, 0.0) else node("at", slope, *point) for slope in known[field]
+        )
+        inputs = point
+    else:
+        partials = TABLE[n.op].derivative(*n.args, n)
+        inputs = list(n.args)
+    sums = [ZERO, ZERO, ZERO]
+    for slope, a in zip(partials, inputs, strict=False):
+        if slope is None or is_const(slope, 0.0):
+            continue
+        for axis, inner in enumerate(known[a]):
+            sums[axis] = _plus(sums[axis], _times(slope, inner))
+    return (sums[0], sums[1], sums[2])
+
+
+def _plus(a: Node, b: Node) -> Node:
+    return b if is_const(a, 0.0) else a if is_const(b, 0.0) else a + b
+
+
+def _times(a: Node, b: Node) -> Node:
+    if is_const(b, 0.0):
+        return ZERO
+    return a if is_const(b, 1.0) else b if is_const(a, 1.0) else a * b
