@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,11 @@ from porelang.passes.enclose import EXACT, enclose, fixed
 
 #: Parts are looked for within this distance of the origin, in mm, along each axis.
 UNIVERSE = 1e5
+
+
+Points = NDArray[np.float64]
+#: Whether any material is possible in each of n boxes, given by their corners (n, 3).
+Solid = Callable[[Points, Points], NDArray[np.bool_]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +46,7 @@ def part_box(root: Node, params: Mapping[str, float]) -> Box | None:
     ranges = fixed(params)
     cost = len(order([root]))
 
-    def maybe_solid(lo: NDArray[np.float64], hi: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def maybe_solid(lo: Points, hi: Points) -> NDArray[np.bool_]:
         r = enclose([root], [interval(lo[:, i], hi[:, i]) for i in range(3)], ranges, EXACT)[0].range
         return np.broadcast_to((r.lo <= 0) | r.nan, len(lo))
 
@@ -64,6 +69,7 @@ def part_box(root: Node, params: Mapping[str, float]) -> Box | None:
     for axis in range(3):
         for side in (-1, 1):
             _shave(lo, hi, axis, side, steps, maybe_solid)
+            _snap(lo, hi, axis, side, maybe_solid)
     return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
 
 
@@ -75,8 +81,8 @@ def unbounded_axes(box: Box) -> str:
 
 
 def _split(
-    lo: NDArray[np.float64], hi: NDArray[np.float64], counts: tuple[int, int, int]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    lo: Points, hi: Points, counts: tuple[int, int, int]
+) -> tuple[Points, Points]:
     """The corners of the cells of a box."""
     cuts = [np.linspace(lo[i], hi[i], counts[i] + 1) for i in range(3)]
     low = np.stack(np.meshgrid(*(c[:-1] for c in cuts), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -85,11 +91,9 @@ def _split(
 
 
 def _shave(
-    lo: NDArray[np.float64], hi: NDArray[np.float64], axis: int, side: int, steps: int, maybe_solid: object
+    lo: Points, hi: Points, axis: int, side: int, steps: int, maybe_solid: Solid
 ) -> None:
     """Move one face of the box inward as far as bisection proves the layer before it void."""
-    assert callable(maybe_solid)
-    counts = (1 if axis == 0 else 16, 1 if axis == 1 else 16, 1 if axis == 2 else 16)
     width = hi[axis] - lo[axis]
     proven, failed = 0.0, width
     for _ in range(steps):
@@ -99,7 +103,7 @@ def _shave(
             layer_lo[axis] = hi[axis] - depth
         else:
             layer_hi[axis] = lo[axis] + depth
-        if maybe_solid(*_split(layer_lo, layer_hi, counts)).any():
+        if maybe_solid(*_split(layer_lo, layer_hi, _sheet(axis))).any():
             failed = depth
         else:
             proven = depth
@@ -107,3 +111,27 @@ def _shave(
         hi[axis] -= proven
     else:
         lo[axis] += proven
+
+
+def _snap(lo: Points, hi: Points, axis: int, side: int, maybe_solid: Solid) -> None:
+    """Move one face to a rounder number, if nothing lies beyond that: a radius of 75 mm should end at 75."""
+    end = hi if side > 0 else lo
+    width = hi[axis] - lo[axis]
+    if not width > 0:
+        return
+    digits = 4 - int(np.floor(np.log10(width)))
+    rounder = round(float(end[axis]), digits)
+    if (rounder - end[axis]) * side >= 0:
+        return
+    layer_lo, layer_hi = lo.copy(), hi.copy()
+    if side > 0:
+        layer_lo[axis] = np.nextafter(rounder, np.inf)
+    else:
+        layer_hi[axis] = np.nextafter(rounder, -np.inf)
+    if not maybe_solid(*_split(layer_lo, layer_hi, _sheet(axis))).any():
+        end[axis] = rounder
+
+
+def _sheet(axis: int) -> tuple[int, int, int]:
+    """How a layer across `axis` is cut into cells."""
+    return (1 if axis == 0 else 16, 1 if axis == 1 else 16, 1 if axis == 2 else 16)

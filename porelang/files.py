@@ -1,0 +1,44 @@
+"""Programs as files: reading them, and finding the files they use."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from porelang.diagnostics import Diagnostic, fail
+from porelang.language import tree
+from porelang.language.syntax import LARGEST, parse
+from porelang.source import Source
+
+
+def read_source(path: str | Path) -> Source:
+    """The text of a `.pore` file. Errors: E105 where it cannot be read, E106 where it is no text."""
+    where = Path(path)
+    try:
+        if where.is_dir():
+            raise fail("E105", f"`{path}` is a folder, not a program", hint="name the .pore file in it")
+        if where.stat().st_size > 4 * LARGEST and where.is_file():
+            size = where.stat().st_size
+            raise fail("E028", f"`{path}` is too large: {size:,} bytes, where {LARGEST:,} characters are read",
+                       hint="share definitions with `use`")  # fmt: skip
+        with where.open("rb") as file:
+            data = file.read(4 * LARGEST + 1)
+    except FileNotFoundError:
+        near = next((p.name for p in where.parent.glob("*.pore") if p.stem.lower() == where.stem.lower()), None)
+        raise fail("E105", f"there is no file `{path}`",
+                   hint=f"did you mean `{near}`?" if near else "check the path; `pore new FILE` starts one") from None  # fmt: skip
+    except OSError as error:
+        raise fail("E105", f"`{path}` cannot be read: {error.strerror or error}", hint="check its permissions") from None
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise fail("E106", f"`{path}` is no text: byte {error.start} is not UTF-8",
+                   hint="save it as UTF-8; a mesh or an image is loaded from within a program") from None  # fmt: skip
+    return Source(str(path), text)
+
+
+def load_used(path: str, user: Source) -> tuple[tree.File, list[Diagnostic]]:
+    """The parsed file of `use "path"`, sought beside the file that uses it."""
+    where = Path(path)
+    if not where.is_absolute():
+        where = Path(user.name).parent / where
+    return parse(read_source(where))

@@ -1,0 +1,538 @@
+"""From the tree to the graph: expressions evaluated to values, once, with everything that is wrong said on the way.
+
+The elaborator is an abstract interpreter. Functions, lists, texts and records exist only here; numbers and conditions become
+nodes of the graph. It never stops at a mistake: a wrong expression is poison, what uses poison is silent, and the
+rest of the file is looked at all the same.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from porelang.diagnostics import Diagnostic, Edit, Label, PoreError, Severity
+from porelang.ir import Node, Stage, const, node
+from porelang.language import names as resolution
+from porelang.language import operators, tree
+from porelang.language.calls import Given, call
+from porelang.language.kinds import KINDS
+from porelang.language.params import ParamInfo, declare
+from porelang.language.values import (
+    POISON,
+    Bool,
+    Function,
+    ListValue,
+    Poison,
+    Record,
+    Scalar,
+    Scope,
+    Text,
+    Value,
+    Vector,
+    as_list,
+    as_vector,
+    describe,
+)
+from porelang.passes import Graph, run
+from porelang.source import Source, Span
+from porelang.units import UNITS, Dimension
+
+#: More expressions than this are not a design but an accident (a doubling of a doubling ...).
+MOST_STEPS = 3_000_000
+#: The tree is walked by recursion; its depth is limited by the parser, and calls by `calls.DEEPEST`.
+_RECURSION = 60_000
+
+#: Finds the file of a `use` statement: (path as written, source of the statement) -> the parsed file.
+Loader = Callable[[str, Source], "tuple[tree.File, list[Diagnostic]]"]
+
+
+class TooBig(Exception):
+    """The program ran over its budget; the diagnostic has been written."""
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """A named result: its value (a number, a vector or a condition) and where it is written."""
+
+    name: str
+    value: Scalar | Vector | Bool
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Requirement:
+    """A condition over params that must hold for every setting, or (a `check`) for the one in use."""
+
+    condition: Node
+    message: str
+    span: Span
+    others: tuple[Label, ...] = ()
+
+
+@dataclass(slots=True)
+class Elaborated:
+    """All that elaboration finds out about a program."""
+
+    params: dict[str, ParamInfo] = field(default_factory=dict)
+    outputs: dict[str, Output] = field(default_factory=dict)
+    lets: dict[str, Scalar] = field(default_factory=dict)
+    checks: list[Requirement] = field(default_factory=list)
+    requirements: list[Requirement] = field(default_factory=list)
+    contracts: list[Requirement] = field(default_factory=list)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+
+
+class Elaborator:
+    """The state of one elaboration: what was found, the calls in progress and the budget."""
+
+    def __init__(self, base: Scope, load: Loader | None = None) -> None:
+        self.base = base
+        self.load = load
+        self.out = Elaborated()
+        self.frames: list[tuple[str, Span]] = []
+        self.memo: dict[object, Value] = {}
+        self.steps = 0
+        self._said: set[tuple[object, ...]] = set()
+        self._constants: dict[Node, float | bool] = {}
+        self._files: list[str] = []
+        self._called: set[tree.Def] = set()
+
+    # ---- saying what is wrong ---------------------------------------------------------------------------------------
+
+    def error(
+        self,
+        code: str,
+        message: str,
+        span: Span,
+        label: str = "",
+        others: tuple[Label, ...] = (),
+        hint: str = "",
+        edit: Edit | tuple[Span, str] | None = None,
+        severity: Severity = "error",
+    ) -> Poison:
+        """Note a diagnostic. What goes wrong inside the prelude is told at the user's call that led there."""
+        if span.source.prelude:
+            for name, site in reversed(self.frames):
+                if not site.source.prelude:
+                    span, message, label = site, f"{message} (in `{name}`)", label and "in this call"
+                    others, edit = tuple(o for o in others if not o.span.source.prelude), None
+                    break
+        elif self.frames and not others:
+            name, site = self.frames[-1]
+            if not site.source.prelude and name and (site.start, site.end) != (span.start, span.end):
+                inside = next((f for f in self.frames if f[1].start == site.start), None)
+                if inside is not None and not (site.start <= span.start and span.end <= site.end):
+                    others = (Label(site, f"`{name}` is called here"),)
+        said = (code, span.source, span.start, span.end, message)
+        if said not in self._said:
+            self._said.add(said)
+            made = Edit(*edit) if isinstance(edit, tuple) else edit
+            self.out.diagnostics.append(Diagnostic(code, message, span, label, others, hint, made, severity))
+        return POISON
+
+    # ---- constants --------------------------------------------------------------------------------------------------
+
+    def constant(self, n: Node) -> float | bool | None:
+        """The value of a node that is known now, or None."""
+        if n.stage is not Stage.CONST:
+            return None
+        if n.op == "const":
+            return n.value  # type: ignore[return-value]  # a const holds a number
+        if n not in self._constants:
+            flat = run(Graph({"value": n}, {}), after="fold").roots["value"]
+            self._constants[n] = flat.value  # type: ignore[assignment]  # folded
+        return self._constants[n]
+
+    def need_constant(self, value: Value, span: Span, what: str) -> float | None:
+        """A number that must be known now; says so where it is not."""
+        if isinstance(value, Poison):
+            return None
+        if not isinstance(value, Scalar):
+            self.error("E060", f"{what} must be a number, not {describe(value)}", span)
+            return None
+        number = self.constant(value.node)
+        if number is None:
+            why = "it varies in space" if value.node.stage is Stage.FIELD else "it depends on a param"
+            self.error("E063", f"{what} must be known when the program is compiled", span, label=why,
+                       hint="write the number itself, or bind it with `let`")  # fmt: skip
+            return None
+        return float(number)
+
+    def require(self, condition: Node, message: str, span: Span, others: tuple[Label, ...]) -> None:
+        """A condition over params, to be proven over their whole range."""
+        self.out.requirements.append(Requirement(condition, message, self._outside(span), others))
+
+    def contract(self, message: str, span: Span, others: tuple[Label, ...]) -> int:
+        """A condition over space; its number names it in `ensure` nodes."""
+        self.out.contracts.append(Requirement(const(True), message, self._outside(span), others))
+        return len(self.out.contracts) - 1
+
+    def _outside(self, span: Span) -> Span:
+        """The place itself, or the user's call that led into the prelude."""
+        if span.source.prelude:
+            return next((site for _, site in reversed(self.frames) if not site.source.prelude), span)
+        return span
+
+    # ---- statements -------------------------------------------------------------------------------------------------
+
+    def program(self, file: tree.File) -> Elaborated:
+        """All statements of the main file."""
+        self._files.append(file.source.name)
+        with deep_recursion():
+            try:
+                self._file(file, "")
+            except TooBig:
+                pass
+        return self.out
+
+    def _file(self, file: tree.File, prefix: str) -> dict[str, Value]:
+        """The definitions of a file as values; `prefix` names the params of a used file."""
+        bound, twice = resolution.bound(file.statements)
+        uses, unknown = resolution.resolve(file.statements, dict.fromkeys(self.base.visible()))
+        index = {s: i for i, s in enumerate(file.statements)}
+        order, rings = resolution.evaluation_order(bound, {n: uses[index[s]] for n, s in bound.items()})
+        for d in (*twice, *unknown, *rings):
+            self.out.diagnostics.append(d)
+        in_ring = {s.name_span for d in rings for s in bound.values() if s.name_span == d.span} | {
+            o.span for d in rings for o in d.others
+        }
+        members: dict[str, Value] = {}
+        scope = Scope(members, self.base)
+        for name in order:
+            s = bound[name]
+            members[name] = POISON if s.name_span in in_ring else self._define(s, scope, prefix)
+        for s in file.statements:
+            if isinstance(s, tree.Out) and not prefix:
+                self._output(s, scope)
+            elif isinstance(s, tree.Check):
+                self._check(s, scope)
+        for s in file.statements:
+            if isinstance(s, tree.Def) and s not in self._called and members.get(s.name) is not POISON:
+                self._try_body(s, scope)
+        return members
+
+    def _define(self, s: resolution.Bound, scope: Scope, prefix: str) -> Value:
+        match s:
+            case tree.Let():
+                value = self.expr(s.value, scope)
+                if isinstance(value, Scalar) and value.literal and not s.span.source.prelude:
+                    value = Scalar(value.node, value.dimension)
+                if isinstance(value, Scalar) and not prefix:
+                    self.out.lets[s.name] = value
+                return value
+            case tree.Def():
+                self._declared_kinds(s)
+                return Function(s.name, s.parameters, s.body, scope, s)
+            case tree.Param():
+                return declare(self, s, scope, prefix)
+            case tree.Use():
+                return self._use(s)
+
+    def _declared_kinds(self, s: tree.Def) -> None:
+        for p in s.parameters:
+            for k in p.kinds:
+                if k.name not in KINDS:
+                    near = resolution.suggest(k.name, KINDS)
+                    self.error("E034", f"there is no kind `{k.name}`", k.span, label="not a kind of value",
+                               hint=f"did you mean `{near}`?" if near else f"the kinds are {', '.join(KINDS)}",
+                               edit=Edit(k.span, near) if near else None)  # fmt: skip
+
+    def _use(self, s: tree.Use) -> Value:
+        if self.load is None:
+            return self.error("E035", "files cannot be used here", s.span, hint="compile the program from a file")
+        try:
+            file, found = self.load(s.path.value, s.span.source)
+        except PoreError as failed:
+            d = failed.diagnostics[0]
+            return self.error(d.code, d.message, s.path.span, label=d.label, hint=d.hint)
+        self.out.diagnostics.extend(found)
+        if file.source.name in self._files:
+            way = " -> ".join(f"`{f}`" for f in [*self._files[self._files.index(file.source.name) :], file.source.name])
+            return self.error("E035", f"files use each other in a ring: {way}", s.path.span, label="this closes the ring")
+        self._files.append(file.source.name)
+        members = self._file(file, f"{s.name}.")
+        self._files.pop()
+        return Record(s.name, members)
+
+    def _output(self, s: tree.Out, scope: Scope) -> None:
+        value = self.expr(s.value, scope)
+        if isinstance(value, ListValue) and (vector := as_vector(value)) is not None:
+            value = vector
+        if isinstance(value, Scalar | Vector | Bool):
+            self.out.outputs.setdefault(s.name, Output(s.name, value, s.value.span))
+        elif not isinstance(value, Poison):
+            hint = operators._call_it(value) or "an output is a field: a number that varies in space"
+            self.error("E066", f"the output `{s.name}` is {describe(value)}, which has no surface", s.value.span,
+                       label=f"this is {describe(value)}", hint=hint)  # fmt: skip
+
+    def _check(self, s: tree.Check, scope: Scope) -> None:
+        value = self.expr(s.condition, scope)
+        if isinstance(value, Poison):
+            return
+        if not isinstance(value, Bool):
+            self.error("E060", f"a check is a condition, not {describe(value)}", s.condition.span,
+                       hint="compare something: `check w > 2 * t, \"...\"`")  # fmt: skip
+        elif value.node.stage is Stage.FIELD:
+            self.error("E067", "this check varies in space", s.condition.span, label="true at some points, perhaps",
+                       hint="a check is about numbers: constants and params")  # fmt: skip
+        else:
+            self.out.checks.append(Requirement(value.node, s.message, s.condition.span))
+
+    def _try_body(self, s: tree.Def, scope: Scope) -> None:
+        """A def that nothing calls is looked at all the same, with arguments about which nothing is known."""
+        names: dict[str, Value] = {p.name: POISON for p in s.parameters}
+        self.expr(s.body, Scope(names, scope))
+
+    # ---- expressions ------------------------------------------------------------------------------------------------
+
+    def expr(self, t: tree.Expr, scope: Scope) -> Value:
+        """The value of an expression."""
+        self.steps += 1
+        if self.steps > MOST_STEPS:
+            site = self.frames[0][1] if self.frames else t.span
+            self.error("E070", "the program is too big: its calls and lists multiply without end", site,
+                       label="while this was computed", hint="use fewer levels, or `repeat` for what repeats")  # fmt: skip
+            raise TooBig
+        match t:
+            case tree.Name():
+                return self._name(t, scope)
+            case tree.Number():
+                return self._number(t)
+            case tree.Call():
+                return self._call(t, scope, ())
+            case tree.Chain():
+                return self._chain(t, scope)
+            case tree.Unary():
+                return operators.unary(self, t.op, self.expr(t.operand, scope), t.span, t.operand.span)
+            case tree.ListOf():
+                return self._list(t, scope)
+            case tree.Member():
+                return self._member(t, scope)
+            case tree.Index():
+                return self._index(t, scope)
+            case tree.If():
+                return self._if(t, scope)
+            case tree.Block():
+                return self._block(t, scope)
+            case tree.Lambda():
+                parameters = tuple(
+                    tree.Parameter(p.span, p.name, p.span, (), None, None, None) for p in t.parameters
+                )
+                return Function("lambda", parameters, t.body, scope)
+            case tree.Comprehension():
+                items: list[Value] = []
+                sound = self._comprehend(t, 0, scope, items)
+                return ListValue(tuple(items)) if sound else POISON
+            case tree.Text():
+                return Text(t.value)
+            case tree.Truth():
+                return Bool(const(t.value))
+
+    def _name(self, t: tree.Name, scope: Scope) -> Value:
+        value = scope.find(t.name)
+        if value is None:  # said by the walk over names, or the unused one of a pair of parameters
+            if self.frames and not self.out.diagnostics:
+                return self.error("E043", f"`{t.name}` is not given here", t.span)
+            return POISON
+        if isinstance(value, Function) and value.definition is not None:
+            self._called.add(value.definition)
+        return value
+
+    def _number(self, t: tree.Number) -> Value:
+        if not t.unit:
+            return Scalar(const(t.value), None, True)
+        unit = UNITS[t.unit]
+        return Scalar(const(t.value * unit.scale), unit.dimension)
+
+    def _call(self, t: tree.Call, scope: Scope, piped: tuple[Given, ...]) -> Value:
+        function = self.expr(t.function, scope)
+        given = [*piped, *(Given(a.name, self.expr(a.value, scope), a.span) for a in t.arguments)]
+        return call(self, function, given, t)
+
+    def _chain(self, t: tree.Chain, scope: Scope) -> Value:
+        value, span = self.expr(t.first, scope), t.first.span
+        for (op, right), op_span in zip(t.rest, t.op_spans, strict=True):
+            if op == "|>":
+                value = self._pipe(value, span, right, scope)
+            elif op == "@":
+                value = self._at(value, span, self.expr(right, scope), right.span)
+            else:
+                value = operators.binary(self, op, value, self.expr(right, scope), (span, op_span, right.span))
+            span = span.to(right.span)
+        return value
+
+    def _pipe(self, value: Value, span: Span, right: tree.Expr, scope: Scope) -> Value:
+        piped = (Given(None, value, span),)
+        if isinstance(right, tree.Call):
+            return self._call(right, scope, piped)
+        return call(self, self.expr(right, scope), piped, tree.Call(right.span, right, ()))
+
+    def _at(self, value: Value, span: Span, point: Value, at: Span) -> Value:
+        if isinstance(value, Poison) or isinstance(point, Poison):
+            return POISON
+        q = as_vector(point)
+        if q is None:
+            return self.error("E060", f"`@` needs a point, not {describe(point)}", at, label=f"this is {describe(point)}",
+                              hint="a point is a vector: `f @ [x + 5, y, z]`")  # fmt: skip
+        if not isinstance(value, Scalar | Vector | Bool):
+            return self.error("E060", f"`@` evaluates a field, not {describe(value)}", span,
+                              label=f"this is {describe(value)}", hint=operators._call_it(value))  # fmt: skip
+
+        def moved(n: Node) -> Node:
+            return node("at", n, *q.nodes) if n.axes else n
+
+        match value:
+            case Scalar():
+                return Scalar(moved(value.node), value.dimension)
+            case Bool():
+                return Bool(moved(value.node))
+        return Vector(*(moved(n) for n in value.nodes), value.dimension)
+
+    def _list(self, t: tree.ListOf, scope: Scope) -> Value:
+        items = [self.expr(i, scope) for i in t.items]
+        if any(isinstance(i, Poison) for i in items):
+            return POISON
+        if len(items) == 3 and all(isinstance(i, Scalar) for i in items):
+            return self._vector(items, [i.span for i in t.items])
+        return ListValue(tuple(items))
+
+    def _vector(self, items: list[Value], spans: list[Span]) -> Value:
+        known: dict[int, Dimension] = {}
+        for i, item in enumerate(items):
+            assert isinstance(item, Scalar)
+            if item.dimension is not None:
+                known[i] = item.dimension
+        first = next(iter(known), None)
+        for i, d in known.items():
+            if first is not None and d != known[first]:
+                return self.error("E062", f"a vector of {known[first]} and {d}", spans[first], label=f"this is {known[first]}",
+                                  others=(Label(spans[i], f"this is {d}"),))  # fmt: skip
+        nodes = [i.node for i in items if isinstance(i, Scalar)]
+        return Vector(nodes[0], nodes[1], nodes[2], None if first is None else known[first])
+
+    def _member(self, t: tree.Member, scope: Scope) -> Value:
+        target = self.expr(t.target, scope)
+        if isinstance(target, Poison):
+            return POISON
+        if (vector := as_vector(target)) is not None and t.name in ("x", "y", "z"):
+            return Scalar(vector.nodes["xyz".index(t.name)], vector.dimension)
+        if isinstance(target, Record):
+            value = target.members.get(t.name)
+            if value is not None:
+                if isinstance(value, Function) and value.definition is not None:
+                    self._called.add(value.definition)
+                return value
+            near = resolution.suggest(t.name, target.members)
+            return self.error("E036", f"`{target.name}` has no `{t.name}`", t.name_span, label="nothing is called this there",
+                              hint=f"did you mean `{near}`?" if near else f"it has {', '.join(sorted(target.members))}",
+                              edit=Edit(t.name_span, near) if near else None)  # fmt: skip
+        hint = "a vector has the members x, y and z"
+        return self.error("E036", f"{describe(target)} has no `{t.name}`", t.name_span, label="no such member", hint=hint)
+
+    def _index(self, t: tree.Index, scope: Scope) -> Value:
+        target, index = self.expr(t.target, scope), self.expr(t.index, scope)
+        if isinstance(target, Poison):
+            return POISON
+        items = as_list(target)
+        if items is None:
+            return self.error("E060", f"{describe(target)} has no items", t.target.span, label="this is no list")
+        number = self.need_constant(index, t.index.span, "an index")
+        if number is None:
+            return POISON
+        if number != int(number) or not 0 <= number < len(items):
+            last = f"0 to {len(items) - 1}" if items else "none"
+            return self.error("E065", f"there is no item {number:g} in {describe(target)}", t.index.span,
+                              label="out of reach", hint=f"the items are numbered from 0: {last}")  # fmt: skip
+        return items[int(number)]
+
+    def _if(self, t: tree.If, scope: Scope) -> Value:
+        out = self.expr(t.otherwise, scope)
+        for condition, then in reversed(t.branches):
+            test, value = self.expr(condition, scope), self.expr(then, scope)
+            if isinstance(test, Poison):
+                out = POISON
+                continue
+            if not isinstance(test, Bool):
+                out = self.error("E060", f"`if` needs a condition, not {describe(test)}", condition.span,
+                                 label=f"this is {describe(test)}", hint="compare it with something: `if a > 0`")  # fmt: skip
+                continue
+            out = self.either(test.node, value, out, t.span)
+        return out
+
+    def either(self, condition: Node, a: Value, b: Value, span: Span) -> Value:
+        """`a` where the condition holds, else `b`."""
+        if isinstance(a, Poison) or isinstance(b, Poison):
+            return POISON
+        known = self.constant(condition)
+        if known is not None:
+            return a if known else b
+        if isinstance(a, ListValue) and isinstance(b, ListValue) and len(a.items) == len(b.items):
+            return ListValue(tuple(self.either(condition, p, q, span) for p, q in zip(a.items, b.items, strict=True)))
+        if isinstance(a, Bool) and isinstance(b, Bool):
+            return Bool(node("select", condition, a.node, b.node))
+        if isinstance(a, Scalar | Vector) and isinstance(b, Scalar | Vector) and type(a) is type(b):
+            try:
+                dimension = operators.dimensions.same([a, b])
+            except operators.dimensions.Clash:
+                return self.error("E062", f"one branch is {a.dimension}, the other {b.dimension}", span,
+                                  label="both must be of one kind")  # fmt: skip
+            return operators.lift(lambda p, q: node("select", condition, p, q), [a, b], dimension)
+        return self.error("E060", f"one branch is {describe(a)}, the other {describe(b)}", span,
+                          label="both must be of one kind",
+                          hint="only numbers, vectors and conditions can be chosen in space")  # fmt: skip
+
+    def _block(self, t: tree.Block, scope: Scope) -> Value:
+        for b in t.bindings:
+            names: dict[str, Value] = {}
+            inner = Scope(names, scope)
+            if isinstance(b, tree.Let):
+                names[b.name] = self.expr(b.value, scope)
+            else:
+                self._declared_kinds(b)
+                names[b.name] = Function(b.name, b.parameters, b.body, scope, b)
+            scope = inner
+        return self.expr(t.value, scope)
+
+    def _comprehend(self, t: tree.Comprehension, depth: int, scope: Scope, into: list[Value]) -> bool:
+        """Collect the values of a comprehension; False if one of them is poison."""
+        if depth == len(t.clauses):
+            into.append(self.expr(t.value, scope))
+            return not isinstance(into[-1], Poison)
+        name, source = t.clauses[depth]
+        value = self.expr(source, scope)
+        if isinstance(value, Poison):
+            return False
+        items = as_list(value)
+        if items is None:
+            hint = f"count with `range`: `for {name.name} in range({source.span.text})`" if isinstance(value, Scalar) else ""
+            self.error("E060", f"`for` needs a list, not {describe(value)}", source.span, label="this is no list", hint=hint)
+            return False
+        sound = True
+        for item in items:
+            sound &= self._comprehend(t, depth + 1, Scope({name.name: item}, scope), into)
+        return sound
+
+
+@contextmanager
+def deep_recursion() -> Iterator[None]:
+    """Room for the walk over the tree: Python frames do not use the C stack."""
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, _RECURSION))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)
+
+
+def roots_of(outputs: Mapping[str, Output]) -> dict[str, Node]:
+    """The graph's roots: an output's node, or three for a vector (`name.x`, `name.y`, `name.z`)."""
+    roots: dict[str, Node] = {}
+    for name, o in outputs.items():
+        if isinstance(o.value, Vector):
+            roots |= {f"{name}.{axis}": n for axis, n in zip("xyz", o.value.nodes, strict=True)}
+        else:
+            roots[name] = o.value.node
+    return roots
+

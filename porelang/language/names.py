@@ -1,0 +1,172 @@
+"""Names: what each statement refers to, found before anything is evaluated.
+
+One walk reports unknown names and second bindings, and yields the order in which the definitions of a file can be
+evaluated (they may stand in any order) or the ring in which they refer to each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
+
+from porelang.diagnostics import Diagnostic, Edit, Label, suggest
+from porelang.language import tree
+from porelang.source import Span
+
+COORDINATES = ("x", "y", "z", "p")
+Bound = tree.Param | tree.Let | tree.Def | tree.Use
+
+
+def bound(statements: Iterable[tree.Statement]) -> tuple[dict[str, Bound], list[Diagnostic]]:
+    """The definitions of a file by name, and a diagnostic for each name bound twice or not to be bound."""
+    names: dict[str, Bound] = {}
+    outs: dict[str, tree.Out] = {}
+    found: list[Diagnostic] = []
+    for s in statements:
+        if isinstance(s, tree.Out):
+            if s.name in outs:
+                found.append(_twice(s.name, s.name_span, outs[s.name].name_span, "output"))
+            outs.setdefault(s.name, s)
+        if not isinstance(s, tree.Param | tree.Let | tree.Def | tree.Use):
+            continue
+        if s.name in COORDINATES:
+            found.append(
+                Diagnostic("E032", f"`{s.name}` is a coordinate and cannot be bound here", s.name_span,
+                           label="x, y, z and p are the point", hint="choose another name; a parameter may be called so")
+            )  # fmt: skip
+        elif s.name in names:
+            found.append(_twice(s.name, s.name_span, names[s.name].name_span, "name"))
+        else:
+            names[s.name] = s
+    return names, found
+
+
+def _twice(name: str, second: Span, first: Span, what: str) -> Diagnostic:
+    return Diagnostic("E031", f"the {what} `{name}` is bound twice", second, label="bound again here",
+                      others=(Label(first, "first bound here"),), hint="give one of them another name")  # fmt: skip
+
+
+def children(item: object) -> Iterator[object]:
+    """The parts of a tree node that are tree nodes."""
+    if isinstance(item, tuple):
+        yield from item
+    elif is_dataclass(item) and not isinstance(item, Span):
+        for field in fields(item):
+            value = getattr(item, field.name)
+            if isinstance(value, tuple) or (is_dataclass(value) and not isinstance(value, Span)):
+                yield value
+
+
+def resolve(
+    statements: Iterable[tree.Statement], known: Mapping[str, object]
+) -> tuple[dict[int, set[str]], list[Diagnostic]]:
+    """For each statement (by index) the names it uses that it does not bind itself, and a diagnostic for each unknown."""
+    statements = list(statements)
+    names = {s.name for s in statements if isinstance(s, tree.Param | tree.Let | tree.Def | tree.Use)}
+    uses: dict[int, set[str]] = {}
+    found: list[Diagnostic] = []
+    visible = names | set(known) | set(COORDINATES)
+    for i, s in enumerate(statements):
+        uses[i] = set()
+        stack: list[tuple[object, frozenset[str]]] = [(s, frozenset())]
+        while stack:
+            item, local = stack.pop()
+            if isinstance(item, tree.Name):
+                if item.name in local:
+                    continue
+                uses[i].add(item.name)
+                if item.name not in visible:
+                    found.append(unknown(item.name, item.span, visible | local))
+                continue
+            stack.extend(reversed(list(_parts(item, local))))
+    return uses, found
+
+
+def _parts(item: object, local: frozenset[str]) -> Iterator[tuple[object, frozenset[str]]]:
+    """The parts of a node, each with the names that are bound around it."""
+    match item:
+        case tree.Lambda():
+            yield item.body, local | {p.name for p in item.parameters}
+        case tree.Def():
+            inner = local | {p.name for p in item.parameters}
+            seen = local
+            for p in item.parameters:  # a default may use the parameters before it
+                if p.default is not None:
+                    yield p.default, seen
+                seen = seen | {p.name}
+                if p.where is not None:
+                    yield p.where, inner
+            yield item.body, inner
+        case tree.Block():
+            inner = local
+            for b in item.bindings:
+                yield b, inner
+                inner = inner | {b.name}
+            yield item.value, inner
+        case tree.Comprehension():
+            inner = local
+            for name, source in item.clauses:
+                yield source, inner
+                inner = inner | {name.name}
+            yield item.value, inner
+        case tree.Member():
+            yield item.target, local
+        case _:
+            for child in children(item):
+                yield child, local
+
+
+def unknown(name: str, span: Span, visible: Iterable[str]) -> Diagnostic:
+    """The diagnostic for a name that means nothing."""
+    near = suggest(name, (v for v in visible if not v.startswith("_")))
+    if name.lower() in ("nan", "inf", "infinity"):
+        return Diagnostic("E030", f"there is no `{name}` in the language", span, label="not a number one can write",
+                          hint="a field that is undefined somewhere is a mistake; leave that part out")  # fmt: skip
+    if near is None:
+        return Diagnostic("E030", f"unknown name `{name}`", span, label="nothing is called this",
+                          hint=f"bind it first: `let {name} = ...` or `param {name} = ... in lo..hi`")  # fmt: skip
+    return Diagnostic("E030", f"unknown name `{name}`", span, label="nothing is called this",
+                      hint=f"did you mean `{near}`?", edit=Edit(span, near))  # fmt: skip
+
+
+def evaluation_order(
+    names: Mapping[str, Bound], uses: Mapping[str, set[str]]
+) -> tuple[list[str], list[Diagnostic]]:
+    """The names in an order in which each comes after those it uses, and a diagnostic for every ring."""
+    done: set[str] = set()
+    ring: set[str] = set()
+    out: list[str] = []
+    found: list[Diagnostic] = []
+    for start in names:
+        if start in done:
+            continue
+        path: list[str] = [start]
+        stack = [iter(sorted(uses[start] & names.keys()))]
+        while stack:
+            for other in stack[-1]:
+                if other in path:
+                    loop = path[path.index(other) :]
+                    if not ring & set(loop):
+                        found.append(_ring([names[n] for n in loop]))
+                    ring |= set(loop)
+                elif other not in done:
+                    path.append(other)
+                    stack.append(iter(sorted(uses[other] & names.keys())))
+                    break
+            else:
+                stack.pop()
+                name = path.pop()
+                done.add(name)
+                out.append(name)
+    return out, found
+
+
+def _ring(loop: list[Bound]) -> Diagnostic:
+    first = loop[0]
+    way = " -> ".join([*(f"`{b.name}`" for b in loop), f"`{first.name}`"])
+    what = "calls itself" if len(loop) == 1 and isinstance(first, tree.Def) else "is defined by itself"
+    return Diagnostic(
+        "E033", f"`{first.name}` {what}: {way}", first.name_span, label="the ring starts here",
+        others=tuple(Label(b.name_span, "and goes through this") for b in loop[1:4]),
+        hint="there is no recursion; for a repetition use `[for i in range(n): ...]` or `repeat`",
+    )  # fmt: skip

@@ -1,0 +1,247 @@
+"""A compiled program: its params, its outputs, and what can be asked of them. The front door for Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.backends.numpy import TYPES, Dtype, GridField, NumpyField
+from porelang.backends.uniform import uniform_values
+from porelang.contracts import broken_requirements, doubtful_contracts
+from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
+from porelang.files import load_used, read_source
+from porelang.ir import Node
+from porelang.language.elaborate import Elaborated, Elaborator, Output, Requirement, roots_of
+from porelang.language.params import ParamInfo
+from porelang.language.prelude import prelude_scope
+from porelang.language.syntax import parse
+from porelang.language.values import Bool, Scalar, Vector
+from porelang.ops import kind
+from porelang.passes import Graph, run
+from porelang.passes.box import Box, part_box, unbounded_axes
+from porelang.settings import Setting, settle
+from porelang.source import Source, Span
+
+Backend = Literal["auto", "numpy", "glsl"]
+Points = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A program without errors. `warnings` says what is doubtful; `graph` holds the flat roots of its outputs."""
+
+    source: Source
+    params: Mapping[str, ParamInfo]
+    outputs: Mapping[str, Output]
+    warnings: tuple[Diagnostic, ...]
+    lowered: Graph
+    elaborated: Elaborated
+
+    @cached_property
+    def graph(self) -> Graph:
+        """The graph after all passes, with a root for each output (three for a vector: `name.x` ...)."""
+        return run(self.lowered)
+
+    def output(self, name: str | None = None) -> str:
+        """The name of an output: the one asked for, else `part`, else the only one. Errors: E100."""
+        if name is None:
+            if "part" in self.outputs:
+                return "part"
+            if len(self.outputs) == 1:
+                return next(iter(self.outputs))
+            if not self.outputs:
+                raise fail("E100", "the program has no output", Span(self.source, 0, 0),
+                           hint="end it with an expression, or write `out part = ...`")  # fmt: skip
+            raise fail("E100", "the program has several outputs, and none is called `part`",
+                       hint=f"choose one of {', '.join(self.outputs)} with --out NAME")  # fmt: skip
+        if name not in self.outputs:
+            near = suggest(name, self.outputs)
+            hint = f"did you mean `{near}`?" if near else f"it has {', '.join(self.outputs) or 'none'}"
+            raise fail("E100", f"the program has no output `{name}`", hint=hint)
+        return name
+
+    def roots(self, name: str | None = None) -> tuple[Node, ...]:
+        """The flat roots of an output: one, or three for a vector."""
+        name = self.output(name)
+        if isinstance(self.outputs[name].value, Vector):
+            return tuple(self.graph.roots[f"{name}.{axis}"] for axis in "xyz")
+        return (self.graph.roots[name],)
+
+    def solid(self, name: str | None = None) -> Node:
+        """The flat root of an output that is a number. Errors: E101 for a vector or a condition."""
+        name = self.output(name)
+        output = self.outputs[name]
+        if not isinstance(output.value, Scalar):
+            what = "a vector" if isinstance(output.value, Vector) else "a condition"
+            raise fail("E101", f"the output `{name}` is {what}, which has no surface", output.span,
+                       hint="a solid is a number that is negative inside")  # fmt: skip
+        return self.roots(name)[0]
+
+    def settle(self, **settings: Setting) -> dict[str, float]:
+        """Every param's number in base units. Errors: E083-E085, and E064 or E086 where a contract breaks."""
+        values = settle(self.params, settings)
+        broken = [r for r in self.elaborated.requirements if not uniform_values([self._flat(r.condition)], values)[self._flat(r.condition)]]
+        if broken:
+            raise PoreError([Diagnostic("E064", r.message, r.span, "not with these settings", r.others) for r in broken])
+        return values
+
+    def failed_checks(self, **settings: Setting) -> list[Requirement]:
+        """The `check` statements that do not hold with these settings."""
+        values = settle(self.params, settings)
+        return [c for c in self.elaborated.checks if not uniform_values([n := self._flat(c.condition)], values)[n]]
+
+    @cached_property
+    def _flats(self) -> dict[Node, Node]:
+        conditions = [r.condition for r in (*self.elaborated.requirements, *self.elaborated.checks)]
+        flat = run(Graph({str(i): n for i, n in enumerate(conditions)}, self.lowered.ranges)).roots
+        return {n: flat[str(i)] for i, n in enumerate(conditions)}
+
+    def _flat(self, condition: Node) -> Node:
+        return self._flats[condition]
+
+    def field(
+        self,
+        name: str | None = None,
+        /,
+        backend: Backend = "numpy",
+        dtype: Dtype = "f64",
+        threads: int | None = None,
+        **settings: Setting,
+    ) -> Field:
+        """An output as a function of points (n, 3) in mm, with values (n,), or (n, 3) for a vector.
+
+        Settings are params by name: numbers in base units or texts with a unit.
+
+        >>> import porelang
+        >>> program = porelang.compile("sphere(10)")
+        >>> program.field("part")([[0, 0, 0], [10, 0, 0]])
+        array([-10.,   0.])
+        """
+        return make_field(self.roots(name), self.settle(**settings), backend, dtype, threads)
+
+    def bounds(self, name: str | None = None, /, **settings: Setting) -> Box:
+        """The box that holds an output's solid, in mm. Errors: E102 where it has no end, E103 where it is empty."""
+        root, chosen = self.solid(name), self.output(name)
+        box = part_box(root, self.settle(**settings))
+        span = self.outputs[chosen].span
+        if box is None:
+            raise fail("E103", f"`{chosen}` holds no material: its field is above 0 everywhere within 100 m", span,
+                       label="positive everywhere", hint="solid is negative: check the sign, or the offset")  # fmt: skip
+        if axes := unbounded_axes(box):
+            raise fail("E102", f"`{chosen}` has no end along {axes}", span, label="solid as far as one looks (100 m)",
+                       hint="intersect it with a shape, `... & box([50, 50, 50])`, or pass --bounds x0,y0,z0,x1,y1,z1")  # fmt: skip
+        return box
+
+    def mesh(
+        self,
+        name: str | None = None,
+        /,
+        voxel: float | None = None,
+        resolution: int | None = None,
+        bounds: tuple[float, float, float, float, float, float] | None = None,
+        backend: Backend = "numpy",
+        dtype: Dtype = "f32",
+        **settings: Setting,
+    ) -> Any:
+        """The surface of an output as a `trimesh.Trimesh` in mm, watertight, normals outward.
+
+        `voxel` is the grid spacing in mm; or `resolution` counts samples along the longest side (128 if neither is given).
+        """
+        from porelang.surface import mesh_output
+
+        return mesh_output(self, name, voxel, resolution, bounds, backend, dtype, settings).to_trimesh()
+
+
+class Field:
+    """A field ready to be evaluated: call it with points, or ask for a grid."""
+
+    def __init__(self, at: Callable[[Points], NDArray[Any]], on_grid: Callable[[Any], GridField] | None = None):
+        self._at = at
+        self._on_grid = on_grid
+
+    def __call__(self, points: Any) -> NDArray[Any]:
+        """Values at points (n, 3) in mm. Errors: E104 for points of another shape, or not finite."""
+        return self._at(checked_points(points))
+
+
+def checked_points(points: Any) -> Points:
+    """Points as a float64 array (n, 3). Errors: E104."""
+    try:
+        array = np.atleast_2d(np.asarray(points, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise fail("E104", "points must be numbers", hint="give an array of shape (n, 3)") from None
+    if array.size == 0:
+        return np.empty((0, 3))
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise fail("E104", f"points have the shape {array.shape}, not (n, 3)", hint="give x, y, z of each point in a row")
+    bad = ~np.isfinite(array).all(axis=1)
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise fail("E104", f"point {row} is ({', '.join(f'{v:g}' for v in array[row])}), which is no place",
+                   hint="coordinates are finite numbers, in mm")  # fmt: skip
+    return array
+
+
+def make_field(
+    roots: tuple[Node, ...], values: Mapping[str, float], backend: Backend, dtype: Dtype, threads: int | None
+) -> Field:
+    """The field of one root, or of three as a vector, on a backend."""
+    if backend == "numpy" or (backend == "auto" and dtype == "f64"):
+        parts = [NumpyField(r, values, dtype, threads) for r in roots]
+        if len(parts) == 1:
+            return Field(parts[0].at, parts[0].on_grid)
+        return Field(lambda points: np.stack([part.at(points) for part in parts], axis=1))
+    from porelang.device import device_field
+
+    return device_field(roots, values, backend)
+
+
+def compile(text: str | None = None, *, path: str | Path | None = None, name: str = "<text>") -> Program:
+    """Compile a program from a text, or from the file at `path`.
+
+    Errors: `PoreError`, with everything that is wrong in `.diagnostics`.
+
+    >>> import porelang
+    >>> program = porelang.compile("gyroid(30) & cylinder(75, 300)")
+    >>> program.bounds("part").size
+    (150.0, 150.0, 300.0)
+    """
+    if (text is None) == (path is None):
+        raise TypeError("compile takes a text or a path")
+    source = read_source(path) if path is not None else Source(name, text or "")
+    program, found = try_compile(source)
+    if program is None:
+        raise PoreError([d for d in found if d.severity == "error"])
+    return program
+
+
+def try_compile(source: Source) -> tuple[Program | None, list[Diagnostic]]:
+    """The program, if it has no errors, and all diagnostics in the order of their places."""
+    file, found = parse(source)
+    out = Elaborator(prelude_scope(), load_used).program(file)
+    diagnostics = [*found, *out.diagnostics]
+    program: Program | None = None
+    if not any(d.severity == "error" for d in diagnostics):
+        ranges = {name: (info.low, info.high) for name, info in out.params.items()}
+        lowered = Graph(roots_of(out.outputs), ranges)
+        program = Program(source, out.params, out.outputs, (), lowered, out)
+        try:
+            diagnostics += broken_requirements(program._flats, out.requirements, out.params)
+            doubts = doubtful_contracts(program.graph, out.contracts, {n: i.default for n, i in out.params.items()})
+            diagnostics += doubts
+            program = Program(source, out.params, out.outputs, tuple(diagnostics), lowered, out)
+        except PoreError as error:
+            span = Span(source, 0, 0)
+            diagnostics += [d if d.span else Diagnostic(d.code, d.message, span, hint=d.hint) for d in error.diagnostics]
+        if any(d.severity == "error" for d in diagnostics):
+            program = None
+    diagnostics.sort(key=lambda d: (d.span.source is not source, d.span.start) if d.span else (True, 0))
+    return program, diagnostics
+
+

@@ -1,0 +1,87 @@
+"""Settings: values for params, from a command line, a Python call or a slider, checked against what they declare."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+
+from porelang.diagnostics import PoreError, fail, suggest
+from porelang.language.params import ParamInfo
+from porelang.units import UNITS
+
+Setting = float | int | bool | str
+_WRITTEN = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z%]*)\s*")
+
+
+def settle(params: Mapping[str, ParamInfo], given: Mapping[str, Setting]) -> dict[str, float]:
+    """The number of every param: its default, or the setting given.
+
+    A setting is a number in base units (mm, rad, N, MPa), a text with a unit (`"2.5cm"`), or the name of a choice.
+    Errors: E083 no such param, E084 not a value for it, E085 outside its range.
+    """
+    values = {name: info.default for name, info in params.items()}
+    for name, setting in given.items():
+        if name not in params:
+            near = suggest(name, params)
+            hint = f"did you mean `{near}`?" if near else f"the params are {', '.join(params)}" if params else ""
+            raise fail("E083", f"the program has no param `{name}`", hint=hint or "it has none at all")
+        values[name] = _number(params[name], setting)
+    return values
+
+
+def _number(info: ParamInfo, setting: Setting) -> float:
+    if info.choices and not info.numbers:
+        return _choice(info, setting)
+    value = _written(info, setting) if isinstance(setting, str) else float(setting)
+    if not math.isfinite(value):
+        raise fail("E084", f"`{info.name}` cannot be {setting}", hint="give a finite number")
+    if info.numbers:
+        nearest = min(info.numbers, key=lambda n: abs(n - value))
+        if abs(nearest - value) > 1e-9 * max(1.0, abs(nearest)):
+            raise _outside(info, f"`{info.name}` cannot be {_with_unit(value, info)}", ", ".join(info.choices))
+        return nearest
+    slack = 1e-12 * max(abs(info.low), abs(info.high))
+    if not info.low - slack <= value <= info.high + slack:
+        text = f"`{info.name}` = {_with_unit(value, info)} lies outside its range"
+        raise _outside(info, text, f"{_with_unit(info.low, info)} to {_with_unit(info.high, info)}")
+    return min(max(value, info.low), info.high)
+
+
+def _outside(info: ParamInfo, message: str, allowed: str) -> PoreError:
+    return fail("E085", message, info.span, label=f"declared as {allowed}", hint=f"choose from {allowed}, or widen the param")
+
+
+def _written(info: ParamInfo, text: str) -> float:
+    match = _WRITTEN.fullmatch(text)
+    if match is None:
+        raise fail("E084", f"`{info.name}` cannot be `{text}`", info.span, label="declared here",
+                   hint="write a number, with or without a unit: 25 or 2.5cm")  # fmt: skip
+    number, unit = float(match[1]), match[2]
+    if not unit:
+        return number
+    if unit not in UNITS:
+        near = suggest(unit, UNITS)
+        raise fail("E084", f"there is no unit `{unit}`", hint=f"did you mean `{near}`?" if near else f"units are {', '.join(UNITS)}")
+    if info.dimension is not None and UNITS[unit].dimension != info.dimension:
+        raise fail("E084", f"`{info.name}` is {info.dimension}, and {text.strip()} is {UNITS[unit].dimension}", info.span,
+                   label="declared here")  # fmt: skip
+    return number * UNITS[unit].scale
+
+
+def _choice(info: ParamInfo, setting: Setting) -> float:
+    if isinstance(setting, bool):
+        setting = str(setting).lower()
+    if isinstance(setting, int | float) and setting == int(setting) and 0 <= setting < len(info.choices):
+        return float(setting)
+    if setting not in info.choices:
+        near = suggest(str(setting), info.choices)
+        raise fail("E084", f"`{info.name}` cannot be `{setting}`", info.span, label="declared here",
+                   hint=f"did you mean `{near}`?" if near else f"choose from {', '.join(info.choices)}")  # fmt: skip
+    return float(info.choices.index(str(setting)))
+
+
+def _with_unit(value: float, info: ParamInfo) -> str:
+    return f"{value:g}{info.unit if info.unit in UNITS else ''}"
+
+
