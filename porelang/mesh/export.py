@@ -14,9 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.diagnostics import PoreError, fail, suggest
-from porelang.mesh.surface import Surface
-
-LINES = 100_000  # of text made at once
+from porelang.mesh.surface import AT_ONCE, Surface
 
 
 def write(surface: Surface, path: str | Path) -> Path:
@@ -86,16 +84,18 @@ def _unwritable(path: str | Path, error: OSError) -> PoreError:
 
 def write_stl(surface: Surface, file: BinaryIO) -> None:
     """Binary STL: float32, one normal and three corners a triangle."""
-    corners = surface.vertices.astype(np.float32)[surface.faces]
-    u, v = (corners[:, i].astype(np.float64) - corners[:, 0] for i in (1, 2))
-    normal = np.cross(u, v)
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    records = np.zeros(len(corners), np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]))
-    records["normal"] = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
-    records["corners"] = corners
     # A header that begins with "solid" would be taken for a text file.
-    file.write(b"binary STL, mm".ljust(80) + np.array(len(records), "<u4").tobytes())
-    file.write(records.tobytes())
+    file.write(b"binary STL, mm".ljust(80) + np.array(len(surface.faces), "<u4").tobytes())
+    form = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    vertices, rounded = surface.vertices.astype(np.float32), surface.rounded()
+    for i in range(0, len(surface.faces), AT_ONCE):
+        part = Surface(rounded.vertices, surface.faces[i : i + AT_ONCE])
+        normals = part.normals()
+        length = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
+        records = np.zeros(len(part.faces), form)
+        records["normal"] = np.divide(normals, length, out=normals, where=length > 0)
+        records["corners"] = vertices[part.faces]
+        file.write(records.tobytes())
 
 
 def write_ply(surface: Surface, file: BinaryIO) -> None:
@@ -121,8 +121,8 @@ def write_obj(surface: Surface, file: BinaryIO) -> None:
 
 
 def _lines(form: str, rows: NDArray[np.float64] | NDArray[np.int32]) -> Iterator[str]:
-    for i in range(0, len(rows), LINES):
-        some = rows[i : i + LINES]
+    for i in range(0, len(rows), AT_ONCE):
+        some = rows[i : i + AT_ONCE]
         yield form * len(some) % tuple(some.ravel().tolist())
 
 

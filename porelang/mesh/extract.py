@@ -139,6 +139,6 @@ def _reject(layers: Layers, sample: Sample, plan: Plan, found: list[Found], soli
     raise fail(
         "E111",
         f"the part is empty: the field is positive, void, at every sample in x {x}, y {y}, z {z} mm ({where})",
-        hint=f"solid is negative: grown by more than {closest:.4g} (`offset(part, d)`; a shell's thickness by twice that) "
-        "it would not be empty; or else its walls are thinner than the voxel, or the bounds miss it",
+        hint=f"solid is negative: grown by more than {closest:.4g} (`offset(part, d)`; a shell's thickness by twice as "
+        "much) it would not be empty; or else its walls are thinner than the voxel, or the bounds miss it",
     )
