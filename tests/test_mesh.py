@@ -210,11 +210,14 @@ def test_thin_sheets_are_sound(thickness):
 
 
 @pytest.mark.parametrize(("solid", "void", "euler"), [(-3.0, 1.0, 2), (-1.0, 3.0, 4), (-1.0, 1.0, 4)])
-def test_a_face_with_two_solid_diagonals_follows_the_bilinear_interpolant(solid, void, euler):
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("axes", [(0, 1, 2), (1, 2, 0), (2, 0, 1)])
+def test_a_face_with_a_solid_diagonal_follows_the_bilinear_interpolant(solid, void, euler, mirrored, axes):
     """Two solid columns that touch at a diagonal are one body where the saddle between them is solid, else two."""
     values = np.full((6, 6, 6), void)
     values[2, 2, 1:5] = values[3, 3, 1:5] = solid
-    assert sound(of_array(values)).euler == euler
+    values = values[::-1] if mirrored else values
+    assert sound(of_array(values.transpose(axes))).euler == euler
 
 
 def test_a_part_far_from_the_origin_is_sound():
