@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.backends.numpy import TYPES, Dtype, GridField, NumpyField
+from porelang.backends.numpy import Dtype, GridField, NumpyField
 from porelang.backends.uniform import uniform_values
 from porelang.contracts import broken_requirements, doubtful_contracts
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
@@ -21,15 +21,19 @@ from porelang.language.elaborate import Elaborated, Elaborator, Output, Requirem
 from porelang.language.params import ParamInfo
 from porelang.language.prelude import prelude_scope
 from porelang.language.syntax import parse
-from porelang.language.values import Bool, Scalar, Vector
-from porelang.ops import kind
+from porelang.language.values import Scalar, Vector
 from porelang.passes import Graph, run
 from porelang.passes.box import Box, part_box, unbounded_axes
 from porelang.settings import Setting, settle
 from porelang.source import Source, Span
 
+if TYPE_CHECKING:
+    from porelang.device import DeviceField, DeviceGrid
+
 Backend = Literal["auto", "numpy", "glsl"]
 Points = NDArray[np.float64]
+#: Coordinates beyond this are taken for a mistake; no field overflows within it.
+FARTHEST = 1e9
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +127,7 @@ class Program:
         >>> program.field("part")([[0, 0, 0], [10, 0, 0]])
         array([-10.,   0.])
         """
-        return make_field(self.roots(name), self.settle(**settings), backend, dtype, threads)
+        return make_field(self.roots(name), self.settle(**settings), self.lowered.ranges, backend, dtype, threads)
 
     def bounds(self, name: str | None = None, /, **settings: Setting) -> Box:
         """The box that holds an output's solid, in mm. Errors: E102 where it has no end, E103 where it is empty."""
@@ -159,15 +163,22 @@ class Program:
 
 
 class Field:
-    """A field ready to be evaluated: call it with points, or ask for a grid."""
+    """A field ready to be evaluated. `backend` is the one that runs; `note` says why, where `auto` had to choose."""
 
-    def __init__(self, at: Callable[[Points], NDArray[Any]], on_grid: Callable[[Any], GridField] | None = None):
-        self._at = at
-        self._on_grid = on_grid
+    def __init__(self, parts: Sequence[NumpyField | DeviceField], backend: str, note: str = ""):
+        self.parts = tuple(parts)
+        self.backend = backend
+        self.note = note
 
     def __call__(self, points: Any) -> NDArray[Any]:
-        """Values at points (n, 3) in mm. Errors: E104 for points of another shape, or not finite."""
-        return self._at(checked_points(points))
+        """Values at points (n, 3) in mm: (n,), or (n, 3) for a vector. Errors: E104 for what is no place."""
+        places = checked_points(points)
+        values = [part.at(places) for part in self.parts]
+        return values[0] if len(values) == 1 else np.stack(values, axis=1)
+
+    def on_grid(self, axes: Sequence[NDArray[Any]]) -> GridField | DeviceGrid:
+        """The field (of a number) on the grid of three coordinate axes in mm."""
+        return self.parts[0].on_grid(axes)
 
 
 def checked_points(points: Any) -> Points:
@@ -185,21 +196,38 @@ def checked_points(points: Any) -> Points:
         row = int(np.argmax(bad))
         raise fail("E104", f"point {row} is ({', '.join(f'{v:g}' for v in array[row])}), which is no place",
                    hint="coordinates are finite numbers, in mm")  # fmt: skip
+    if array.size and np.abs(array).max() > FARTHEST:
+        row = int(np.argmax(np.abs(array).max(axis=1)))
+        raise fail("E104", f"point {row} lies more than 1000 km from the origin", hint="coordinates are in mm")
     return array
 
 
 def make_field(
-    roots: tuple[Node, ...], values: Mapping[str, float], backend: Backend, dtype: Dtype, threads: int | None
+    roots: tuple[Node, ...],
+    values: Mapping[str, float],
+    ranges: Mapping[str, tuple[float, float]],
+    backend: Backend,
+    dtype: Dtype,
+    threads: int | None = None,
 ) -> Field:
-    """The field of one root, or of three as a vector, on a backend."""
-    if backend == "numpy" or (backend == "auto" and dtype == "f64"):
-        parts = [NumpyField(r, values, dtype, threads) for r in roots]
-        if len(parts) == 1:
-            return Field(parts[0].at, parts[0].on_grid)
-        return Field(lambda points: np.stack([part.at(points) for part in parts], axis=1))
-    from porelang.device import device_field
+    """The field of one root, or of three as a vector. `auto` is GLSL for float32 where there is a GPU, else NumPy.
 
-    return device_field(roots, values, backend)
+    Errors: E120 where GLSL is asked for and there is no OpenGL, E123 where it is asked for in float64.
+    """
+    note = ""
+    if backend == "glsl" and dtype == "f64":
+        raise fail("E123", "GLSL computes in float32", hint="use --dtype f32, or --backend numpy for float64")
+    if backend == "glsl" or (backend == "auto" and dtype == "f32"):
+        from porelang import device
+
+        try:
+            gpu = device.gpu()
+            return Field([device.DeviceField(r, values, ranges, gpu) for r in roots], "glsl")
+        except PoreError as error:
+            if backend == "glsl":
+                raise
+            note = f"NumPy is used: {error.diagnostics[0].message}"
+    return Field([NumpyField(r, values, dtype, threads) for r in roots], "numpy", note)
 
 
 def compile(text: str | None = None, *, path: str | Path | None = None, name: str = "<text>") -> Program:

@@ -130,6 +130,7 @@ def _evaluate(e: Elaborator, function: Function, given: dict[str, Given], site: 
         sound = sound and not isinstance(value, Poison)
     if not sound and not any(isinstance(v, Poison) for v in bound.values()):
         return POISON
+    e.record(function.name, bound, site.span)
     memo = (function, *(key(v) for v in bound.values()))
     known = e.memo.get(memo)
     if known is not None:

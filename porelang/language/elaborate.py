@@ -71,6 +71,15 @@ class Requirement:
     others: tuple[Label, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class CallRecord:
+    """A call that the user wrote: the function's name, its arguments by parameter, and the place."""
+
+    name: str
+    arguments: Mapping[str, Value]
+    span: Span
+
+
 @dataclass(slots=True)
 class Elaborated:
     """All that elaboration finds out about a program."""
@@ -81,6 +90,7 @@ class Elaborated:
     checks: list[Requirement] = field(default_factory=list)
     requirements: list[Requirement] = field(default_factory=list)
     contracts: list[Requirement] = field(default_factory=list)
+    calls: list[CallRecord] = field(default_factory=list)
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
 
@@ -168,6 +178,12 @@ class Elaborator:
         """A condition over space; its number names it in `ensure` nodes."""
         self.out.contracts.append(Requirement(const(True), message, self._outside(span), others))
         return len(self.out.contracts) - 1
+
+    def record(self, name: str, arguments: Mapping[str, Value], site: Span) -> None:
+        """Note a call that stands in the user's text, in the order of evaluation, each place once."""
+        if not site.source.prelude and (site.source, site.start, site.end) not in self._said:
+            self._said.add((site.source, site.start, site.end))
+            self.out.calls.append(CallRecord(name, dict(arguments), site))
 
     def _outside(self, span: Span) -> Span:
         """The place itself, or the user's call that led into the prelude."""

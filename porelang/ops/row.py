@@ -34,7 +34,7 @@ class Op:
     `args` and `result` are kinds of values. `units` names the rule for dimensions (`porelang.language.dimensions`).
     `numpy` takes arrays or scalars and `out=`, which never overlaps an argument. `glsl` is a template over `{0}`,
     `{1}`, ...; `guarded`, if given, is a cheaper template that is right when the arguments are known to keep to
-    `calm` (see `porelang.backends.glsl`). `library` lists the files of shaders/lib that the template calls.
+    `calm` (see `porelang.backends.glsl`).
     `derivative` gives the partial derivative by each argument as nodes (None where it is 0 everywhere).
     `jumps` tells over which boxes the result may jump. `domain` says in words where the result is a number.
     `symbol` is the operator or function that writes it in the language (empty if it cannot be written).
@@ -57,5 +57,4 @@ class Op:
     jumps: Callable[..., Mask] | None = None
     guarded: str = ""
     calm: str = ""
-    library: tuple[str, ...] = ()
     facts: frozenset[str] = frozenset()

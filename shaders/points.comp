@@ -1,0 +1,14 @@
+#version 430
+// The field at a list of points: three coordinates each in, one value out.
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) writeonly buffer Values { float values[]; };
+layout(std430, binding = 1) readonly buffer Points { float points[]; };
+uniform int count;
+
+// @field
+
+void main() {
+    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint i = group * 64u + gl_LocalInvocationID.x;
+    if (i < uint(count)) values[i] = field(vec3(points[3u * i], points[3u * i + 1u], points[3u * i + 2u]));
+}
