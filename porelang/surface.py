@@ -1,0 +1,73 @@
+"""From a program's output to triangles: bounds, grid, bricks that may hold surface, samples, mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from porelang.backends.numpy import Dtype, workers
+from porelang.diagnostics import fail
+from porelang.mesh import Grid, Surface, extract
+from porelang.passes.bounds import box_test
+from porelang.passes.box import Box
+from porelang.passes.enclose import F32, F64
+from porelang.program import Backend, Program, make_field
+from porelang.settings import Setting
+
+#: Samples along the longest side where neither a voxel nor a resolution is asked for.
+RESOLUTION = 128
+Bounds = tuple[float, float, float, float, float, float]
+
+
+def mesh_output(
+    program: Program,
+    name: str | None = None,
+    voxel: float | None = None,
+    resolution: int | None = None,
+    bounds: Bounds | None = None,
+    backend: Backend = "numpy",
+    dtype: Dtype = "f32",
+    settings: Mapping[str, Setting] | None = None,
+    *,
+    threads: int | None = None,
+    prune: bool = True,
+    progress: Callable[[int, int], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> Surface:
+    """The closed surface of an output, in mm, outward.
+
+    Where `bounds` are given the part is cut flat at them; else they are found from the program. `prune` rules out bricks
+    that hold no surface before they are sampled; the triangles are the same without.
+    Errors: E100-E103 about the output, E107 about bounds, E110, E111, E114 about the field on the grid.
+    """
+    root = program.solid(name)
+    values = program.settle(**(settings or {}))
+    box = checked_bounds(bounds) if bounds is not None else program.bounds(name, **(settings or {}))
+    if voxel is None and resolution is None:
+        resolution = RESOLUTION
+    grid = Grid.cover(box.lo, box.hi, voxel, resolution)
+    cut = (box.lo, box.hi)
+    if bounds is None:  # the part ends of itself: its surface is not to be cut by a plane through it
+        h = grid.spacing
+        lo, hi = tuple(a - h for a in box.lo), tuple(b + h for b in box.hi)
+        cut = ((lo[0], lo[1], lo[2]), (hi[0], hi[1], hi[2]))
+        grid = Grid.cover(*cut, spacing=h)
+    field = make_field((root,), values, program.lowered.ranges, backend, dtype, threads=1)
+    sampled = field.on_grid(grid.axes())
+    return extract(
+        grid,
+        cut,
+        sampled.block,
+        box_test(root, values, F32 if field.backend == "glsl" or dtype == "f32" else F64) if prune else None,
+        threads=workers(threads),
+        progress=progress,
+        cancel=cancel,
+    )
+
+
+def checked_bounds(bounds: Bounds) -> Box:
+    """Six numbers as a box. Errors: E107."""
+    lo, hi = bounds[:3], bounds[3:]
+    if not all(a < b for a, b in zip(lo, hi, strict=True)):
+        raise fail("E107", f"the bounds {', '.join(f'{v:g}' for v in bounds)} hold no volume",
+                   hint="give x0,y0,z0,x1,y1,z1 with each first corner below the second")  # fmt: skip
+    return Box((lo[0], lo[1], lo[2]), (hi[0], hi[1], hi[2]))
