@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -79,23 +80,22 @@ class DeviceGrid:
     def block(self, lo: Sequence[int], hi: Sequence[int], out: Values | None = None) -> Values:
         """Values at the nodes lo <= (i, j, k) < hi, in slabs that the driver's buffers hold."""
         shape = tuple(b - a for a, b in zip(lo, hi, strict=True))
-        if out is None:
-            out = np.empty(shape, np.float32)
         made = _shader(self.field.root, self.field.ranges, "grid")
         most = self.field.device.info.max_buffer_bytes // 4
         nz = min(shape[2], most)
         ny = min(shape[1], max(1, most // nz), 65535)
         nx = min(shape[0], max(1, most // (nz * ny)), 65535)
-        for i in range(0, shape[0], nx):
-            for j in range(0, shape[1], ny):
-                for k in range(0, shape[2], nz):
-                    size = (min(nx, shape[0] - i), min(ny, shape[1] - j), min(nz, shape[2] - k))
-                    at = (lo[0] + i, lo[1] + j, lo[2] + k)
-                    cut = [a[o : o + s] for a, o, s in zip(self.axes, at, size, strict=True)]
-                    values = self.field._compute(made, size[0] * size[1] * size[2], np.concatenate(cut), {"shape": size},
-                                                 (-(-size[2] // GROUP), size[1], size[0]))  # fmt: skip
-                    out[i : i + size[0], j : j + size[1], k : k + size[2]] = values.reshape(size)
-        return out
+        for start in product(range(0, shape[0], nx), range(0, shape[1], ny), range(0, shape[2], nz)):
+            size = tuple(min(n, s - o) for n, s, o in zip((nx, ny, nz), shape, start, strict=True))
+            cut = [a[b + o : b + o + n] for a, b, o, n in zip(self.axes, lo, start, size, strict=True)]
+            groups = (-(-size[2] // GROUP), size[1], size[0])
+            values = self.field._compute(made, int(np.prod(size)), np.concatenate(cut), {"shape": size}, groups)
+            if size == shape and out is None:
+                return values.reshape(size)
+            if out is None:
+                out = np.empty(shape, np.float32)
+            out[tuple(slice(o, o + n) for o, n in zip(start, size, strict=True))] = values.reshape(size)
+        return np.empty(shape, np.float32) if out is None else out
 
     def all(self) -> Values:
         """Values at every node."""

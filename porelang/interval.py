@@ -227,7 +227,7 @@ def mod(a: Interval, b: Interval) -> Interval:
 
 
 def sign(a: Interval) -> Interval:
-    return _made(np.sign(a.lo), np.sign(a.hi), a.nan, a)
+    return _made(np.asarray(np.sign(a.lo)), np.asarray(np.sign(a.hi)), a.nan, a)
 
 
 def less(a: Interval, b: Interval) -> Interval:

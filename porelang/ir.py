@@ -179,7 +179,7 @@ def rebuild(roots: Mapping[str, Node], step: Callable[[Node], Node]) -> dict[str
 def show(roots: Mapping[str, Node], note: Callable[[Node], str] | None = None) -> str:
     """The graph as text, a line a node: `%4 = sin_turns %3`, roots last."""
     names: dict[Node, str] = {}
-    lines = []
+    lines: list[str] = []
     for n in order(roots.values()):
         if n.op == "const":
             names[n] = str(n.value).lower() if isinstance(n.value, bool) else repr(n.value)

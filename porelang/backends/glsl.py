@@ -85,7 +85,8 @@ def field_function(root: Node, ranges: Mapping[str, tuple[float, float]]) -> tup
             text = form.format(*(names[a] for a in n.args))
             lines.append(f"    {'bool' if boolean else 'precise float'} {names[n]} = {text};")
     result = f"{names[root]} ? 1.0 : 0.0" if kind(root) == "bool" else names[root]
-    return "\n".join(["float field(vec3 p) {", *lines, f"    return {result};", "}"]), tuple(uniforms)
+    # pore_keep: llvmpipe stores lane by lane, and without it would compute the last operations lane by lane too
+    return "\n".join(["float field(vec3 p) {", *lines, f"    return pore_keep({result});", "}"]), tuple(uniforms)
 
 
 def literal(value: float | bool) -> str:

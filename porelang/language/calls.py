@@ -254,9 +254,7 @@ def _match(
 
 def _missing(e: Elaborator, function: Function, what: str, site: tree.Call) -> None:
     definition = function.definition
-    others = ()
-    if definition is not None and not definition.span.source.prelude:
-        others = (Label(definition.name_span, "defined here"),)
+    others = _defined(definition)
     e.error("E043", f"`{function.name}` needs {what}", site.span, label="an argument is missing here", others=others,
             hint=f"it is called as `{signature(function)}`")  # fmt: skip
 
@@ -276,12 +274,17 @@ def signature(function: Function) -> str:
 def _too_many(
     e: Elaborator, name: str, names: Sequence[str], span: Span, definition: tree.Def | None
 ) -> Value:
-    others = ()
-    if definition is not None and not definition.span.source.prelude:
-        others = (Label(definition.name_span, "defined here"),)
+    others = _defined(definition)
     count = len(names)
     return e.error("E040", f"`{name}` takes {count} argument{'' if count == 1 else 's'}", span, others=others,
                    label="one too many", hint=f"its parameters are {', '.join(names) or 'none'}")  # fmt: skip
+
+
+def _defined(definition: tree.Def | None) -> tuple[Label, ...]:
+    """Where a function of the user's is defined; nothing for the prelude's."""
+    if definition is None or definition.span.source.prelude:
+        return ()
+    return (Label(definition.name_span, "defined here"),)
 
 
 def _no_such_parameter(e: Elaborator, name: str, a: Given, names: Sequence[str]) -> Value:

@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from porelang.diagnostics import Diagnostic, Edit, Label, PoreError, Severity
+from porelang.diagnostics import Diagnostic, Edit, Label, PoreError, Severity, suggest
 from porelang.ir import Node, Stage, const, node
 from porelang.language import names as resolution
-from porelang.language import operators, tree
+from porelang.language import dimensions, operators, tree
 from porelang.language.calls import Given, call
 from porelang.language.kinds import KINDS
 from porelang.language.params import ParamInfo, declare
@@ -209,24 +209,21 @@ class Elaborator:
         uses, unknown = resolution.resolve(file.statements, dict.fromkeys(self.base.visible()))
         index = {s: i for i, s in enumerate(file.statements)}
         order, rings = resolution.evaluation_order(bound, {n: uses[index[s]] for n, s in bound.items()})
-        for d in (*twice, *unknown, *rings):
-            self.out.diagnostics.append(d)
-        in_ring = {s.name_span for d in rings for s in bound.values() if s.name_span == d.span} | {
-            o.span for d in rings for o in d.others
-        }
+        self.out.diagnostics += [*twice, *unknown, *rings]
+        in_ring = {d.span for d in rings} | {o.span for d in rings for o in d.others}
         members: dict[str, Value] = {}
         scope = Scope(members, self.base)
         for name in order:
-            s = bound[name]
-            members[name] = POISON if s.name_span in in_ring else self._define(s, scope, prefix)
+            binding = bound[name]
+            members[name] = POISON if binding.name_span in in_ring else self._define(binding, scope, prefix)
         for s in file.statements:
             if isinstance(s, tree.Out) and not prefix:
                 self._output(s, scope)
             elif isinstance(s, tree.Check):
                 self._check(s, scope)
-        for s in file.statements:
-            if isinstance(s, tree.Def) and s not in self._called and members.get(s.name) is not POISON:
-                self._try_body(s, scope)
+        for d in bound.values():
+            if isinstance(d, tree.Def) and d not in self._called and members.get(d.name) is not POISON:
+                self._try_body(d, scope)
         return members
 
     def _define(self, s: resolution.Bound, scope: Scope, prefix: str) -> Value:
@@ -250,7 +247,7 @@ class Elaborator:
         for p in s.parameters:
             for k in p.kinds:
                 if k.name not in KINDS:
-                    near = resolution.suggest(k.name, KINDS)
+                    near = suggest(k.name, KINDS)
                     self.error("E034", f"there is no kind `{k.name}`", k.span, label="not a kind of value",
                                hint=f"did you mean `{near}`?" if near else f"the kinds are {', '.join(KINDS)}",
                                edit=Edit(k.span, near) if near else None)  # fmt: skip
@@ -404,7 +401,7 @@ class Elaborator:
                 return Scalar(moved(value.node), value.dimension)
             case Bool():
                 return Bool(moved(value.node))
-        return Vector(*(moved(n) for n in value.nodes), value.dimension)
+        return Vector(moved(value.x), moved(value.y), moved(value.z), value.dimension)
 
     def _list(self, t: tree.ListOf, scope: Scope) -> Value:
         items = [self.expr(i, scope) for i in t.items]
@@ -440,7 +437,7 @@ class Elaborator:
                 if isinstance(value, Function) and value.definition is not None:
                     self._called.add(value.definition)
                 return value
-            near = resolution.suggest(t.name, target.members)
+            near = suggest(t.name, target.members)
             return self.error("E036", f"`{target.name}` has no `{t.name}`", t.name_span, label="nothing is called this there",
                               hint=f"did you mean `{near}`?" if near else f"it has {', '.join(sorted(target.members))}",
                               edit=Edit(t.name_span, near) if near else None)  # fmt: skip
@@ -490,8 +487,8 @@ class Elaborator:
             return Bool(node("select", condition, a.node, b.node))
         if isinstance(a, Scalar | Vector) and isinstance(b, Scalar | Vector) and type(a) is type(b):
             try:
-                dimension = operators.dimensions.same([a, b])
-            except operators.dimensions.Clash:
+                dimension = dimensions.same([a, b])
+            except dimensions.Clash:
                 return self.error("E062", f"one branch is {a.dimension}, the other {b.dimension}", span,
                                   label="both must be of one kind")  # fmt: skip
             return operators.lift(lambda p, q: node("select", condition, p, q), [a, b], dimension)

@@ -48,7 +48,7 @@ def cos_turns(u: Values, out: Values = None) -> Values:
 
 def select(c: Values, a: Values, b: Values, out: Values = None) -> Values:
     if out is None:
-        return np.where(c, a, b)[()]
+        return np.asarray(np.where(c, a, b))[()]
     np.copyto(out, b)
     np.copyto(out, a, where=c)
     return out

@@ -64,7 +64,8 @@ def enclose(
                 row = TABLE[n.op]
                 inputs = [known[a] for a in n.args]
                 ranges = [e.range for e in inputs]
-                out = _widen(row, row.enclose(*ranges), ranges, precision if n.stage is Stage.FIELD else F64 if precision.eps else EXACT)
+                here = precision if n.stage is Stage.FIELD or not precision.eps else F64  # uniforms are float64
+                out = _widen(row, row.enclose(*ranges), ranges, here)
                 jumps = inputs[0].jumps
                 for e in inputs[1:]:
                     jumps = jumps | e.jumps
@@ -123,7 +124,7 @@ def _widen(row: Op, r: Interval, arguments: list[Interval], precision: Precision
         return r
     if not (t.ulp or t.absolute or t.extra):
         return r
-    more = precision.eps * t.absolute + precision.tiny
+    more = np.asarray(precision.eps * t.absolute + precision.tiny)
     if t.extra is not None:
         more = more + precision.eps * t.extra(*arguments)
     relative = precision.eps * t.ulp
