@@ -1,0 +1,53 @@
+# `make help` lists the targets. All of them work from a clean checkout and may be run again at any time.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+WORKERS ?= auto
+ENVIRONMENT := PYTHONUNBUFFERED=1
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test check gl bench lint golden docs clean
+
+help:  ## list the targets
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
+
+$(READY): pyproject.toml
+	@echo "== making $(VENV) and installing porelang with what its tests need"
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo "Python 3.11 or newer is needed: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { echo "the venv module is missing: apt-get install python3-venv"; exit 1; }
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+demo: $(READY)  ## compile examples/specimen.pore to out/specimen.stl and out/specimen.png, and print its report
+	@mkdir -p out
+	@$(BIN)/pore mesh examples/specimen.pore --voxel 1.5mm -o out/specimen.stl
+	@$(BIN)/python examples/picture.py out/specimen.stl out/specimen.png
+
+gl: $(READY)
+	@PATH="$(CURDIR)/$(BIN):$$PATH" sh .ci/gl
+
+test: gl lint  ## run the linters and the whole suite (installs Mesa's software OpenGL where there is no OpenGL)
+	@echo "== pytest"
+	@$(ENVIRONMENT) $(BIN)/python -m pytest -n $(WORKERS)
+
+lint: $(READY)  ## ruff and mypy --strict
+	@echo "== ruff, mypy"
+	@$(BIN)/ruff check .
+	@$(BIN)/mypy porelang
+
+bench: $(READY)  ## time the compiler, the evaluation and the meshing of the examples
+	@$(BIN)/python benchmarks/run.py
+
+golden: $(READY)  ## rewrite the texts that tests compare with; look at the diff before you keep it
+	@PORELANG_GOLDEN=1 $(BIN)/python -m pytest tests/test_errors.py
+	@git --no-pager diff --stat -- tests/errors
+
+docs: $(READY)  ## write the generated parts of docs/language.md anew
+	@$(BIN)/python docs/generate.py
+
+clean:  ## remove the environment, caches and out/
+	rm -rf $(VENV) out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find porelang tests docs examples benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,244 @@
+"""The commands: each takes the parsed options and gives an exit status."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import traceback
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout, suppress
+from typing import TYPE_CHECKING
+
+from porelang.cli import report
+from porelang.cli.arguments import parse
+from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
+
+if TYPE_CHECKING:
+    from porelang.language.params import ParamInfo
+    from porelang.program import Program
+
+Command = Callable[[Namespace], int]
+
+
+def run(argv: Sequence[str]) -> int:
+    """Run a command line; whatever goes wrong is said as a diagnostic."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    command = ""
+    try:
+        options = parse(argv)
+        command = options.command or "help"
+        return RUN[command](options)
+    except PoreError as error:
+        found = list(error.diagnostics)
+    except SystemExit as asked:  # argparse has printed help or the version
+        return int(asked.code or 0)
+    except MemoryError:
+        found = [
+            Diagnostic(
+                "E124",
+                "this machine has not enough memory for that",
+                hint="use a larger --voxel, smaller --bounds or fewer points",
+            )
+        ]
+    except (KeyboardInterrupt, BrokenPipeError):
+        raise
+    except Exception as error:
+        if os.environ.get("PORELANG_DEBUG"):
+            traceback.print_exc()
+        found = [bug(error)]
+    return rejected(found, command, "--json" in argv)
+
+
+def rejected(found: list[Diagnostic], command: str, as_json: bool) -> int:
+    """Say why a command could not be carried out; with --json on standard output too."""
+    report.say(found)
+    if as_json:
+        listed = [d.to_json() for d in found]
+        report.put(listed if command == "check" else {"errors": listed})
+    return report.status(found)
+
+
+def bug(error: Exception) -> Diagnostic:
+    """What is said of an error that is ours, not the user's."""
+    from porelang import __version__
+
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{os.path.basename(last.filename)}:{last.lineno}"
+    return Diagnostic(
+        "E199",
+        f"this is a bug in porelang, not in your program: {type(error).__name__} at {where}",
+        hint=f"please report it with the program and the command (porelang {__version__}, "
+        f"Python {platform.python_version()}, {sys.platform}); PORELANG_DEBUG=1 shows more",
+    )
+
+
+def load(options: Namespace) -> Program:
+    """The program of a command, its warnings said. Errors: all that is wrong with it."""
+    from porelang.files import read_source
+    from porelang.program import try_compile
+
+    program, found = try_compile(read_source(options.file))
+    if program is None:
+        raise PoreError(found)
+    if not getattr(options, "quiet", False):
+        report.say(found)
+    return program
+
+
+def broken_checks(program: Program, settings: dict[str, str]) -> list[Diagnostic]:
+    """An error for each `check` of the program that does not hold with these settings."""
+    from porelang.ir import order
+
+    values = program.settle(**settings)
+    found = []
+    for check in program.failed_checks(**settings):
+        used = sorted({str(n.value) for n in order([check.condition]) if n.op == "param"})
+        with_these = ", ".join(f"{name} = {shown(program.params[name], values[name])}" for name in used)
+        label = f"does not hold with {with_these}" if used else "does not hold"
+        found.append(Diagnostic("E068", check.message, check.span, label, check.others))
+    return found
+
+
+def shown(info: ParamInfo, value: float) -> str:
+    """The value of a param as a user would write it."""
+    return info.choices[int(value)] if info.choices and not info.numbers else f"{value:g}{info.unit}"
+
+
+def check(options: Namespace) -> int:
+    """`pore check`: all diagnostics, the `check` statements included."""
+    from porelang.files import read_source
+    from porelang.program import try_compile
+
+    source = read_source(options.file)
+    program, found = try_compile(source)
+    if program is not None:
+        try:
+            found = [*found, *broken_checks(program, dict(options.settings))]
+        except PoreError as error:
+            found = [*found, *error.diagnostics]
+    report.say([d for d in found if d.severity == "error" or not options.quiet])
+    if options.json:
+        report.put([d.to_json() for d in found])
+    if not options.quiet:
+        errors = sum(d.severity == "error" for d in found)
+        warnings = report.plural(len(found) - errors, "warning")
+        report.note(f"{options.file}: {report.plural(errors, 'error')}, {warnings}")
+    return report.status(found)
+
+
+def show(options: Namespace) -> int:
+    """`pore show`: the graph after a pass, with what the pass notes of each node."""
+    from porelang import ir
+    from porelang.passes import PIPELINE, run
+
+    names = [step.name for step in PIPELINE]
+    after = options.after or names[-1]
+    if after not in names:
+        near = suggest(after, names)
+        raise fail(
+            "E108",
+            f"there is no pass `{after}`",
+            hint=f"did you mean `{near}`?" if near else f"the passes are {', '.join(names)}",
+        )
+    program = load(options)
+    chosen = program.output(options.out) if options.out else None
+    graph = run(program.lowered, after)
+    note = PIPELINE[names.index(after)].note
+    roots = {name: root for name, root in graph.roots.items() if chosen in (None, name.partition(".")[0])}
+    text = ir.show(roots, note and note(graph))
+    if options.json:
+        report.put({"after": after, "nodes": len(ir.order(roots.values())), "lines": text.split("\n")})
+    else:
+        print(text)
+    return 0
+
+
+def glsl(options: Namespace) -> int:
+    """`pore glsl`: the text of the shader."""
+    from porelang.backends.glsl import shader
+
+    program = load(options)
+    made = shader(
+        program.solid(options.out), program.lowered.ranges, "grid" if options.stage == "compute" else "fragment"
+    )
+    if options.json:
+        report.put({"stage": options.stage, "text": made.text, "uniforms": len(made.uniforms)})
+    else:
+        print(made.text.rstrip())
+    return 0
+
+
+def notation(options: Namespace) -> int:
+    """`pore notation`: the steps of the program as the paper writes them."""
+    from porelang.cli.notation import steps
+
+    found = steps(load(options))
+    if options.json:
+        report.put(
+            [{"line": s.span.line, "step": s.text, "notation": s.notation, "dimension": s.dimension} for s in found]
+        )
+    for s in found if not options.json else ():
+        print(f"{s.notation:<24} {s.dimension:<12} {s.text}")
+    if not found:
+        report.note(f"{options.file}: none of the ten modifications is used")
+    return 0
+
+
+def evaluate(options: Namespace) -> int:
+    """`pore eval`: values at points."""
+    from porelang.cli.evaluate import evaluate
+
+    return evaluate(load(options), options)
+
+
+def mesh(options: Namespace) -> int:
+    """`pore mesh`: the surface, to a file."""
+    from porelang.cli.meshing import mesh
+
+    return mesh(options)
+
+
+def explain(options: Namespace) -> int:
+    """`pore explain`: the page of a code, or the list of all."""
+    from porelang.cli.explain import explain
+
+    return explain(options.code, options.json)
+
+
+def doctor(options: Namespace) -> int:
+    """`pore doctor`: what of this machine is used."""
+    from porelang.conformance.report import doctor
+
+    return int(doctor(options))
+
+
+def conformance(options: Namespace) -> int:
+    """`pore conformance`: the backends compared on this machine."""
+    from porelang.conformance.report import certificate
+
+    return int(certificate(options))
+
+
+def usage(options: Namespace) -> int:
+    """`pore` alone says what it can do, and that this was no command."""
+    with suppress(SystemExit), redirect_stdout(sys.stderr):
+        parse(["--help"])
+    return 2
+
+
+RUN: dict[str, Command] = {
+    "check": check,
+    "mesh": mesh,
+    "eval": evaluate,
+    "show": show,
+    "glsl": glsl,
+    "notation": notation,
+    "explain": explain,
+    "doctor": doctor,
+    "conformance": conformance,
+    "help": usage,
+}

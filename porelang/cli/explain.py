@@ -1,0 +1,42 @@
+"""`pore explain`: what a diagnostic means."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+from porelang.cli import report
+from porelang.codes import CODES, Code
+from porelang.diagnostics import fail, suggest
+
+
+def explain(code: str | None, as_json: bool) -> int:
+    """Print the page of a code; without one, the list of all. Errors: E108 for a code that does not exist."""
+    if code is None:
+        if as_json:
+            report.put([asdict(CODES[name]) for name in sorted(CODES)])
+        else:
+            for name, page in sorted(CODES.items()):
+                print(f"{name}  {page.title}")
+        return 0
+    name = code.upper()
+    if name not in CODES:
+        near = suggest(name, CODES)
+        raise fail(
+            "E108",
+            f"there is no diagnostic `{code}`",
+            hint=f"did you mean `{near}`? `pore explain` lists all" if near else "`pore explain` lists all",
+        )
+    if as_json:
+        report.put(asdict(CODES[name]))
+    else:
+        print(page_text(CODES[name]))
+    return 0
+
+
+def page_text(page: Code) -> str:
+    """A page as it is printed."""
+    parts = [f"{page.code}: {page.title}", page.explanation]
+    for heading, example in (("Wrong:", page.wrong), ("Right:", page.right)):
+        if example:
+            parts.append("\n".join([heading, *(f"    {line}" for line in example.strip().splitlines())]))
+    return "\n\n".join(parts)

@@ -1,0 +1,128 @@
+"""`pore mesh`: the surface of a part, to a file, with a short report."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from argparse import Namespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from porelang.cli import report
+from porelang.cli.commands import broken_checks, load
+from porelang.cli.evaluate import machine
+from porelang.diagnostics import PoreError, fail
+from porelang.mesh import Surface, write
+from porelang.mesh.export import writer_of
+from porelang.surface import checked_bounds, mesh_output
+
+if TYPE_CHECKING:
+    from porelang.program import Program
+
+#: More samples than this are a slip of the voxel, not a wish.
+MOST_NODES = 20_000_000_000
+
+
+def mesh(options: Namespace) -> int:
+    """Mesh an output, write it and print a report. What can be refused is refused before anything is computed."""
+    writer_of(options.output)
+    folder = os.path.dirname(os.path.abspath(options.output))
+    if not os.path.isdir(folder):
+        raise fail(
+            "E113",
+            f"cannot write {options.output}: there is no folder {folder}",
+            hint=f"make it first: mkdir -p {folder}",
+        )
+    if options.voxel is not None and options.resolution is not None:
+        raise fail("E108", "--voxel and --resolution say the same thing twice", hint="give one of them")
+    program = load(options)
+    settings = dict(options.settings)
+    if broken := broken_checks(program, settings):
+        raise PoreError(broken)
+    _refuse_too_fine(program, options, settings)
+    backend, dtype = machine(options, "f32")
+    start = time.perf_counter()
+    progress = report.progress("meshing", options.quiet)
+    surface = mesh_output(
+        program,
+        options.out,
+        options.voxel,
+        options.resolution,
+        options.bounds,
+        backend,
+        dtype,
+        settings,
+        progress=progress,
+    )
+    write(surface, options.output)
+    found = facts(surface) | {"seconds": round(time.perf_counter() - start, 3), "backend": backend, "dtype": dtype}
+    if options.json:
+        report.put({"file": options.output, "output": program.output(options.out)} | found)
+    elif not options.quiet:
+        print(_text(options.output, found))
+    return 0
+
+
+def _refuse_too_fine(program: Program, options: Namespace, settings: dict[str, str]) -> None:
+    """Refuse a grid of more nodes than anybody waits for. Errors: E114."""
+    if options.voxel is None and options.resolution is None:
+        return
+    box = checked_bounds(options.bounds) if options.bounds else program.bounds(options.out, **settings)
+    voxel = options.voxel or max(box.size) / options.resolution
+    nodes = math.prod(s / voxel + 2 for s in box.size)
+    if nodes > MOST_NODES:
+        enough = voxel * (nodes / MOST_NODES) ** (1 / 3)
+        digits = 1 - math.floor(math.log10(enough))
+        enough = math.ceil(enough * 10**digits) / 10**digits
+        size = " x ".join(f"{s:g}" for s in box.size)
+        raise fail(
+            "E114",
+            f"a voxel of {voxel:g} mm asks for {nodes:.2g} samples of a box of {size} mm",
+            hint=f"a voxel of {enough:g} mm would do; or mesh a part of it with --bounds",
+        )
+
+
+def facts(surface: Surface) -> dict[str, Any]:
+    """What a mesh is, in mm, mm2 and mm3; `components` counts the closed surfaces."""
+    lo, hi = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    return {
+        "triangles": len(surface.faces),
+        "vertices": len(surface.vertices),
+        "volume": surface.volume,
+        "area": surface.area,
+        "bounds": [lo.tolist(), hi.tolist()],
+        "components": components(surface),
+    }
+
+
+def components(surface: Surface) -> int:
+    """The number of surfaces that are not joined: each island and each closed cavity is one."""
+    root = np.arange(len(surface.vertices))
+    edges = surface.faces[:, [0, 1, 1, 2]].reshape(-1, 2)
+    while True:  # each round links every vertex to the least known of its neighbours, then follows the links
+        a, b = root[edges[:, 0]], root[edges[:, 1]]
+        apart = a != b
+        if not apart.any():
+            return int(np.count_nonzero(root == np.arange(len(root))))
+        edges = edges[apart]
+        np.minimum.at(root, np.maximum(a, b)[apart], np.minimum(a, b)[apart])
+        while not np.array_equal(further := root[root], root):
+            root = further
+
+
+def _text(path: str, found: dict[str, Any]) -> str:
+    lo, hi = found["bounds"]
+    size = " x ".join(f"{b - a:.4g}" for a, b in zip(lo, hi, strict=True))
+    lines = {
+        "triangles": f"{found['triangles']:,}",
+        "volume": f"{found['volume']:.6g} mm3",
+        "area": f"{found['area']:.6g} mm2",
+        "size": f"{size} mm",
+        "from": f"{', '.join(f'{v:.5g}' for v in lo)}",
+        "to": f"{', '.join(f'{v:.5g}' for v in hi)}",
+        "surfaces": f"{found['components']}{'' if found['components'] == 1 else ' that are not joined'}",
+        "time": f"{found['seconds']:.2f} s ({found['backend']}, {found['dtype']})",
+    }
+    return "\n".join([path, *(f"  {name:<10} {value}" for name, value in lines.items())])

@@ -1,0 +1,105 @@
+"""What the commands say, and where: diagnostics and progress to standard error, results to standard output."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import sys
+import time
+from collections.abc import Callable, Iterable
+from typing import Any, TextIO
+
+from porelang.diagnostics import Diagnostic, render
+
+#: Wrong usage, wherever it is found: the request does not fit the program, or its files are not there.
+_USAGE = frozenset({"E100", "E104", "E105", "E107", "E108", "E112", "E113", "E114", "E123"})
+_SETTINGS = frozenset({"E083", "E084", "E085"})
+_BOLD, _RED, _YELLOW, _BLUE, _CYAN, _END = "\033[1m", "\033[1;31m", "\033[1;33m", "\033[1;34m", "\033[36m", "\033[0m"
+
+
+def status(found: Iterable[Diagnostic]) -> int:
+    """The exit status that diagnostics call for."""
+    errors = [d for d in found if d.severity == "error"]
+    if not errors:
+        return 0
+    if all(d.code.startswith("E12") and d.code not in _USAGE for d in errors):
+        return 3
+    if all(d.code in _SETTINGS or (d.code in _USAGE and d.span is None) for d in errors):
+        return 2
+    return 1
+
+
+def say(found: Iterable[Diagnostic]) -> None:
+    """Write diagnostics to standard error, in colour on a terminal."""
+    coloured = _colourful(sys.stderr)
+    for d in found:
+        text = render(d)
+        print(colour(text) if coloured else text, end="\n\n", file=sys.stderr, flush=True)
+
+
+def note(text: str) -> None:
+    """A line to standard error."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def put(value: Any) -> None:
+    """The result as one JSON value on standard output; what is no finite number is null, as JSON has no other word."""
+    print(json.dumps(_finite(value), indent=2))
+
+
+def _finite(value: Any) -> Any:
+    match value:
+        case float():
+            return value if value - value == 0 else None
+        case dict():
+            return {k: _finite(v) for k, v in value.items()}
+        case list() | tuple():
+            return [_finite(v) for v in value]
+    return value
+
+
+def colour(text: str) -> str:
+    """The text of a diagnostic with the escape sequences of a terminal."""
+    head, *rest = text.split("\n")
+    severity = _YELLOW if head.startswith("warning") else _RED
+    word, _, message = head.partition(": ")
+    lines = [f"{severity}{word}{_END}: {_BOLD}{message}{_END}"]
+    for line in rest:
+        if match := re.match(r"( *)(-->)(.*)", line):
+            lines.append(f"{match[1]}{_BLUE}-->{_END}{match[3]}")
+        elif match := re.match(r"( +\| *)([\^-]+.*)", line):
+            lines.append(f"{match[1]}{severity if match[2][0] == '^' else _BLUE}{match[2]}{_END}")
+        elif match := re.match(r"( *= hint: )(.*)", line):
+            lines.append(f"{match[1]}{_CYAN}{match[2]}{_END}")
+        else:
+            lines.append(line)
+    return "\n".join(lines)
+
+
+def _colourful(stream: TextIO) -> bool:
+    return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def progress(what: str, quiet: bool) -> Callable[[int, int], None] | None:
+    """A progress bar on standard error, to be called with (done, all); None where nobody watches."""
+    if quiet or not sys.stderr.isatty():
+        return None
+    last = 0.0
+
+    def show(done: int, total: int) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if done < total and now - last < 0.1:
+            return
+        last = now
+        filled = 30 * done // max(total, 1)
+        bar = f"\r{what} [{'#' * filled}{' ' * (30 - filled)}] {100 * done // max(total, 1):3d} %"
+        print("\r\033[K" if done >= total else bar, end="", file=sys.stderr, flush=True)
+
+    return show
+
+
+def plural(count: int, thing: str) -> str:
+    """`1 warning`, `2 warnings`, `no errors`."""
+    return f"{count or 'no'} {thing}{'' if count == 1 else 's'}"
