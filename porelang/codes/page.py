@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """A page of `pore explain`: a stable code, what it is about, why, and a program before and after (empty if none fits)."""
+    """A page of `pore explain`: a stable code, what it is about, why, and a program before (or "") and after."""
 
     code: str
     title: str

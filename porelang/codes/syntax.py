@@ -225,9 +225,10 @@ SYNTAX = (
     Code(
         "E028",
         "a file that is too large",
-        "A program may have a million characters. Data belong in files of their own, which `load` and\n`mesh` read.",
+        "A program may have a million characters. Definitions that several programs share belong in a file of\n"
+        "their own, which `use` brings in.",
         "",
-        'let stress = load("stress.vtu", "von_mises")',
+        'use "lattices.pore" as lattices\nlattices.skin & cylinder(75, 300)',
     ),
     Code(
         "E029",

@@ -7,8 +7,9 @@ import re
 from dataclasses import dataclass, replace
 from typing import Any
 
-from porelang.diagnostics import Edit, Label, fail, suggest
+from porelang.diagnostics import Edit, Label, PoreError, fail, suggest
 from porelang.language import tree
+from porelang.language.failure import new_value
 from porelang.language.tokens import Token
 from porelang.source import Span
 from porelang.units import UNITS
@@ -274,14 +275,7 @@ def _value(node: Any) -> Any:
 
 def _same_line(opened: Token, target: Any) -> None:
     if opened.fresh:
-        raise fail(
-            "E008",
-            f"a `{opened.text}` at the start of a line begins a new value",
-            opened.span,
-            others=(Label(target.span, "this value ends here"),),
-            hint=f"put a comma between the two, or the `{opened.text}` on the line before",
-            edit=Edit(Span(target.span.source, target.span.end, target.span.end), ","),
-        )
+        raise PoreError(new_value(opened, target.span))
 
 
 def _not_a_pipe_target(target: tree.Expr) -> None:

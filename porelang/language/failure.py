@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 
-from porelang.diagnostics import Diagnostic, Edit
+from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.language.tokens import CLOSING, OPENING, STATEMENTS, VALUE_END, Token
 from porelang.source import Span
 
@@ -108,3 +108,15 @@ def describe(token: Token) -> str:
         case "STRING":
             return f"the text {shown}"
     return f"the word `{shown}`" if token.type in WORDS else f"`{shown}`"
+
+
+def new_value(opened: Token, before: Span) -> Diagnostic:
+    """Of a `(` or `[` that begins a line inside brackets: it would call or index the value before it."""
+    return Diagnostic(
+        "E008",
+        f"a `{opened.text}` at the start of a line begins a new value",
+        opened.span,
+        others=(Label(before, "this value ends here"),),
+        hint=f"put a comma between the two, or the `{opened.text}` on the line before",
+        edit=Edit(Span(before.source, before.end, before.end), ","),
+    )

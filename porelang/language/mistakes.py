@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from porelang.diagnostics import Diagnostic, Edit, Label
-from porelang.language.failure import WORDS, Failure, describe
+from porelang.language.failure import WORDS, Failure, describe, new_value
 from porelang.language.tokens import CLOSING, OPENING, OPERATORS, STATEMENTS, VALUE_END, Token
 from porelang.source import Span
 from porelang.units import UNITS
@@ -168,7 +168,7 @@ def _use(f: Failure) -> Diagnostic | None:
     message = (
         "a file that is used needs a name" if f.at in (2, 3) else f"{describe(f.found)} does not belong to a `use`"
     )
-    return f.say("E022", message, "`as NAME` expected" if f.at == 2 else "", hint)
+    return f.say("E022", message, "`as` and a name expected" if f.at == 2 else "", hint)
 
 
 def _check(f: Failure) -> Diagnostic | None:
@@ -391,6 +391,9 @@ def _misplaced(f: Failure) -> Diagnostic | None:
         if inner == "LBRACE":
             return f.say("E021", "a comma cannot stand in a block", hint="a list is written in `[ ]`")
         if inner == "LBRACK" and f.opening_is_index:
+            opened = f.within[-1]
+            if opened.fresh:
+                return new_value(opened, f.tokens[f.tokens.index(opened) - 1].span)
             return f.say("E021", "an index is one number", hint="write `points[2]`, or `points[2].x`")
         if not inner:
             return f.say("E021", "a comma cannot stand here", hint="write [a, b, c] for a vector or a list")
