@@ -164,18 +164,32 @@ def on_domain(
 
 def sin_turns(u: Interval) -> Interval:
     """Sine of `u` turns: its crests lie at 1/4 + n, its troughs at 3/4 + n."""
-    wide = _infinite(u) | (u.hi - u.lo >= 1.0)
-    lo, hi = np.where(wide, 0.0, u.lo), np.where(wide, 0.0, u.hi)
-    ends = [np.sin(math.tau * (v - np.rint(v))) for v in (lo, hi)]
-    crest = wide | (np.floor(hi - 0.25) >= np.ceil(lo - 0.25))
-    trough = wide | (np.floor(hi - 0.75) >= np.ceil(lo - 0.75))
-    low = np.where(trough, -1.0, np.minimum(*ends))
-    high = np.where(crest, 1.0, np.maximum(*ends))
-    return _made(low, high, _infinite(u), u)
+    return _wave(u, u.lo, u.hi, 0.25, lambda v: np.sin(math.tau * (v - np.rint(v))))
 
 
 def cos_turns(u: Interval) -> Interval:
-    return sin_turns(Interval(u.lo + 0.25, u.hi + 0.25, u.nan))
+    return _wave(u, u.lo, u.hi, 0.0, lambda v: np.cos(math.tau * (v - np.rint(v))))
+
+
+def sin(a: Interval) -> Interval:
+    """Sine of `a` radians."""
+    return _wave(a, a.lo / math.tau, a.hi / math.tau, 0.25, np.sin)
+
+
+def cos(a: Interval) -> Interval:
+    return _wave(a, a.lo / math.tau, a.hi / math.tau, 0.0, np.cos)
+
+
+def _wave(a: Interval, lo: Array, hi: Array, crest: float, function: Callable[[Array], Array]) -> Interval:
+    """The rule of a sine of `a`, that is of lo..hi turns: crests lie at `crest` + n, troughs half a turn from them."""
+    wide = ~(hi - lo < 1.0)  # infinite ones too
+    slack = (np.maximum(np.abs(lo), np.abs(hi)) + 1.0) * 2.0**-51
+    with np.errstate(invalid="ignore"):
+        ends = [function(np.where(np.isinf(v), 0.0, v)) for v in (a.lo, a.hi)]
+        top = wide | (np.floor(hi - crest + slack) >= np.ceil(lo - crest - slack))
+        low_point = crest + 0.5
+        bottom = wide | (np.floor(hi - low_point + slack) >= np.ceil(lo - low_point - slack))
+    return _made(np.where(bottom, -1.0, np.minimum(*ends)), np.where(top, 1.0, np.maximum(*ends)), _infinite(a), a)
 
 
 def atan2(y: Interval, x: Interval) -> Interval:
@@ -192,13 +206,13 @@ def power(a: Interval, b: Interval) -> Interval:
     base = Interval(np.maximum(a.lo, 0.0), np.maximum(a.hi, 0.0), a.nan)
     with np.errstate(all="ignore"):
         ends = [np.power(p, q) for p in (base.lo, base.hi) for q in (b.lo, b.hi)]
-        lo, hi = np.minimum.reduce(ends), np.maximum.reduce(ends)
+        lo, hi = np.asarray(np.minimum.reduce(ends)), np.asarray(np.maximum.reduce(ends))
         # x ^ q passes 1 where x = 1 or q = 0
         one = base.contains(1.0) | b.contains(0.0)
         lo, hi = np.where(one, np.minimum(lo, 1.0), lo), np.where(one, np.maximum(hi, 1.0), hi)
         negative = a.lo < 0
         if not negative.any():
-            return _made(lo, hi, np.zeros(lo.shape, np.bool_), a, b)
+            return _made(lo, hi, np.zeros(np.shape(lo), np.bool_), a, b)
         whole = (b.lo == b.hi) & (b.lo == np.rint(b.lo))
         even = whole & (np.fmod(b.lo, 2.0) == 0)
         sides = [np.power(v, np.where(whole, b.lo, 1.0)) for v in (a.lo, a.hi)]
@@ -215,14 +229,24 @@ def power(a: Interval, b: Interval) -> Interval:
     return _made(lo, hi, negative & ~whole, a, b)
 
 
+def one_period(quotient: Interval) -> Mask:
+    """Where a quotient, rounded by a backend before its floor is taken, certainly has one and the same floor."""
+    low = np.floor(quotient.lo - np.abs(quotient.lo) * 2.0**-21 - 1e-37)
+    high = np.floor(quotient.hi + np.abs(quotient.hi) * 2.0**-21 + 1e-37)
+    return np.asarray((low == high) & np.isfinite(low))
+
+
 def mod(a: Interval, b: Interval) -> Interval:
-    """a - b floor(a / b): inside 0..b, exact where both ends lie in one period."""
+    """a - b floor(a / b): inside 0..b, exact where both ends lie in one period, anything where a part may overflow."""
     quotient = div(a, b)
-    fixed = (b.lo == b.hi) & (np.floor(quotient.lo) == np.floor(quotient.hi))
+    fixed = (b.lo == b.hi) & one_period(quotient)
     turns = np.where(np.isfinite(quotient.lo), np.floor(quotient.lo), 0.0) * np.where(np.isfinite(b.lo), b.lo, 0.0)
-    lo = np.where(fixed, a.lo - turns, np.minimum(b.lo, 0.0))
-    hi = np.where(fixed, a.hi - turns, np.maximum(b.hi, 0.0))
-    nan = b.contains(0.0) | _infinite(a) | _infinite(b) | quotient.nan
+    beyond = np.zeros((), np.bool_)
+    for part in (quotient, a, b):
+        beyond = beyond | (part.lo < -1e37) | (part.hi > 1e37)
+    lo = np.where(beyond, -INF, np.where(fixed, a.lo - turns, np.minimum(b.lo, 0.0)))
+    hi = np.where(beyond, INF, np.where(fixed, a.hi - turns, np.maximum(b.hi, 0.0)))
+    nan = b.contains(0.0) | _infinite(a) | _infinite(b) | quotient.nan | beyond
     return _made(lo, hi, nan, a, b)
 
 
@@ -242,7 +266,7 @@ def less_equal(a: Interval, b: Interval) -> Interval:
 
 def equal(a: Interval, b: Interval) -> Interval:
     possible = ~a.empty & ~b.empty
-    apart = (a.hi < b.lo) | (b.hi < a.lo)
+    apart = np.asarray((a.hi < b.lo) | (b.hi < a.lo))
     same = (a.lo == a.hi) & (b.lo == b.hi) & (a.lo == b.lo)
     return truth(~same | a.nan | b.nan | ~possible, possible & ~apart)
 
@@ -264,3 +288,21 @@ def select(c: Interval, a: Interval, b: Interval) -> Interval:
     lo = np.minimum(np.where(yes, a.lo, INF), np.where(no, b.lo, INF))
     hi = np.maximum(np.where(yes, a.hi, -INF), np.where(no, b.hi, -INF))
     return Interval(lo, hi, (yes & a.nan) | (no & b.nan))
+
+
+def meet(a: Interval, b: Interval) -> Interval:
+    """What lies in both; empty (lo > hi) where nothing does."""
+    return Interval(np.maximum(a.lo, b.lo), np.minimum(a.hi, b.hi), a.nan)
+
+
+def up_to(w: Interval) -> Interval:
+    """Numbers whose magnitude is at most the high end of `w`."""
+    return Interval(-w.hi, w.hi, w.nan)
+
+
+def at_most(w: Interval) -> Interval:
+    return Interval(np.full_like(w.hi, -INF), w.hi, w.nan)
+
+
+def at_least(w: Interval) -> Interval:
+    return Interval(w.lo, np.full_like(w.lo, INF), w.nan)

@@ -369,6 +369,9 @@ class Elaborator:
         for (op, right), op_span in zip(t.rest, t.op_spans, strict=True):
             if op == "|>":
                 value = self._pipe(value, span, right, scope)
+            elif op == "..":
+                value = self.error("E060", "a range is no value here", span.to(right.span), label="`lo..hi` stands in a param",
+                                   hint="for a list of numbers write `range(lo, hi)`")  # fmt: skip
             elif op == "@":
                 value = self._at(value, span, self.expr(right, scope), right.span)
             else:

@@ -1,7 +1,7 @@
 """THE TABLE: every kernel operation, declared once.
 
-The checker, the folder, both backends, the enclosures, the gradient, the error oracle, the table tests, the generator of
-random programs and the reference manual all read these rows. To add an operation is to add a row.
+The checker, the folder, both backends, the enclosures, the gradient, the error oracle, the table tests, the generator
+of random programs and the reference manual all read these rows. To add an operation is to add a row.
 
 Tolerances hold for NumPy in float32 and float64 and for GLSL with the functions of shaders/lib alike; they were
 measured by `pore doctor` and are asserted by tests/test_table.py.
@@ -37,25 +37,13 @@ def _size(*args: Interval) -> Array:
     return np.where(args[0].empty, 0.0, np.maximum(np.abs(args[0].lo), np.abs(args[0].hi)))
 
 
-def _exponent(a: Interval, b: Interval) -> Array:
-    """|result| * |b log a|, by which the error of a power grows."""
-    power = iv.power(a, b)
-    tiny = np.float64(1e-45)
-    logs = np.maximum(np.abs(np.log(np.maximum(np.abs(a.lo), tiny))), np.abs(np.log(np.maximum(np.abs(a.hi), tiny))))
-    grown = logs * _size(b) * _size(power)
-    return np.where(np.isfinite(grown), grown, 0.0)
-
-
-def _exp_extra(a: Interval) -> Array:
-    """|result| * |x|: the reduction of the argument of an exponential."""
-    grown = np.exp(np.minimum(a.hi, 700.0)) * np.minimum(_size(a), 700.0)
-    return np.where(np.isfinite(grown), grown, 0.0)
+def _reduction(a: Interval) -> Array:
+    """What an angle loses in its reduction to a turn, which GLSL does with 48 bits: |x| 2^-46 in float32."""
+    return _size(a) * 2.0**-23
 
 
 def _steps(at: Callable[[Array], Array]) -> Callable[[Interval], Mask]:
     return lambda a: at(a.lo) != at(a.hi)
-
-
 
 
 def _positive(a: Node) -> Node:
@@ -65,38 +53,47 @@ def _positive(a: Node) -> Node:
 _ROWS = (
     # ---- arithmetic -------------------------------------------------------------------------------------------------
     Op("neg", R, "real", "The negative.", np.negative, "(-{0})", iv.neg, lambda a, f: (const(-1.0),), "-",
-       ("-(2)", -2.0), tolerance=Tolerance(0.0), facts=frozenset({"odd"})),
+       ("-(2)", -2.0), tolerance=Tolerance(0.0), facts=frozenset({"odd"}),
+       narrow=lambda w, a: (iv.neg(w),)),
     Op("add", RR, "real", "The sum.", np.add, "({0} + {1})", iv.add, lambda a, b, f: (ONE, ONE), "+",
-       ("1.5 + 2", 3.5), facts=frozenset({"commutative"})),
+       ("1.5 + 2", 3.5), facts=frozenset({"commutative"}),
+       narrow=lambda w, a, b: (iv.sub(w, b), iv.sub(w, a))),
     Op("sub", RR, "real", "The difference.", np.subtract, "({0} - {1})", iv.sub,
-       lambda a, b, f: (ONE, const(-1.0)), "-", ("1.5 - 2", -0.5)),
+       lambda a, b, f: (ONE, const(-1.0)), "-", ("1.5 - 2", -0.5),
+       narrow=lambda w, a, b: (iv.add(w, b), iv.sub(a, w))),
     Op("mul", RR, "real", "The product.", np.multiply, "({0} * {1})", iv.mul, lambda a, b, f: (b, a), "*",
-       ("1.5 * 2", 3.0), units="product", facts=frozenset({"commutative"})),
+       ("1.5 * 2", 3.0), units="product", facts=frozenset({"commutative"}),
+       narrow=lambda w, a, b: (iv.div(w, b), iv.div(w, a))),
     Op("square", R, "real", "The product of a number with itself.", np.square, "({0} * {0})", iv.square,
-       lambda a, f: (2.0 * a,), "square", ("square(-3)", 9.0), units="square", facts=frozenset({"even"})),
+       lambda a, f: (2.0 * a,), "square", ("square(-3)", 9.0), units="square", facts=frozenset({"even"}),
+       narrow=lambda w, a: (iv.up_to(iv.on_domain(np.sqrt, 0.0, math.inf)(w)),)),
     Op("div", RR, "real", "The quotient; x / 0 is an infinity with the sign of x, 0 / 0 is not a number.", np.divide,
        "pore_div({0}, {1})", iv.div, lambda a, b, f: (1.0 / b, -f / b), "/", ("3 / 2", 1.5), units="quotient",
        tolerance=Tolerance(2.5), domain="divisor not 0", jumps=lambda a, b: b.contains(0.0),
-       guarded="({0} / {1})", calm="divisor"),
+       guarded="({0} / {1})", calm="divisor",
+       narrow=lambda w, a, b: (iv.mul(w, b), b)),
     Op("mod", RR, "real", "a - b floor(a / b): the remainder, with the sign of the divisor.", forms.mod,
        "pore_mod({0}, {1})", iv.mod, lambda a, b, f: (ONE, (f - a) / b), "%", ("mod(-1, 3)", 2.0),
-       tolerance=Tolerance(0.5, extra=lambda a, b: 4.0 * _size(a)), domain="divisor not 0",
-       jumps=lambda a, b: ~(np.floor(iv.div(a, b).lo) == np.floor(iv.div(a, b).hi))),
+       tolerance=Tolerance(0.5, extra=lambda a, b: 2.0 * _size(a)), domain="divisor not 0, magnitudes below 1e37",
+       jumps=lambda a, b: ~iv.one_period(iv.div(a, b))),
     Op("pow", RR, "real", "a to the power b; a negative base takes whole exponents only.", np.power,
        "pore_pow({0}, {1})", iv.power,
        lambda a, b, f: (b * node("pow", a, b - 1.0), node("select", _positive(a), f * node("log", a), ZERO)), "^",
-       ("2 ^ 10", 1024.0), units="power", tolerance=Tolerance(4.0, extra=_exponent),
+       ("2 ^ 10", 1024.0), units="power", tolerance=Tolerance(2.0),
        domain="base positive, or exponent whole", jumps=lambda a, b: a.contains(0.0) & (b.lo < 0)),
     Op("min", RR, "real", "The lesser; not a number if either is none.", np.minimum, "pore_min({0}, {1})",
        iv.minimum, lambda a, b, f: (_pick("le", a, b), _pick("lt", b, a)), "min", ("min(1, 2)", 1.0),
        tolerance=Tolerance(0.0), guarded="min({0}, {1})", calm="numbers",
-       facts=frozenset({"commutative", "idempotent"})),
+       facts=frozenset({"commutative", "idempotent"}),
+       narrow=lambda w, a, b: (iv.at_least(w), iv.at_least(w))),
     Op("max", RR, "real", "The greater; not a number if either is none.", np.maximum, "pore_max({0}, {1})",
        iv.maximum, lambda a, b, f: (_pick("le", b, a), _pick("lt", a, b)), "max", ("max(1, 2)", 2.0),
        tolerance=Tolerance(0.0), guarded="max({0}, {1})", calm="numbers",
-       facts=frozenset({"commutative", "idempotent"})),
+       facts=frozenset({"commutative", "idempotent"}),
+       narrow=lambda w, a, b: (iv.at_most(w), iv.at_most(w))),
     Op("abs", R, "real", "The magnitude.", np.absolute, "abs({0})", iv.absolute,
-       lambda a, f: (node("sign", a),), "abs", ("abs(-2)", 2.0), tolerance=Tolerance(0.0), facts=frozenset({"even"})),
+       lambda a, f: (node("sign", a),), "abs", ("abs(-2)", 2.0), tolerance=Tolerance(0.0), facts=frozenset({"even"}),
+       narrow=lambda w, a: (iv.up_to(w),)),
     Op("sign", R, "real", "-1, 0 or 1.", np.sign, "pore_sign({0})", iv.sign, _flat, "sign", ("sign(-2)", -1.0),
        units="pure", tolerance=Tolerance(0.0), jumps=_steps(np.sign), facts=frozenset({"odd"})),
     Op("floor", R, "real", "The greatest whole number that is not greater.", np.floor, "floor({0})",
@@ -108,37 +105,41 @@ _ROWS = (
     Op("sqrt", R, "real", "The square root; not a number below 0. Its derivative at 0 is taken as 0.", np.sqrt,
        "pore_sqrt({0})", iv.on_domain(np.sqrt, 0.0, math.inf),
        lambda a, f: (node("select", _positive(a), 0.5 / f, ZERO),), "sqrt", ("sqrt(9)", 3.0), units="root",
-       tolerance=Tolerance(2.5), domain="not negative", guarded="sqrt({0})", calm="not negative"),
+       tolerance=Tolerance(2.5), domain="not negative", guarded="sqrt({0})", calm="not negative",
+       narrow=lambda w, a: (iv.at_most(iv.square(w)),)),
     Op("hypot", RR, "real", "sqrt(a^2 + b^2), the length of a side; its derivative at 0 is taken as 0.", forms.hypot,
        "sqrt({0} * {0} + {1} * {1})",
        lambda a, b: iv.on_domain(np.sqrt, 0.0, math.inf)(iv.add(iv.square(a), iv.square(b))),
        lambda a, b, f: (node("direction", a, f), node("direction", b, f)), "hypot", ("hypot(3, 4)", 5.0),
        tolerance=Tolerance(3.5, 1e-12, extra=lambda a, b: np.where(np.maximum(_size(a), _size(b)) > 1e19, np.inf, 0.0)),
-       domain="magnitudes below 1e19", facts=frozenset({"commutative"})),
+       domain="magnitudes below 1e19", facts=frozenset({"commutative"}),
+       narrow=lambda w, a, b: (iv.up_to(w), iv.up_to(w))),
     Op("direction", RR, "real", "a / r, for |a| <= r: a cosine; 0 where r is 0.", forms.direction,
        "({1} == 0.0 ? 0.0 : {0} / {1})", lambda a, r: _cosine(a, r), lambda a, r, f: (1.0 / r, -f / r), "",
        ("hypot(3, 4) / 5", 1.0), units="quotient", tolerance=Tolerance(2.5), domain="|a| <= r",
        jumps=lambda a, r: r.contains(0.0)),
     Op("exp", R, "real", "e to the power a.", np.exp, "pore_exp({0})", iv.monotone(np.exp), lambda a, f: (f,), "exp",
-       ("exp(0)", 1.0), units="pure", tolerance=Tolerance(4.0, extra=_exp_extra)),
+       ("exp(0)", 1.0), units="pure", tolerance=Tolerance(3.0)),
     Op("log", R, "real", "The natural logarithm; -infinity at 0, not a number below.", np.log, "pore_log({0})",
        iv.on_domain(np.log, 0.0, math.inf), lambda a, f: (1.0 / a,), "log", ("log(1)", 0.0), units="pure",
        tolerance=Tolerance(4.0), domain="not negative"),
     # ---- angles -----------------------------------------------------------------------------------------------------
     Op("sin", R, "real", "The sine of an angle in radians.", np.sin, "pore_sin({0})",
-       lambda a: iv.sin_turns(_turns(a)), lambda a, f: (node("cos", a),), "sin", ("sin(0)", 0.0), units="angle",
-       tolerance=Tolerance(2.0, 2.0, extra=_size), domain="finite",
+       iv.sin, lambda a, f: (node("cos", a),), "sin", ("sin(0)", 0.0), units="angle",
+       tolerance=Tolerance(1.5, 1.0, extra=_reduction), domain="finite",
        facts=frozenset({"odd"})),
     Op("cos", R, "real", "The cosine of an angle in radians.", np.cos, "pore_cos({0})",
-       lambda a: iv.cos_turns(_turns(a)), lambda a, f: (-node("sin", a),), "cos", ("cos(0)", 1.0), units="angle",
-       tolerance=Tolerance(2.0, 2.0, extra=_size), domain="finite",
+       iv.cos, lambda a, f: (-node("sin", a),), "cos", ("cos(0)", 1.0), units="angle",
+       tolerance=Tolerance(1.5, 1.0, extra=_reduction), domain="finite",
        facts=frozenset({"even"})),
     Op("sin_turns", R, "real", "The sine of an angle in turns: sin(tau u), reduced exactly before the product.",
        forms.sin_turns, "pore_sin_turns({0})", iv.sin_turns, lambda a, f: (math.tau * node("cos_turns", a),),
-       "sin_turns", ("sin_turns(0.25)", 1.0), units="turns", tolerance=Tolerance(1.0, 2.0), domain="finite", facts=frozenset({"odd", "periodic"})),
+       "sin_turns", ("sin_turns(0.25)", 1.0), units="turns", tolerance=Tolerance(1.0, 2.0), domain="finite",
+       facts=frozenset({"odd", "periodic"})),
     Op("cos_turns", R, "real", "The cosine of an angle in turns: cos(tau u), reduced exactly before the product.",
        forms.cos_turns, "pore_cos_turns({0})", iv.cos_turns, lambda a, f: (-math.tau * node("sin_turns", a),),
-       "cos_turns", ("cos_turns(0.5)", -1.0), units="turns", tolerance=Tolerance(1.0, 2.0), domain="finite", facts=frozenset({"even", "periodic"})),
+       "cos_turns", ("cos_turns(0.5)", -1.0), units="turns", tolerance=Tolerance(1.0, 2.0), domain="finite",
+       facts=frozenset({"even", "periodic"})),
     Op("asin", R, "real", "The angle (-pi/2 to pi/2) whose sine is a.", np.arcsin, "pore_asin({0})",
        iv.on_domain(np.arcsin, -1.0, 1.0), lambda a, f: (1.0 / node("sqrt", 1.0 - node("square", a)),), "asin",
        ("asin(0)", 0.0), units="angle of", tolerance=Tolerance(4.0), domain="-1 to 1",
@@ -181,10 +182,6 @@ def _cosine(a: Interval, r: Interval) -> Interval:
     """a / r clipped to -1..1, with room for its own rounding; 0 where r is 0."""
     q = iv.div(a, r)
     return Interval(np.maximum(q.lo, -1.0), np.minimum(q.hi, 1.0), a.nan | r.nan)
-
-
-def _turns(a: Interval) -> Interval:
-    return Interval(a.lo / math.tau, a.hi / math.tau, a.nan)
 
 
 TABLE: dict[str, Op] = {op.name: op for op in _ROWS}

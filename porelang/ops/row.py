@@ -37,6 +37,8 @@ class Op:
     `calm` (see `porelang.backends.glsl`).
     `derivative` gives the partial derivative by each argument as nodes (None where it is 0 everywhere).
     `jumps` tells over which boxes the result may jump. `domain` says in words where the result is a number.
+    `narrow` turns what the result must lie in, and what the arguments lie in, into narrower ranges of the arguments:
+    how "outside 75 mm there is no material" is found by reading a formula backwards.
     `symbol` is the operator or function that writes it in the language (empty if it cannot be written).
     `example` is a call and its exact value.
     """
@@ -55,6 +57,7 @@ class Op:
     tolerance: Tolerance = Tolerance()
     domain: str = "all numbers"
     jumps: Callable[..., Mask] | None = None
+    narrow: Callable[..., tuple[Interval, ...]] | None = None
     guarded: str = ""
     calm: str = ""
     facts: frozenset[str] = frozenset()

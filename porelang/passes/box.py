@@ -8,12 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.interval import interval
-from porelang.ir import Node, order
+from porelang.interval import Interval, interval, meet
+from porelang.ir import Node, node, order
+from porelang.ops import TABLE
 from porelang.passes.enclose import EXACT, enclose, fixed
 
 #: Parts are looked for within this distance of the origin, in mm, along each axis.
 UNIVERSE = 1e5
+#: Members of a union that are looked at closely, at most; the others keep their rough (larger) box.
+MOST_CLOSE = 64
 
 
 Points = NDArray[np.float64]
@@ -41,16 +44,83 @@ def part_box(root: Node, params: Mapping[str, float]) -> Box | None:
     """The box that holds all of `root <= 0` within the universe, or None if that is proven empty.
 
     Ends that touch +-UNIVERSE mean that the part has no end there. The box is tight to about 1e-4 of its size for
-    shapes along the axes, and to a few percent for rotated ones.
+    shapes along the axes, and to a few percent for rotated ones. A union is taken apart: each member gets a rough box by
+    reading its formula backwards, and only those that reach the ends of the whole are looked at closely.
     """
     ranges = fixed(params)
+    rough = {m: box for m in _members(root) if (box := _backwards(m, ranges)) is not None}
+    close: dict[Node, None] = {}
+    while rough:
+        lo = np.min([box[0] for box in rough.values()], axis=0)
+        hi = np.max([box[1] for box in rough.values()], axis=0)
+        near = 1e-9 * (hi - lo)
+        # an end is settled where a member that was looked at closely reaches it
+        open_lo = ~np.any([rough[m][0] <= lo + near for m in close], axis=0) if close else np.full(3, True)
+        open_hi = ~np.any([rough[m][1] >= hi - near for m in close], axis=0) if close else np.full(3, True)
+        todo = [m for m, box in rough.items() if m not in close
+                and ((box[0] <= lo + near) & open_lo | (box[1] >= hi - near) & open_hi).any()]  # fmt: skip
+        if not todo or len(close) >= MOST_CLOSE:
+            return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
+        member = todo[0]
+        found = _search(member, ranges, *rough.pop(member))
+        if found is not None:
+            rough[member] = found
+            close[member] = None
+    return None
+
+
+def _members(root: Node) -> list[Node]:
+    """The members of a union, or the root itself."""
+    stack, seen, out = [root], {root}, []
+    while stack:
+        n = stack.pop()
+        if n.op != "min":
+            out.append(n)
+            continue
+        for a in n.args:
+            if a not in seen:
+                seen.add(a)
+                stack.append(a)
+    return out
+
+
+def _backwards(root: Node, ranges: Mapping[str, Interval]) -> tuple[Points, Points] | None:
+    """A rough box of `root <= 0`: ranges pushed from the root back to the coordinates, a few times over."""
+    nodes = order([root])
+    space = [interval(np.array([-UNIVERSE]), np.array([UNIVERSE])) for _ in range(3)]
+    for _ in range(4):
+        known = dict(zip(nodes, (e.range for e in enclose(nodes, space, ranges, EXACT)), strict=True))
+        known[root] = meet(known[root], interval(np.array([-np.inf]), np.array([0.0])))
+        with np.errstate(all="ignore"):
+            for n in reversed(nodes):
+                if n.op not in TABLE or not n.axes:
+                    continue
+                narrow = TABLE[n.op].narrow
+                if narrow is None:
+                    continue
+                for a, r in zip(n.args, narrow(known[n], *(known[a] for a in n.args)), strict=True):
+                    if a.axes:
+                        known[a] = meet(known[a], r)
+        before = space
+        space = [meet(s, known[n]) if (n := node(axis)) in known else s for axis, s in zip("xyz", space, strict=True)]
+        if any(bool((s.lo > s.hi).any()) for s in space):
+            return None
+        if all(float((s.hi - s.lo)[0]) > 0.95 * float((b.hi - b.lo)[0]) for s, b in zip(space, before, strict=True)):
+            break
+    lo, hi = np.array([float(s.lo[0]) for s in space]), np.array([float(s.hi[0]) for s in space])
+    return lo, hi
+
+
+def _search(
+    root: Node, ranges: Mapping[str, Interval], lo: Points, hi: Points
+) -> tuple[Points, Points] | None:
+    """A tight box within `lo..hi`: cells proven void are dropped, then the faces are moved inward."""
     cost = len(order([root]))
 
     def maybe_solid(lo: Points, hi: Points) -> NDArray[np.bool_]:
         r = enclose([root], [interval(lo[:, i], hi[:, i]) for i in range(3)], ranges, EXACT)[0].range
-        return np.broadcast_to((r.lo <= 0) | r.nan, len(lo))
+        return np.broadcast_to(r.lo <= 0, len(lo))
 
-    lo, hi = np.full(3, -UNIVERSE), np.full(3, UNIVERSE)
     finest = 32 if cost < 300 else 16 if cost < 3000 else 8
     cells = 8
     for _ in range(60):
@@ -70,7 +140,7 @@ def part_box(root: Node, params: Mapping[str, float]) -> Box | None:
         for side in (-1, 1):
             _shave(lo, hi, axis, side, steps, maybe_solid)
             _snap(lo, hi, axis, side, maybe_solid)
-    return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
+    return lo, hi
 
 
 def unbounded_axes(box: Box) -> str:
