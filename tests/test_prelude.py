@@ -373,6 +373,29 @@ def test_align_follows_the_gradient() -> None:
     assert np.linalg.det(np.array(steps)) == pytest.approx(1)
 
 
+@pytest.mark.parametrize(
+    ("text", "low", "high"),
+    [
+        ("extrude(polygon([[0, 0], [20, 0], [20, 10], [5, 4]]), 6)", (0, 0, -3), (20, 10, 3)),
+        ("revolve(polygon([[20, -5], [30, 0], [20, 5], [22, 0]]))", (-30, -30, -5), (30, 30, 5)),
+        ("ring(translate(sphere(3), [12, 0, 0]), 1)", (9, -3, -3), (15, 3, 3)),
+        ("ring(translate(sphere(3), [12, 0, 0]), 2)", (-15, -3, -3), (15, 3, 3)),
+        ("ring(translate(sphere(3), [12, 0, 0]), 4)", (-15, -15, -3), (15, 15, 3)),
+        ("repeat(sphere(3), 10, counts=[3, 2, 1])", (-13, -8, -3), (13, 8, 3)),
+        ("align(offset(gyroid(10), 2), grad(sphere(20))) & sphere(40)", (-40, -40, -40), (40, 40, 40)),
+        ("align(offset(gyroid(10), 2), grad(x + y)) & sphere(40)", (-40, -40, -40), (40, 40, 40)),
+        ("polar(offset(gyroid(20), 2), turn=160) & cylinder(50, 40)", (-50, -50, -20), (50, 50, 20)),
+        ("spherical(offset(gyroid(20), 2), turn=160) & sphere(50)", (-50, -50, -50), (50, 50, 50)),
+        ("ellipsoid([30, 20, 10]) | cone(5, 2, 30)", (-30, -20, -15), (30, 20, 15)),
+    ],
+)
+def test_the_bounds_of_a_part_are_found(text: str, low: tuple[float, ...], high: tuple[float, ...]) -> None:
+    box = porelang.compile(text).bounds()
+    assert (np.array(box.lo) <= np.array(low) + 1e-6).all()
+    assert (np.array(box.hi) >= np.array(high) - 1e-6).all()
+    assert (np.array(box.size) <= 1.25 * (np.array(high) - np.array(low))).all()
+
+
 # ---- modifiers ------------------------------------------------------------------------------------------------------
 
 
