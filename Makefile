@@ -39,7 +39,7 @@ lint: $(READY)  ## ruff and mypy --strict
 	@$(BIN)/mypy porelang
 
 bench: $(READY)  ## time the compiler, the evaluation and the meshing of the examples
-	@$(BIN)/python benchmarks/run.py
+	@$(BIN)/python benchmarks
 
 golden: $(READY)  ## rewrite the texts that tests compare with; look at the diff before you keep it
 	@PORELANG_GOLDEN=1 $(BIN)/python -m pytest tests/test_errors.py

@@ -50,7 +50,7 @@ MODIFICATIONS: dict[str, Modification] = {
     "morph": Modification("R", ("f",), fields=2),
     "blend": Modification("R", ("along",), fields=2),
 }
-#: A lattice has a period, or a phase in its place.
+#: A lattice is what has a phase, be it given or computed from the period.
 LATTICE = Modification("W", ("w", "phase"))
 
 
@@ -72,7 +72,7 @@ def steps(program: Program) -> list[Step]:
         if info.choices and not info.numbers
     ]
     for call in program.elaborated.calls:
-        known = LATTICE if {"w", "phase"} <= call.arguments.keys() else MODIFICATIONS.get(call.name)
+        known = LATTICE if "phase" in call.arguments else MODIFICATIONS.get(call.name)
         if known is not None:
             text = " ".join(call.span.text.split())
             found.append(Step(text, call.span, notation(known, call.arguments), DIMENSIONS[known.dimension]))

@@ -6,10 +6,15 @@ W200- warnings. A code keeps its meaning for ever; one that is no longer given k
 
 from __future__ import annotations
 
+from porelang.codes.kinds import KINDS
+from porelang.codes.machine import MACHINE
+from porelang.codes.names import NAMES
 from porelang.codes.page import Code
+from porelang.codes.params import PARAMS
+from porelang.codes.requests import REQUESTS
 from porelang.codes.syntax import SYNTAX
 
-THEMES: tuple[tuple[Code, ...], ...] = (SYNTAX,)
+THEMES: tuple[tuple[Code, ...], ...] = (SYNTAX, NAMES, KINDS, PARAMS, REQUESTS, MACHINE)
 CODES: dict[str, Code] = {page.code: page for theme in THEMES for page in theme}
 
 Page = Code  # what a reader sees of it
