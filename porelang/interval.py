@@ -210,11 +210,14 @@ def power(a: Interval, b: Interval) -> Interval:
         # x ^ q passes 1 where x = 1 or q = 0
         one = base.contains(1.0) | b.contains(0.0)
         lo, hi = np.where(one, np.minimum(lo, 1.0), lo), np.where(one, np.maximum(hi, 1.0), hi)
+        single = b.lo == b.hi
+        whole = single & (b.lo == np.rint(b.lo))
+        even = whole & (np.fmod(b.lo, 2.0) == 0)
+        # a zero may be the negative one, of which the odd negative powers are -infinity
+        lo = np.where(a.contains(0.0) & (b.lo < 0) & ~even & (whole | ~single), -INF, lo)
         negative = a.lo < 0
         if not negative.any():
-            return _made(lo, hi, np.zeros(np.shape(lo), np.bool_), a, b)
-        whole = (b.lo == b.hi) & (b.lo == np.rint(b.lo))
-        even = whole & (np.fmod(b.lo, 2.0) == 0)
+            return _power_of_nan(_made(lo, hi, np.zeros(np.shape(lo), np.bool_), a, b), a, b)
         sides = [np.power(v, np.where(whole, b.lo, 1.0)) for v in (a.lo, a.hi)]
         least, most = np.minimum(*sides), np.maximum(*sides)
         crosses = a.contains(0.0)
@@ -226,7 +229,13 @@ def power(a: Interval, b: Interval) -> Interval:
         size = np.where(crosses & (b.lo < 0), INF, np.maximum(size, 1.0))
         lo = np.where(negative, np.where(whole, least, -size), lo)
         hi = np.where(negative, np.where(whole, most, size), hi)
-    return _made(lo, hi, negative & ~whole, a, b)
+    return _power_of_nan(_made(lo, hi, negative & ~whole, a, b), a, b)
+
+
+def _power_of_nan(r: Interval, a: Interval, b: Interval) -> Interval:
+    """The two powers of what is not a number that are one: x ^ 0 and 1 ^ x."""
+    one = (a.nan & b.contains(0.0)) | (b.nan & a.contains(1.0))
+    return Interval(np.where(one, np.minimum(r.lo, 1.0), r.lo), np.where(one, np.maximum(r.hi, 1.0), r.hi), r.nan)
 
 
 def one_period(quotient: Interval) -> Mask:

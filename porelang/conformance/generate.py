@@ -1,0 +1,139 @@
+"""Random programs: typed graphs made from the rows of the table, and the same as texts of the language.
+
+A graph is drawn through a `Chooser`, so that the same code serves a seeded generator (`Dice`) and Hypothesis, which
+shrinks what fails. Graphs are kept to values that a part could have: exponents are held down and divisors kept away
+from 0 more often than not, since a bound that has become infinite tests nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from porelang.ir import ZERO, Node, X, Y, Z, const, node, order, param
+from porelang.ops import OPERATORS, TABLE, kind
+
+#: The params that random graphs may read, and their ranges.
+RANGES: dict[str, tuple[float, float]] = {"a": (0.5, 4.0), "b": (-2.0, 2.0)}
+_CONSTANTS = (0.0, 1.0, 2.0, -1.0, 0.5, 3.0, 0.25, 10.0, -0.75, 1 / 3, np.pi, 0.1, 1e-3, 100.0)
+_WHOLE = (-2.0, -1.0, 0.0, 2.0, 3.0, 5.0)
+
+
+class Chooser(Protocol):
+    """Where the decisions come from."""
+
+    def below(self, n: int) -> int:
+        """A whole number from 0 to n - 1; 0 is the simplest."""
+        ...
+
+
+@dataclass(slots=True)
+class Dice:
+    """Decisions by a seeded generator."""
+
+    rng: np.random.Generator
+
+    @classmethod
+    def seeded(cls, seed: int) -> Dice:
+        return cls(np.random.default_rng(seed))
+
+    def below(self, n: int) -> int:
+        return int(self.rng.integers(n))
+
+
+def draw_graph(chooser: Chooser, size: int = 24) -> Node:
+    """A random graph of at most about `size` operations, a field of real numbers."""
+    reals: list[Node] = [X, Y, Z, 0.1 * X, 0.1 * Y, 0.1 * Z]
+    bools: list[Node] = []
+    names = list(TABLE)
+    for _ in range(1 + chooser.below(size)):
+        name = names[chooser.below(len(names))]
+        row = TABLE[name]
+        arguments = [_argument(chooser, k, reals, bools) for k in row.args]
+        made = node(name, *_fit(chooser, name, arguments))
+        (reals if kind(made) == "real" else bools).append(made)
+    fields = [n for n in reals[6:] if n.axes]
+    if fields:
+        return fields[-1]
+    if bools and bools[-1].axes:
+        return node("select", bools[-1], X, ZERO)
+    return reals[chooser.below(6)]
+
+
+def _argument(chooser: Chooser, wanted: str, reals: list[Node], bools: list[Node]) -> Node:
+    if wanted == "bool":
+        return bools[-1 - chooser.below(min(len(bools), 4))] if bools else node("lt", ZERO, reals[chooser.below(3)])
+    match chooser.below(8):
+        case 0:
+            return const(_CONSTANTS[chooser.below(len(_CONSTANTS))])
+        case 1:
+            return param(list(RANGES)[chooser.below(len(RANGES))])
+        case 2 | 3:
+            return reals[chooser.below(6)]
+        case _:
+            return reals[-1 - chooser.below(min(len(reals), 6))]
+
+
+def _fit(chooser: Chooser, name: str, arguments: list[Node]) -> list[Node]:
+    """Arguments that the operation makes sense of, most of the time."""
+    if name == "direction":  # exists only as part of the length of a vector
+        return [arguments[0], node("hypot", *arguments)]
+    if chooser.below(8) == 0 and name not in ("exp", "pow"):
+        return arguments
+    match name:
+        case "exp":
+            return [node("min", arguments[0], const(8.0))]
+        case "pow":
+            base = node("abs", arguments[0])
+            if chooser.below(2):
+                return [arguments[0], const(_WHOLE[chooser.below(len(_WHOLE))])]
+            return [node("min", base, const(20.0)), node("max", node("min", arguments[1], const(3.0)), const(-1.0))]
+        case "div" | "mod":
+            return [arguments[0], node("add", node("abs", arguments[1]), const(0.25))]
+        case "sqrt":
+            return [node("abs", arguments[0])]
+        case "log":
+            return [node("add", node("abs", arguments[0]), const(0.5))]
+        case "asin" | "acos":
+            return [node("sin_turns", arguments[0])]
+    return arguments
+
+
+def program_text(root: Node) -> str:
+    """A graph as a program of the language, an operation a line; its output is `part`."""
+    lines = [f"param {name} = {(lo + hi) / 2!r} in {_number(lo)}..{_number(hi)}" for name, (lo, hi) in RANGES.items()]
+    names: dict[Node, str] = {}
+    for n in order([root]):
+        if n.op == "const":
+            names[n] = _number(n.value) if not isinstance(n.value, bool) else str(n.value).lower()
+        elif n.op in ("x", "y", "z"):
+            names[n] = n.op
+        elif n.op == "param":
+            names[n] = str(n.value)
+        else:
+            names[n] = f"v{len(lines)}"
+            lines.append(f"let {names[n]} = {_call(n, [names[a] for a in n.args])}")
+    lines.append(f"out part = {names[root]}")
+    return "\n".join(lines) + "\n"
+
+
+def _number(value: object) -> str:
+    text = repr(float(value))  # type: ignore[arg-type]  # a const holds a number
+    return f"({text})" if text.startswith("-") else text
+
+
+def _call(n: Node, names: list[str]) -> str:
+    symbol = TABLE[n.op].symbol
+    if n.op == "neg":
+        return f"-({names[0]})"
+    if n.op == "select":
+        return f"if {names[0]} then {names[1]} else {names[2]}"
+    if n.op == "not":
+        return f"not {names[0]}"
+    if n.op == "direction":  # no function: what the language would write
+        return f"if {names[1]} == 0 then 0 else {names[0]} / {names[1]}"
+    if symbol in OPERATORS or symbol in ("and", "or"):
+        return f"{names[0]} {symbol} {names[1]}"
+    return f"{symbol}({', '.join(names)})"

@@ -1,0 +1,60 @@
+"""Every conformance program, on every backend: its expectations, and the law at random points."""
+
+from __future__ import annotations
+
+import pytest
+
+from porelang.conformance.backend import NUMPY, Backend, glsl
+from porelang.conformance.programs import Case, cases, folder, number, read_case
+from porelang.conformance.suite import check_case
+from porelang.gpu import shared_gpu
+
+CASES = cases()
+BACKENDS = [*NUMPY, glsl(shared_gpu())]
+
+
+@pytest.mark.parametrize("backend", BACKENDS, ids=[b.name for b in BACKENDS])
+@pytest.mark.parametrize("case", CASES, ids=[c.name for c in CASES])
+def test_program(case: Case, backend: Backend) -> None:
+    findings = check_case(case, backend, points=200, seed=1)
+    assert not [f.failure.example for f in findings if f.failure]
+
+
+def test_there_are_enough_programs_and_each_says_what_it_expects() -> None:
+    assert len(CASES) >= 80
+    for case in CASES:
+        assert sum(len(v.expectations) + len(v.fails) for v in case.variants) >= 1, case.name
+    assert sum(len(v.expectations) for c in CASES for v in c.variants) >= 250
+
+
+def test_a_wrong_expectation_is_reported_with_its_line(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    path = tmp_path / "wrong.pore"
+    path.write_text("sphere(2)\n# expect: part(5, 0, 0) = 3\n# expect: part(5, 0, 0) = 3.5\n")
+    failures = [f.failure for f in check_case(read_case(path), NUMPY[0], points=8, seed=0) if f.failure]
+    assert [f.where for f in failures] == ["wrong.pore:3"]
+    assert "3.5" in failures[0].example
+
+
+def test_a_wrong_warning_and_a_check_that_does_not_fail_are_reported(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    path = tmp_path / "wrong.pore"
+    path.write_text('check 1 < 2, "never"\nsphere(2)\n# warn: W999\n# fails: never\n')
+    failures = [f.failure for f in check_case(read_case(path), NUMPY[0], points=8, seed=0) if f.failure]
+    assert len(failures) == 2
+
+
+def test_an_unreadable_expectation_names_its_line(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    path = tmp_path / "bad.pore"
+    path.write_text("x\n# expect: part(1, 2) = 3\n")
+    with pytest.raises(ValueError, match=r"bad\.pore:2"):
+        read_case(path)
+
+
+def test_numbers_of_expectations() -> None:
+    assert number("2 * sqrt(2)**2 - 1") == pytest.approx(3)
+    assert number("-pi / 2 + true") == pytest.approx(1 - 3.141592653589793 / 2)
+    with pytest.raises(ValueError, match="no number"):
+        number("[1]")
+
+
+def test_the_programs_are_found() -> None:
+    assert (folder() / "lib" / "plates.pore").is_file()
