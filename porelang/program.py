@@ -34,6 +34,8 @@ Backend = Literal["auto", "numpy", "glsl"]
 Points = NDArray[np.float64]
 #: Coordinates beyond this are taken for a mistake; no field overflows within it.
 FARTHEST = 1e9
+#: Nobody reads more; the first are the likeliest causes.
+MOST_DIAGNOSTICS = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,6 +271,7 @@ def try_compile(source: Source) -> tuple[Program | None, list[Diagnostic]]:
             diagnostics += [d if d.span else Diagnostic(d.code, d.message, span, hint=d.hint) for d in error.diagnostics]
         if any(d.severity == "error" for d in diagnostics):
             program = None
+    diagnostics = diagnostics[:MOST_DIAGNOSTICS]
     diagnostics.sort(key=lambda d: (d.span.source is not source, d.span.start) if d.span else (True, 0))
     return program, diagnostics
 

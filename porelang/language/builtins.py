@@ -110,6 +110,7 @@ def _range(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
     if count > LONGEST:
         return e.error("E071", f"a range of {count:,.0f} items is too long", site.span,
                        label=f"at most {LONGEST:,}", hint="for something that repeats in space use `repeat`")  # fmt: skip
+    e.spend(int(count), site.span)
     return ListValue(tuple(Scalar(const(start + i * step)) for i in range(int(count))))
 
 
@@ -139,6 +140,7 @@ def _concat(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
         items = _items(e, site, v, i, "concat")
         if items is None:
             return POISON
+        e.spend(len(items), site.span)
         joined.extend(items)
     return ListValue(tuple(joined))
 

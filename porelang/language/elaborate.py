@@ -40,7 +40,7 @@ from porelang.source import Source, Span
 from porelang.units import UNITS, Dimension
 
 #: More expressions than this are not a design but an accident (a doubling of a doubling ...).
-MOST_STEPS = 3_000_000
+MOST_STEPS = 1_000_000
 #: The tree is walked by recursion; its depth is limited by the parser, and calls by `calls.DEEPEST`.
 _RECURSION = 60_000
 
@@ -300,14 +300,18 @@ class Elaborator:
 
     # ---- expressions ------------------------------------------------------------------------------------------------
 
-    def expr(self, t: tree.Expr, scope: Scope) -> Value:
-        """The value of an expression."""
-        self.steps += 1
+    def spend(self, steps: int, span: Span) -> None:
+        """Take steps (expressions, items of lists) off the program's budget; ends the elaboration where it is spent."""
+        self.steps += steps
         if self.steps > MOST_STEPS:
-            site = self.frames[0][1] if self.frames else t.span
+            site = self.frames[0][1] if self.frames else span
             self.error("E070", "the program is too big: its calls and lists multiply without end", site,
                        label="while this was computed", hint="use fewer levels, or `repeat` for what repeats")  # fmt: skip
             raise TooBig
+
+    def expr(self, t: tree.Expr, scope: Scope) -> Value:
+        """The value of an expression."""
+        self.spend(1, t.span)
         match t:
             case tree.Name():
                 return self._name(t, scope)

@@ -7,7 +7,7 @@ evaluated (they may stand in any order) or the ring in which they refer to each 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 
 from porelang.diagnostics import Diagnostic, Edit, Label, suggest
 from porelang.language import tree
@@ -64,7 +64,7 @@ def resolve(
     statements = list(statements)
     names = {s.name for s in statements if isinstance(s, tree.Param | tree.Let | tree.Def | tree.Use)}
     uses: dict[int, set[str]] = {}
-    found: list[Diagnostic] = []
+    missing: dict[str, tuple[Diagnostic, list[Span]]] = {}
     visible = names | set(known) | set(COORDINATES)
     for i, s in enumerate(statements):
         uses[i] = set()
@@ -75,11 +75,21 @@ def resolve(
                 if item.name in local:
                     continue
                 uses[i].add(item.name)
-                if item.name not in visible:
-                    found.append(unknown(item.name, item.span, visible | local))
+                if item.name in missing:
+                    missing[item.name][1].append(item.span)
+                elif item.name not in visible:
+                    missing[item.name] = (unknown(item.name, item.span, visible | local), [])
                 continue
             stack.extend(reversed(list(_parts(item, local))))
-    return uses, found
+    return uses, [_with_places(d, places) for d, places in missing.values()]
+
+
+def _with_places(d: Diagnostic, places: list[Span]) -> Diagnostic:
+    """A name that is unknown in several places is one mistake."""
+    if not places:
+        return d
+    more = f", and in {len(places) - 1} more places" if len(places) > 1 else ""
+    return replace(d, others=(Label(places[0], f"used here too{more}"),))
 
 
 def _parts(item: object, local: frozenset[str]) -> Iterator[tuple[object, frozenset[str]]]:
@@ -163,7 +173,11 @@ def evaluation_order(
 
 def _ring(loop: list[Bound]) -> Diagnostic:
     first = loop[0]
-    way = " -> ".join([*(f"`{b.name}`" for b in loop), f"`{first.name}`"])
+    shown = [*loop[:4], *loop[-1:]] if len(loop) > 6 else loop
+    parts = [f"`{b.name}`" for b in shown]
+    if len(loop) > 6:
+        parts.insert(4, "...")
+    way = " -> ".join([*parts, f"`{first.name}`"])
     what = "calls itself" if len(loop) == 1 and isinstance(first, tree.Def) else "is defined by itself"
     return Diagnostic(
         "E033", f"`{first.name}` {what}: {way}", first.name_span, label="the ring starts here",

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from porelang.diagnostics import Label
-from porelang.ir import Node, const, node
+from porelang.ir import Node, Stage, const, node
 from porelang.language import dimensions
 from porelang.language.values import POISON, Bool, Builtin, Choice, Function, Poison, Scalar, Text, Value, Vector, describe
 from porelang.ops import OPERATORS, TABLE, Op
@@ -131,7 +132,14 @@ def apply(
     except dimensions.Unfit as unfit:
         return e.error("E062", f"{called} needs {unfit.wanted}, not {numbers[unfit.argument].dimension}",
                        places[unfit.argument], label=f"this is {numbers[unfit.argument].dimension}")  # fmt: skip
-    return lift(lambda *n: node(row.name, *n), numbers, dimension, row.result == "bool")
+    out = lift(lambda *n: node(row.name, *n), numbers, dimension, row.result == "bool")
+    if row.domain != "all numbers" and isinstance(out, Scalar) and out.node.stage is Stage.CONST:
+        value = e.constant(out.node)
+        if value is not None and not math.isfinite(value):
+            what = "infinite" if math.isinf(value) else "not a number"
+            return e.error("E069", f"{called} gives a value that is {what}", places[-1], label="because of this",
+                           hint=f"it is defined for: {row.domain}")  # fmt: skip
+    return out
 
 
 def lift(

@@ -12,7 +12,7 @@ from porelang.ir import X_AXIS, Y_AXIS, Z_AXIS, Node, X, Y, Z, node
 Frame = tuple[Node, Node, Node]
 HERE: Frame = (X, Y, Z)
 #: More operations than this are not a design but an accident (a doubling of a doubling ...).
-MOST_NODES = 1_000_000
+MOST_NODES = 300_000
 
 
 def place(roots: dict[str, Node]) -> dict[str, Node]:
