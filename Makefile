@@ -23,7 +23,7 @@ $(READY): pyproject.toml
 
 demo: $(READY)  ## compile examples/specimen.pore to out/specimen.stl and out/specimen.png, and print its report
 	@mkdir -p out
-	@$(BIN)/pore mesh examples/specimen.pore --voxel 1.5mm -o out/specimen.stl
+	@$(BIN)/pore mesh examples/specimen.pore --voxel 1.2mm -o out/specimen.stl
 	@$(BIN)/python examples/picture.py out/specimen.stl out/specimen.png
 
 gl: $(READY)

@@ -87,6 +87,6 @@ def test_specimen_has_the_paper_s_envelope() -> None:
 
 def test_the_program_that_opens_the_reference_is_an_example() -> None:
     text = (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
-    first = re.search(r"```\n(.*?)```", text, re.DOTALL)
+    first = re.search(r"```pore\n(.*?)```", text, re.DOTALL)
     assert first is not None
     assert first[1] == (ROOT / "examples" / "heat.pore").read_text(encoding="utf-8")

@@ -1,0 +1,79 @@
+"""What the documents say is so: programs compile, generated parts are up to date, links lead somewhere."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+
+from porelang.cli.arguments import COMMANDS
+from porelang.language.prelude import prelude_scope
+from porelang.language.values import Function
+from porelang.ops import TABLE
+from porelang.program import try_compile
+from porelang.source import Source
+
+ROOT = Path(__file__).parent.parent
+DOCUMENTS = {
+    path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+    for path in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+}
+PROGRAMS = [
+    (f"{name}:{text[: found.start()].count(chr(10)) + 1}", found[1])
+    for name, text in DOCUMENTS.items()
+    for found in re.finditer(r"```pore\n(.*?)```", text, re.DOTALL)
+]
+
+
+@pytest.mark.parametrize(("place", "text"), PROGRAMS, ids=[place for place, _ in PROGRAMS])
+def test_program_in_a_document_compiles_without_a_word(place: str, text: str) -> None:
+    program, found = try_compile(Source(place, text))
+    assert found == []
+    assert program is not None
+    assert program.failed_checks() == []
+    assert all(abs(v) < 1e4 for corner in (program.bounds().lo, program.bounds().hi) for v in corner)
+
+
+def test_the_documents_hold_programs() -> None:
+    assert sum(place.startswith("docs/language.md") for place, _ in PROGRAMS) >= 4
+    assert sum(place.startswith("README.md") for place, _ in PROGRAMS) >= 2
+
+
+def test_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    (text,) = re.findall(r"```python\n(.*?)```", DOCUMENTS["README.md"], re.DOTALL)
+    names: dict[str, object] = {}
+    exec(text, names)
+    assert "150" in capsys.readouterr().out
+    assert names["mesh"].is_watertight  # type: ignore[attr-defined]
+
+
+def test_generated_parts_of_the_reference_are_up_to_date() -> None:
+    spec = importlib.util.spec_from_file_location("generate", ROOT / "docs" / "generate.py")
+    assert spec is not None
+    assert spec.loader is not None
+    generate = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(generate)
+    text = DOCUMENTS["docs/language.md"]
+    assert generate.page(text) == text, "run `make docs`"
+
+
+def test_reference_names_everything_there_is() -> None:
+    text = DOCUMENTS["docs/language.md"]
+    functions = {name for name, value in prelude_scope().names.items() if isinstance(value, Function)}
+    assert not {name for name in functions if f"`{name}`" not in text and f"`{name}(" not in text}
+    assert not {op.symbol for op in TABLE.values() if op.symbol and f"`{op.symbol}`" not in text.replace("\\|", "|")}
+
+
+def test_readme_lists_the_commands() -> None:
+    listed = re.findall(r"^\| `pore (\w+)", DOCUMENTS["README.md"], re.MULTILINE)
+    assert sorted(listed) == sorted(COMMANDS)
+
+
+@pytest.mark.parametrize("name", DOCUMENTS)
+def test_links_lead_to_files(name: str) -> None:
+    folder = (ROOT / name).parent
+    targets = re.findall(r"\]\(([^)#:]+)\)|src=\"([^\"]+)\"", DOCUMENTS[name])
+    assert not [t for pair in targets for t in pair if t and not (folder / t).exists()]
