@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from porelang.backends.numpy import Dtype, workers
 from porelang.diagnostics import fail
@@ -35,8 +37,8 @@ def mesh_output(
 ) -> Surface:
     """The closed surface of an output, in mm, outward.
 
-    Where `bounds` are given the part is cut flat at them; else they are found from the program. `prune` rules out bricks
-    that hold no surface before they are sampled; the triangles are the same without.
+    Where `bounds` are given the part is cut flat at them; else they are found from the program. `prune` rules out
+    bricks that hold no surface before they are sampled; the triangles are the same without.
     Errors: E100-E103 about the output, E107 about bounds, E110, E111, E114 about the field on the grid.
     """
     root = program.solid(name)
@@ -62,6 +64,16 @@ def mesh_output(
         progress=progress,
         cancel=cancel,
     )
+
+
+def notes_of(program: Program, name: str | None, settings: Mapping[str, Setting]) -> dict[str, str]:
+    """What made a mesh, for its file: program, SHA-256 of its text, output, and every param in base units."""
+    made = {
+        "program": Path(program.source.name).name,
+        "sha256": hashlib.sha256(program.source.text.encode()).hexdigest(),
+        "output": program.output(name),
+    }
+    return made | {f"param.{param}": repr(value) for param, value in program.settle(**settings).items()}
 
 
 def checked_bounds(bounds: Bounds) -> Box:

@@ -513,7 +513,7 @@ def test_a_failure_half_way_leaves_the_old_file_and_nothing_else(tmp_path, monke
     path = tmp_path / "part.ply"
     path.write_bytes(b"before")
 
-    def half(surface, file):
+    def half(surface, file, notes):
         file.write(b"ply\n" * 10000)
         raise failure
 

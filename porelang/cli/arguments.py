@@ -35,7 +35,7 @@ COMMANDS: dict[str, Command] = {
         ),
         Command(
             "mesh",
-            "write the surface of the part, watertight, in mm: .stl .obj .ply",
+            "write the surface of the part, watertight, in mm: .stl .obj .ply .3mf .glb .vtp",
             (*ASK, "output", "voxel", "resolution", "bounds", "backend", "dtype", "json", "quiet"),
             "pore mesh specimen.pore -o part.stl --voxel 1mm --set w=25mm",
         ),

@@ -16,7 +16,7 @@ from porelang.cli.evaluate import machine
 from porelang.diagnostics import PoreError, fail
 from porelang.mesh import Surface, write
 from porelang.mesh.export import writer_of
-from porelang.surface import checked_bounds, mesh_output
+from porelang.surface import checked_bounds, mesh_output, notes_of
 
 if TYPE_CHECKING:
     from porelang.program import Program
@@ -56,7 +56,7 @@ def mesh(options: Namespace) -> int:
         settings,
         progress=progress,
     )
-    write(surface, options.output)
+    write(surface, options.output, notes_of(program, options.out, settings))
     found = facts(surface) | {"seconds": round(time.perf_counter() - start, 3), "backend": backend, "dtype": dtype}
     if options.json:
         report.put({"file": options.output, "output": program.output(options.out)} | found)

@@ -1,4 +1,4 @@
-"""Surfaces to files: `.stl`, `.obj`, `.ply` by ending, written whole or not at all."""
+"""Surfaces to files: `.stl .obj .ply .3mf .glb .vtp` by ending, written whole or not at all."""
 
 from __future__ import annotations
 
@@ -11,34 +11,41 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from porelang.diagnostics import PoreError, fail, suggest
+from porelang.mesh.exchange import METRE, Notes, lines, raw, write_3mf, write_glb, write_vtp
 from porelang.mesh.surface import AT_ONCE, Surface
 
+Writer = Callable[[Surface, BinaryIO, Notes], None]
+#: Formats of 32-bit numbers: how a message names them, and what a millimetre becomes before it is rounded.
+SINGLE = {".stl": ("STL", 1.0), ".glb": ("GLB", METRE)}
 
-def write(surface: Surface, path: str | Path) -> Path:
+
+def write(surface: Surface, path: str | Path, notes: Notes | None = None) -> Path:
     """Write a surface (mm) in the format that the path's ending names, and give the path.
 
+    `notes` are texts by name (params, the hash of the program) for the formats that have room for them: all but STL.
     The file appears when it is complete: until then it has another name in the same folder, and after a failure or an
-    interruption nothing is left. E112: the ending is not known. E113: the file cannot be written there. E115: an STL
-    file's 32-bit numbers are too coarse for the surface.
+    interruption nothing is left. E112: the ending is not known. E113: the file cannot be written there. E115: the
+    format's 32-bit numbers are too coarse for the surface, or its size too small.
     """
     path = Path(path)
     writer = writer_of(path)
-    if path.suffix.lower() == ".stl":
-        defects = surface.rounded().check_vertices()
+    ending = path.suffix.lower()
+    if ending in SINGLE:
+        name, scale = SINGLE[ending]
+        defects = surface.rounded(scale).check_vertices()
         if defects:
             raise fail(
                 "E115",
-                f"{path.name}: the mesh is too fine for STL, which stores 32-bit numbers: {'; '.join(defects)}",
-                hint="write .ply or .obj, use a larger voxel, or move the part nearer to the origin",
+                f"{path.name}: the mesh is too fine for {name}, which stores 32-bit numbers: {'; '.join(defects)}",
+                hint="write .ply, .vtp or .3mf, use a larger voxel, or move the part nearer to the origin",
             )
-    save(path, lambda file: writer(surface, file))
+    save(path, lambda file: writer(surface, file, notes or {}))
     return path
 
 
-def writer_of(path: str | Path) -> Callable[[Surface, BinaryIO], None]:
+def writer_of(path: str | Path) -> Writer:
     """The writer for a path's ending; E112 if there is none."""
     ending = Path(path).suffix.lower()
     if ending in WRITERS:
@@ -82,48 +89,64 @@ def _unwritable(path: str | Path, error: OSError) -> PoreError:
     return fail("E113", f"cannot write {path}: {reason}", hint="choose a folder with room that you may write to")
 
 
-def write_stl(surface: Surface, file: BinaryIO) -> None:
+def write_stl(surface: Surface, file: BinaryIO, notes: Notes) -> None:
     """Binary STL: float32, one normal and three corners a triangle."""
     # A header that begins with "solid" would be taken for a text file.
     file.write(b"binary STL, mm".ljust(80) + np.array(len(surface.faces), "<u4").tobytes())
     form = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-    vertices, rounded = surface.vertices.astype(np.float32), surface.rounded()
     for i in range(0, len(surface.faces), AT_ONCE):
-        part = Surface(rounded.vertices, surface.faces[i : i + AT_ONCE])
-        normals = part.normals()
+        corners = surface.vertices[surface.faces[i : i + AT_ONCE]].astype(np.float32)
+        exact = corners.astype(np.float64)
+        normals = np.cross(exact[:, 1] - exact[:, 0], exact[:, 2] - exact[:, 0])
         length = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
-        records = np.zeros(len(part.faces), form)
+        records = np.zeros(len(corners), form)
         records["normal"] = np.divide(normals, length, out=normals, where=length > 0)
-        records["corners"] = vertices[part.faces]
+        records["corners"] = corners
         file.write(records.tobytes())
 
 
-def write_ply(surface: Surface, file: BinaryIO) -> None:
-    """Binary PLY with vertices in float64."""
+def write_ply(surface: Surface, file: BinaryIO, notes: Notes) -> None:
+    """Binary PLY with vertices in float64; notes as comments."""
     header = (
         "ply\nformat binary_little_endian 1.0\ncomment mm\n"
-        f"element vertex {len(surface.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
+        + "".join(f"comment {line}\n" for line in _comments(notes))
+        + f"element vertex {len(surface.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
         f"element face {len(surface.faces)}\nproperty list uchar int vertex_indices\nend_header\n"
     )
-    records = np.zeros(len(surface.faces), np.dtype([("count", "u1"), ("corners", "<i4", 3)]))
-    records["count"] = 3
-    records["corners"] = surface.faces
     file.write(header.encode("ascii"))
-    file.write(surface.vertices.astype("<f8").tobytes())
-    file.write(records.tobytes())
+    for piece in raw(surface.vertices, "<f8"):
+        file.write(piece)
+    form = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+    for i in range(0, len(surface.faces), AT_ONCE):
+        corners = surface.faces[i : i + AT_ONCE]
+        records = np.empty(len(corners), form)
+        records["count"] = 3
+        records["corners"] = corners
+        file.write(records.tobytes())
 
 
-def write_obj(surface: Surface, file: BinaryIO) -> None:
-    """Wavefront OBJ: vertices in decimal digits that keep the mesh sound, faces counted from 1."""
-    file.write(b"# mm\n")
-    for text in chain(_lines("v %.12g %.12g %.12g\n", surface.vertices), _lines("f %d %d %d\n", surface.faces + 1)):
-        file.write(text.encode("ascii"))
+def write_obj(surface: Surface, file: BinaryIO, notes: Notes) -> None:
+    """Wavefront OBJ: vertices in decimal digits that keep the mesh sound, faces counted from 1; notes as comments."""
+    file.write("".join(f"# {line}\n" for line in ("mm", *_comments(notes))).encode("ascii"))
+    for text in chain(lines("v %.12g %.12g %.12g\n", surface.vertices), _counted(surface)):
+        file.write(text)
 
 
-def _lines(form: str, rows: NDArray[np.float64] | NDArray[np.int32]) -> Iterator[str]:
-    for i in range(0, len(rows), AT_ONCE):
-        some = rows[i : i + AT_ONCE]
-        yield form * len(some) % tuple(some.ravel().tolist())
+def _counted(surface: Surface) -> Iterator[bytes]:
+    for i in range(0, len(surface.faces), AT_ONCE):
+        yield from lines("f %d %d %d\n", surface.faces[i : i + AT_ONCE] + 1)
 
 
-WRITERS: dict[str, Callable[[Surface, BinaryIO], None]] = {".stl": write_stl, ".obj": write_obj, ".ply": write_ply}
+def _comments(notes: Notes) -> list[str]:
+    """Notes as lines of plain ASCII, which is all that a PLY header may hold."""
+    return [f"{name} {ascii(text)[1:-1]}" for name, text in notes.items()]
+
+
+WRITERS: dict[str, Writer] = {
+    ".stl": write_stl,
+    ".obj": write_obj,
+    ".ply": write_ply,
+    ".3mf": write_3mf,
+    ".glb": write_glb,
+    ".vtp": write_vtp,
+}

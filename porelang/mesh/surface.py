@@ -56,9 +56,9 @@ class Surface:
         areas: NDArray[np.float64] = np.sqrt(np.einsum("ij,ij->i", normals, normals)) / 2
         return areas
 
-    def rounded(self) -> Surface:
-        """The same surface with its vertices rounded to float32, as a binary STL file stores them."""
-        return Surface(self.vertices.astype(np.float32).astype(np.float64), self.faces)
+    def rounded(self, scale: float = 1.0) -> Surface:
+        """The same surface, scaled, with its vertices rounded to float32, as a binary STL or glTF file stores them."""
+        return Surface((scale * self.vertices).astype(np.float32).astype(np.float64), self.faces)
 
     def check(self) -> list[str]:
         """What keeps this from being a closed, outward-facing surface; empty if it is sound."""
