@@ -246,15 +246,16 @@ def one_period(quotient: Interval) -> Mask:
 
 
 def mod(a: Interval, b: Interval) -> Interval:
-    """a - b floor(a / b): inside 0..b, exact where both ends lie in one period, anything where a part may overflow."""
+    """a - b floor(a / b): inside 0..b, a - k b where the floor is k for certain, anything where a part may overflow."""
     quotient = div(a, b)
-    fixed = (b.lo == b.hi) & one_period(quotient)
-    turns = np.where(np.isfinite(quotient.lo), np.floor(quotient.lo), 0.0) * np.where(np.isfinite(b.lo), b.lo, 0.0)
+    certain = one_period(quotient)
+    k = np.where(certain, np.floor(quotient.lo), 0.0)
+    ends = [_product(k, b.lo), _product(k, b.hi)]
     beyond = np.zeros((), np.bool_)
     for part in (quotient, a, b):
         beyond = beyond | (part.lo < -1e37) | (part.hi > 1e37)
-    lo = np.where(beyond, -INF, np.where(fixed, a.lo - turns, np.minimum(b.lo, 0.0)))
-    hi = np.where(beyond, INF, np.where(fixed, a.hi - turns, np.maximum(b.hi, 0.0)))
+    lo = np.where(beyond, -INF, np.where(certain, a.lo - np.maximum(*ends), np.minimum(b.lo, 0.0)))
+    hi = np.where(beyond, INF, np.where(certain, a.hi - np.minimum(*ends), np.maximum(b.hi, 0.0)))
     nan = b.contains(0.0) | _infinite(a) | _infinite(b) | quotient.nan | beyond
     return _made(lo, hi, nan, a, b)
 

@@ -25,6 +25,8 @@ from porelang.passes.enclose import F64, Precision
 Arrays = list[NDArray[Any]]
 #: Random inputs per operation, beside the hard ones in all pairs.
 RANDOM = 12_000
+#: Numbers of ordinary size, for the errors that are told to people.
+ORDINARY = (1e-9, 1e6)
 #: A divisor that the cheaper quotient accepts is no smaller than this.
 LEAST_DIVISOR = 2.0**-60
 
@@ -33,8 +35,9 @@ LEAST_DIVISOR = 2.0**-60
 class Measurement:
     """How one operation did on one backend.
 
-    `use` is the worst part of its tolerance; `ulp` and `absolute` are the worst errors of normal results, in ulps of
-    the result and in numbers; `broken` counts the points beyond tolerance; `at` is where `use` was reached.
+    `use` is the worst part of its tolerance, over all inputs, and `broken` counts those beyond it; `at` is where `use`
+    was reached. `ulp` and `absolute` are the worst errors where all numbers are of ordinary size, in numbers and in
+    units of the type's epsilon times the result (times at least 1 for sines, times the dividend for a remainder).
     """
 
     op: str
@@ -138,16 +141,21 @@ def _judge(row: Op, backend: Backend, form: str, arguments: Arrays, got: NDArray
                 uses.append(_use(row, precision, choice, wanted, got))
         use = np.minimum.reduce(uses)
         wanted = exact(row.name, *arguments).astype(wide)
-        error = np.abs(got.astype(wide) - wanted)
-        normal = np.isfinite(wanted) & np.isfinite(got) & (np.abs(wanted) >= 4 * precision.tiny)
-        for a in arguments:
-            if a.dtype != np.bool_:
-                normal &= (a == 0) | (np.abs(a) >= precision.tiny)
-        ulp = np.where(normal, error / (np.abs(wanted) * precision.eps), 0.0)
+        answers = _answers(row, precision, arguments, wanted)
+        error = np.minimum.reduce([np.abs(got.astype(wide) - answer) for answer in answers])
+        ordinary = np.isfinite(wanted) & np.isfinite(got)
+        for a in (*(a for a in arguments if a.dtype != np.bool_), wanted):
+            ordinary &= (a == 0) | ((np.abs(a) >= ORDINARY[0]) & (np.abs(a) <= ORDINARY[1]))
+        error = np.where(ordinary, error, 0.0)
+        size = np.abs(wanted)
+        if row.tolerance.absolute >= 1:
+            size = np.maximum(size, 1.0)
+        elif row.name == "mod":
+            size = np.maximum(size, np.abs(arguments[0]))
+        ulp = np.where(error == 0, 0.0, error / (size * precision.eps))
     worst = int(np.argmax(use))
-    absolute = np.where(normal, error, 0.0)
     return Measurement(
-        row.name, backend.name, form, len(got), float(use[worst]), float(ulp.max()), float(absolute.max()),
+        row.name, backend.name, form, len(got), float(use[worst]), float(ulp.max()), float(error.max()),
         int((use > 1).sum()), tuple(float(a[worst]) for a in arguments), float(got[worst]), float(wanted[worst]),
     )  # fmt: skip
 
