@@ -67,7 +67,12 @@ COMMANDS: dict[str, Command] = {
             "pore explain E012",
         ),
         Command("doctor", "what of this machine is used, and what is missing", ("json",), "pore doctor"),
-        Command("conformance", "compare the backends with each other on this machine", ("json",), "pore conformance"),
+        Command(
+            "conformance",
+            "compare the backends with each other on this machine",
+            ("quick", "count", "seed", "json"),
+            "pore conformance --quick",
+        ),
     )
 }
 
@@ -86,8 +91,8 @@ def length(text: str) -> float:
 
 def count(text: str) -> int:
     """A whole number above 0."""
-    if not text.isascii() or not text.isdigit() or len(text) > 9 or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"`{text}` is no number of samples: write a whole number above 0")
+    if not text.isascii() or not text.isdigit() or len(text) > 10 or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"`{text}` is no count: write a whole number above 0")
     return int(text)
 
 
@@ -175,6 +180,12 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         },
     ),
     "json": (("--json",), {"action": "store_true", "help": "print one JSON value on standard output, nothing else"}),
+    "quick": (("--quick",), {"action": "store_true", "help": "a run of a few seconds"}),
+    "count": (
+        ("--count",),
+        {"metavar": "N", "type": count, "default": 500, "help": "random programs to try (default: 500)"},
+    ),
+    "seed": (("--seed",), {"metavar": "N", "type": count, "help": "the seed of the random programs (default: drawn)"}),
     "quiet": (("-q", "--quiet"), {"action": "store_true", "help": "say nothing but errors and results"}),
 }
 

@@ -163,7 +163,7 @@ def glsl(options: Namespace) -> int:
 
     program = load(options)
     made = shader(
-        program.solid(options.out), program.lowered.ranges, "grid" if options.stage == "compute" else "fragment"
+        program.solid(options.out), program.graph.ranges, "grid" if options.stage == "compute" else "fragment"
     )
     if options.json:
         report.put({"stage": options.stage, "text": made.text, "uniforms": len(made.uniforms)})
@@ -213,14 +213,14 @@ def doctor(options: Namespace) -> int:
     """`pore doctor`: what of this machine is used."""
     from porelang.conformance.report import doctor
 
-    return int(doctor(options))
+    return doctor(options.json)
 
 
 def conformance(options: Namespace) -> int:
     """`pore conformance`: the backends compared on this machine."""
     from porelang.conformance.report import certificate
 
-    return int(certificate(options))
+    return certificate(options.json, options.count, options.seed, options.quick)
 
 
 def usage(options: Namespace) -> int:

@@ -29,7 +29,7 @@ def evaluate(program: Program, options: Namespace) -> int:
     backend, dtype = machine(options, "f64")
     roots, settings = program.roots(options.out), program.settle(**dict(options.settings))
     points = read_points(options.points)
-    values = make_field(roots, settings, program.lowered.ranges, backend, dtype)(points)
+    values = make_field(roots, settings, program.graph.ranges, backend, dtype)(points)
     if options.output:
         if not options.output.endswith(".npy"):
             raise fail("E112", f"{options.output}: values are written as .npy", hint="end the name with .npy")

@@ -11,10 +11,11 @@ from porelang.codes.machine import MACHINE
 from porelang.codes.names import NAMES
 from porelang.codes.page import Code
 from porelang.codes.params import PARAMS
+from porelang.codes.reductions import REDUCTIONS
 from porelang.codes.requests import REQUESTS
 from porelang.codes.syntax import SYNTAX
 
-THEMES: tuple[tuple[Code, ...], ...] = (SYNTAX, NAMES, KINDS, PARAMS, REQUESTS, MACHINE)
+THEMES: tuple[tuple[Code, ...], ...] = (SYNTAX, NAMES, KINDS, PARAMS, REDUCTIONS, REQUESTS, MACHINE)
 CODES: dict[str, Code] = {page.code: page for theme in THEMES for page in theme}
 
 Page = Code  # what a reader sees of it

@@ -79,6 +79,14 @@ KINDS = (
         'param t = 2mm in 0.5mm..5mm\ncheck t >= 2mm, "walls under 2 mm do not print"\nshell(sphere(20), t)',
     ),
     Code(
+        "E069",
+        "a constant that is no number",
+        "An operation on constants gives an infinity, or something that is not a number at all, such as the root of a\n"
+        "negative number. In a field that happens at some points only; here it would happen at all of them.",
+        "sphere(sqrt(-4))",
+        "sphere(sqrt(4))",
+    ),
+    Code(
         "E070",
         "a program that is too big",
         "Calls of calls, and lists of lists, can multiply a short text into millions of operations. That is an\n"

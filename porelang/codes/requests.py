@@ -91,7 +91,8 @@ REQUESTS = (
     Code(
         "E112",
         "a file format that is not known",
-        "The ending of a file's name says how it is written: .stl, .obj, .ply for meshes, .npy for values.",
+        "The ending of a file's name says how it is written: .stl, .obj, .ply, .3mf, .glb, .vtp for\n"
+        "meshes, .npy for values.",
         "",
         "",
     ),
