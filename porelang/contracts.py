@@ -29,13 +29,18 @@ _CELLS = 12
 
 
 def broken_requirements(
-    flat: Mapping[Node, Node], requirements: Sequence[Requirement], params: Mapping[str, ParamInfo]
+    graph: Graph, requirements: Sequence[Requirement], params: Mapping[str, ParamInfo]
 ) -> list[Diagnostic]:
-    """An error, with a setting that shows it, for each condition that some setting of the params breaks."""
+    """An error, with a setting that shows it, for each condition that some setting of the params breaks.
+
+    Conditions on numbers that are yet to be found from fields are left to be checked with the settings in use.
+    """
     found: list[Diagnostic] = []
     ranges = {name: interval(np.array(i.low), np.array(i.high)) for name, i in params.items()}
-    for r in dict.fromkeys(requirements):
-        condition = flat[r.condition]
+    for i, r in enumerate(requirements):
+        condition = graph.roots[f"require {i}"]
+        if any(n.op == "param" and n.value not in params for n in order([condition])):
+            continue
         if bool(enclose([condition], (), ranges, EXACT)[0].range.lo >= 1):
             continue
         used = [params[str(n.value)] for n in order([condition]) if n.op == "param"]
@@ -92,7 +97,7 @@ def doubtful_contracts(
     graph: Graph, contracts: Sequence[Requirement], settings: Mapping[str, float]
 ) -> list[Diagnostic]:
     """A warning, with a place that shows it, for each contract on a field that breaks inside the part's box."""
-    if not graph.contracts:
+    if not graph.contracts or graph.reductions:  # the latter are found when the program runs, not when it is checked
         return []
     lo, hi = _region(graph, settings)
     cuts = [np.linspace(lo[i], hi[i], _CELLS + 1) for i in range(3)]
@@ -129,7 +134,9 @@ def doubtful_contracts(
 def _region(graph: Graph, settings: Mapping[str, float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The box of all outputs that have one, cut to what is near where they do not end."""
     los, his = [], []
-    for root in graph.roots.values():
+    for name, root in graph.roots.items():
+        if name.startswith(("require ", "check ")):
+            continue
         if TABLE.get(root.op) is not None and TABLE[root.op].result != "bool":
             box = part_box(root, settings)
             if box is not None:

@@ -7,8 +7,10 @@ a common subexpression is shared by construction, and every pass is linear in th
 What a node knows without being evaluated: its `stage` (const < uniform < field) and its `axes`, the set of
 coordinates it depends on. What an operation *means* is written in `porelang.ops`, and nowhere else.
 
-Four operations are structural and are gone after the first passes: `at(f, qx, qy, qz)` is f evaluated at the point q,
+Three operations are structural and are gone after the first passes: `at(f, qx, qy, qz)` is f evaluated at the point q,
 `d(f)` with value 0, 1 or 2 is the partial derivative of f along an axis, `ensure(f, ok)` is f with a contract.
+`REDUCTIONS` are numbers found from whole fields (a porosity, a volume); the pass `stages` turns each into a param that
+is computed before what needs it.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from weakref import WeakValueDictionary
 Value = float | int | bool | str | None
 X_AXIS, Y_AXIS, Z_AXIS, PARAM = 1, 2, 4, 8
 ALL_AXES = 7
+REDUCTIONS = ("porosity", "volume", "area", "minimum", "maximum", "mean", "to_porosity", "shell_to_porosity", "solve")
 
 
 class Stage(IntEnum):
@@ -110,6 +113,8 @@ def node(op: str, *args: Node, value: Value = None) -> Node:
 def _depends(op: str, args: tuple[Node, ...]) -> int:
     if not args:
         return _LEAVES[op]
+    if op in REDUCTIONS:
+        return PARAM
     if op == "at":  # the field's own coordinates are replaced by those of the point, where it reads them
         field, *point = args
         bits = field.depends & PARAM

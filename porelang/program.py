@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from porelang.backends.uniform import uniform_values
 from porelang.contracts import broken_requirements, doubtful_contracts
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
 from porelang.files import load_used, read_source
-from porelang.ir import Node
+from porelang.ir import Node, order
 from porelang.language.elaborate import Elaborated, Elaborator, Output, Requirement, roots_of
 from porelang.language.params import ParamInfo
 from porelang.language.prelude import prelude_scope
@@ -29,6 +29,7 @@ from porelang.source import Source, Span
 
 if TYPE_CHECKING:
     from porelang.device import DeviceField, DeviceGrid
+    from porelang.reduce import Reduced
 
 Backend = Literal["auto", "numpy", "glsl"]
 Points = NDArray[np.float64]
@@ -90,26 +91,59 @@ class Program:
         return self.roots(name)[0]
 
     def settle(self, **settings: Setting) -> dict[str, float]:
-        """Every param's number in base units. Errors: E083-E085, and E064 or E086 where a contract breaks."""
+        """Every param's number in base units, and those found from fields that the outputs need.
+
+        Errors: E083-E085 about settings, E064 where a contract breaks, E090-E095 where a number cannot be found.
+        """
         values = settle(self.params, settings)
-        broken = [r for r in self.elaborated.requirements if not uniform_values([self._flat(r.condition)], values)[self._flat(r.condition)]]
+        values |= self._found([r for name, r in self.graph.roots.items() if not name.startswith("check ")], values)
+        broken = [r for i, r in enumerate(self.elaborated.requirements) if not self._holds(f"require {i}", values)]
         if broken:
             raise PoreError([Diagnostic("E064", r.message, r.span, "not with these settings", r.others) for r in broken])
         return values
 
-    def failed_checks(self, **settings: Setting) -> list[Requirement]:
-        """The `check` statements that do not hold with these settings."""
+    def failed_checks(self, measure: bool = False, /, **settings: Setting) -> list[Requirement]:
+        """The `check` statements that do not hold with these settings; those about fields only if they are measured."""
         values = settle(self.params, settings)
-        return [c for c in self.elaborated.checks if not uniform_values([n := self._flat(c.condition)], values)[n]]
+        failed: list[Requirement] = []
+        for i, check in enumerate(self.elaborated.checks):
+            found = self._found([self.graph.roots[f"check {i}"]], values, compute=measure)
+            if found is not None and not self._holds(f"check {i}", {**values, **found}):
+                failed.append(check)
+        return failed
 
-    @cached_property
-    def _flats(self) -> dict[Node, Node]:
-        conditions = [r.condition for r in (*self.elaborated.requirements, *self.elaborated.checks)]
-        flat = run(Graph({str(i): n for i, n in enumerate(conditions)}, self.lowered.ranges)).roots
-        return {n: flat[str(i)] for i, n in enumerate(conditions)}
+    def _holds(self, root: str, values: Mapping[str, float]) -> bool:
+        condition = self.graph.roots[root]
+        return bool(uniform_values([condition], values)[condition])
 
-    def _flat(self, condition: Node) -> Node:
-        return self._flats[condition]
+    def reduced(self, **settings: Setting) -> dict[str, Reduced]:
+        """The numbers found from whole fields (`porosity(...)`, ...), by the text that asks for them, with their errors."""
+        values = settle(self.params, settings)
+        return {str(n.value): self._number(n, values) for _, n in self.graph.reductions}
+
+    def _number(self, n: Node, values: Mapping[str, float]) -> Reduced:
+        """A number found from fields; what goes wrong is told at the call that asks for it."""
+        from porelang.reduce import reduction
+
+        try:
+            return reduction(n, values)
+        except PoreError as error:
+            place = self.elaborated.reductions.get(str(n.value))
+            raise PoreError([replace(d, span=d.span or place) for d in error.diagnostics]) from None
+
+    @overload
+    def _found(self, roots: Sequence[Node], values: Mapping[str, float]) -> dict[str, float]: ...
+    @overload
+    def _found(self, roots: Sequence[Node], values: Mapping[str, float], compute: bool) -> dict[str, float] | None: ...
+    def _found(self, roots: Sequence[Node], values: Mapping[str, float], compute: bool = True) -> dict[str, float] | None:
+        """The hidden params that these roots read; None where there are some and they are not to be computed."""
+        if not self.graph.reductions:
+            return {}
+        read = {str(n.value) for n in order(roots) if n.op == "param"}
+        needed = [(name, n) for name, n in self.graph.reductions if name in read]
+        if needed and not compute:
+            return None
+        return {name: self._number(n, values).value for name, n in needed}
 
     def field(
         self,
@@ -129,7 +163,7 @@ class Program:
         >>> program.field("part")([[0, 0, 0], [10, 0, 0]])
         array([-10.,   0.])
         """
-        return make_field(self.roots(name), self.settle(**settings), self.lowered.ranges, backend, dtype, threads)
+        return make_field(self.roots(name), self.settle(**settings), self.graph.ranges, backend, dtype, threads)
 
     def bounds(self, name: str | None = None, /, **settings: Setting) -> Box:
         """The box that holds an output's solid, in mm. Errors: E102 where it has no end, E103 where it is empty."""
@@ -259,11 +293,13 @@ def try_compile(source: Source) -> tuple[Program | None, list[Diagnostic]]:
     program: Program | None = None
     if not any(d.severity == "error" for d in diagnostics):
         ranges = {name: (info.low, info.high) for name, info in out.params.items()}
-        lowered = Graph(roots_of(out.outputs), ranges)
+        conditions = {f"require {i}": r.condition for i, r in enumerate(out.requirements)}
+        conditions |= {f"check {i}": c.condition for i, c in enumerate(out.checks)}
+        lowered = Graph(roots_of(out.outputs) | conditions, ranges)
         program = Program(source, out.params, out.outputs, (), lowered, out)
         try:
-            diagnostics += broken_requirements(program._flats, out.requirements, out.params)
-            doubts = doubtful_contracts(program.graph, out.contracts, {n: i.default for n, i in out.params.items()})
+            diagnostics += broken_requirements(program.graph, out.requirements, out.params)
+            doubts = doubtful_contracts(program.graph, out.contracts, settle(out.params, {}))
             diagnostics += doubts
             program = Program(source, out.params, out.outputs, tuple(diagnostics), lowered, out)
         except PoreError as error:

@@ -53,7 +53,7 @@ def mesh_output(
         lo, hi = tuple(a - h for a in box.lo), tuple(b + h for b in box.hi)
         cut = ((lo[0], lo[1], lo[2]), (hi[0], hi[1], hi[2]))
         grid = Grid.cover(*cut, spacing=h)
-    field = make_field((root,), values, program.lowered.ranges, backend, dtype, threads=1)
+    field = make_field((root,), values, program.graph.ranges, backend, dtype, threads=1)
     sampled = field.on_grid(grid.axes())
     return extract(
         grid,

@@ -120,7 +120,7 @@ def _check_variant(
     failed = {r.message for r in program.failed_checks(False, **settings)}
     if failed != set(variant.fails):
         yield _wrong(case.path.name, backend, f"the checks {sorted(failed)} fail, not {sorted(variant.fails)}")
-    params, ranges = program.settle(**settings), program.lowered.ranges
+    params, ranges = program.settle(**settings), program.graph.ranges
     roots = {name: program.roots(name) for name in program.outputs}
     for e in variant.expectations:
         where = f"{case.path.name}:{e.line}"

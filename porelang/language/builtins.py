@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from porelang.ir import X, Y, Z, const, node
-from porelang.language import tree
+from porelang.language import reductions, tree
 from porelang.language.calls import Given, call
 from porelang.language.operators import apply
 from porelang.language.values import (
@@ -171,5 +171,5 @@ def builtins() -> dict[str, Value]:
     }
     for name, row in CALLABLE.items():
         names[name] = _extreme(row, name) if name in ("min", "max") else _kernel(row, name)
-    names |= {b.name: b for b in _LISTS}
+    names |= {b.name: b for b in (*_LISTS, *reductions.BUILTINS)}
     return names

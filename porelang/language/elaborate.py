@@ -25,6 +25,7 @@ from porelang.language.values import (
     Function,
     ListValue,
     Poison,
+    Range,
     Record,
     Scalar,
     Scope,
@@ -91,6 +92,7 @@ class Elaborated:
     requirements: list[Requirement] = field(default_factory=list)
     contracts: list[Requirement] = field(default_factory=list)
     calls: list[CallRecord] = field(default_factory=list)
+    reductions: dict[str, Span] = field(default_factory=dict)
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
 
@@ -184,6 +186,13 @@ class Elaborator:
         if not site.source.prelude and (site.source, site.start, site.end) not in self._said:
             self._said.add((site.source, site.start, site.end))
             self.out.calls.append(CallRecord(name, dict(arguments), site))
+
+    def reduction(self, site: Span) -> str:
+        """The text of a call that reduces fields, by which its number is known; its place is kept."""
+        place = self._outside(site)
+        text = " ".join(place.text.split())
+        self.out.reductions.setdefault(text, place)
+        return text
 
     def _outside(self, span: Span) -> Span:
         """The place itself, or the user's call that led into the prelude."""
@@ -374,14 +383,25 @@ class Elaborator:
             if op == "|>":
                 value = self._pipe(value, span, right, scope)
             elif op == "..":
-                value = self.error("E060", "a range is no value here", span.to(right.span), label="`lo..hi` stands in a param",
-                                   hint="for a list of numbers write `range(lo, hi)`")  # fmt: skip
+                value = self._range(value, span, self.expr(right, scope), right.span)
             elif op == "@":
                 value = self._at(value, span, self.expr(right, scope), right.span)
             else:
                 value = operators.binary(self, op, value, self.expr(right, scope), (span, op_span, right.span))
             span = span.to(right.span)
         return value
+
+    def _range(self, low: Value, low_span: Span, high: Value, high_span: Span) -> Value:
+        for end, at in ((low, low_span), (high, high_span)):
+            if isinstance(end, Poison):
+                return POISON
+            if not isinstance(end, Scalar):
+                return self.error("E060", f"an end of a range is a number, not {describe(end)}", at)
+        assert isinstance(low, Scalar) and isinstance(high, Scalar)
+        if None not in (low.dimension, high.dimension) and low.dimension != high.dimension:
+            return self.error("E062", f"a range from {low.dimension} to {high.dimension}", low_span, label="one end",
+                              others=(Label(high_span, "the other"),))  # fmt: skip
+        return Range(low, high)
 
     def _pipe(self, value: Value, span: Span, right: tree.Expr, scope: Scope) -> Value:
         piped = (Given(None, value, span),)

@@ -54,6 +54,14 @@ class ListValue:
     items: tuple[Value, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Range:
+    """`lo..hi` as an argument: where `solve` looks."""
+
+    low: Scalar
+    high: Scalar
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Function:
     """A def or a lambda with the scope it was written in."""
@@ -102,7 +110,7 @@ class Poison:
     """The value of an expression that was found to be wrong: whatever uses it says nothing more."""
 
 
-Value = Scalar | Vector | Bool | Text | ListValue | Function | Builtin | Record | Choice | Poison
+Value = Scalar | Vector | Bool | Text | ListValue | Range | Function | Builtin | Record | Choice | Poison
 POISON = Poison()
 
 
@@ -161,6 +169,8 @@ def describe(value: Value) -> str:
             return f'the text "{value.value}"'
         case ListValue():
             return f"a list of {len(value.items)}"
+        case Range():
+            return "a range"
         case Function() | Builtin():
             return f"the function `{value.name}`"
         case Record():

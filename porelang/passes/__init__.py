@@ -17,15 +17,22 @@ from porelang.passes.simplify import fold, share, simplify
 from porelang.passes.verify import verify
 
 Note = Callable[[Node], str]
+#: What is assumed of a number that is found from fields, where shaders are made for all settings.
+HIDDEN = (-1e30, 1e30)
 
 
 @dataclass(frozen=True, slots=True)
 class Graph:
-    """A program between passes: its named roots, the contracts met on the way, and the range of every param."""
+    """A program between passes: its named roots, the range of every param, and what the passes moved out of the values.
+
+    `contracts` are conditions on fields by number; `reductions` are numbers found from fields, by the name of the hidden
+    param that stands for each, in an order in which each comes after those it needs.
+    """
 
     roots: Mapping[str, Node]
     ranges: Mapping[str, tuple[float, float]]
     contracts: tuple[tuple[int, Node], ...] = ()
+    reductions: tuple[tuple[str, Node], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +71,28 @@ def _contracts(graph: Graph) -> Graph:
     return replace(graph, roots={name: new[r] for name, r in graph.roots.items()}, contracts=tuple(found))
 
 
+def _stages(graph: Graph) -> Graph:
+    """Each number that is found from whole fields replaced by a hidden param, to be computed before what needs it."""
+    roots = {**graph.roots, **{f"contract {i}": ok for i, (_, ok) in enumerate(graph.contracts)}}
+    tops = [n for n in ir.order(roots.values(), _above) if n.op in ir.REDUCTIONS]
+    if not tops:
+        return graph
+    hidden = {n: ir.param(f"#{i}") for i, n in enumerate(tops)}
+    new: dict[Node, Node] = {}
+    for n in ir.order(roots.values(), _above):
+        new[n] = hidden[n] if n in hidden else ir.node(n.op, *(new[a] for a in n.args), value=n.value)
+    contracts = tuple((which, new[ok]) for which, ok in graph.contracts)
+    kept = {name: new[root] for name, root in graph.roots.items()}
+    ranges = {**graph.ranges, **{str(p.value): HIDDEN for p in hidden.values()}}
+    return replace(graph, roots=kept, contracts=contracts, ranges=ranges,
+                   reductions=tuple((str(p.value), n) for n, p in hidden.items()))  # fmt: skip
+
+
+def _above(n: Node) -> tuple[Node, ...]:
+    """The arguments of a node, but not the fields that a reduction looks into."""
+    return () if n.op in ir.REDUCTIONS else n.args
+
+
 def _stage_note(graph: Graph) -> Note:
     return lambda n: n.stage.name.lower()
 
@@ -94,7 +123,7 @@ PIPELINE: tuple[Pass, ...] = (
     Pass("fold", "constants computed", _over(fold)),
     Pass("simplify", "identities used", _over(simplify)),
     Pass("share", "commutative arguments in one order, so that equals are one", _over(share)),
-    Pass("stages", "what is known at compile time, once params are set, and only at a point", lambda g: g, _stage_note),
+    Pass("stages", "numbers found from fields moved before what needs them; the stage of each node", _stages, _stage_note),
     Pass("separate", "which coordinates each node depends on", lambda g: g, _axes_note),
     Pass("bounds", "the range of each node over all space and all params", lambda g: g, _bounds_note),
     Pass("verify", "the graph checked against the table", _over(verify)),
