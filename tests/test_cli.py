@@ -101,6 +101,15 @@ def test_check_evaluates_checks_with_the_settings(pore: Pore) -> None:
     assert not Path("a.stl").exists()
 
 
+def test_check_measures_what_a_rule_speaks_of(pore: Pore) -> None:
+    text = 'let all = cylinder(30mm, 30mm)\ncheck porosity(gyroid(20), all) > 60%, "too dense"\ngyroid(20) & all'
+    assert pore("check", pore.write(text), "--json") == 1
+    (found,) = pore.json()
+    assert (found["code"], found["message"], found["line"]) == ("E068", "too dense", 2)
+    assert "porosity(gyroid(20), all) is 0.5" in found["label"]
+    assert pore("check", pore.write(text.replace("60%", "40%"))) == 0
+
+
 def test_warnings_are_no_errors(pore: Pore) -> None:
     path = pore.write("gyroid(x) & sphere(20)")
     assert pore("check", path) == 0
@@ -353,6 +362,8 @@ def test_glsl_prints_a_shader(pore: Pore) -> None:
     assert pore("glsl", SPECIMEN) == 0
     assert pore.out.startswith("#version 430")
     assert "float field(vec3 p)" in pore.out
+    assert pore("glsl", SPECIMEN, "--stage", "webgl") == 0
+    assert pore.out.startswith("#version 300 es")
     assert pore("glsl", SPECIMEN, "--json") == 0
     assert "void main" in pore.json()["text"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -30,7 +30,7 @@ COMMANDS: dict[str, Command] = {
         Command(
             "check",
             "say everything that is wrong or doubtful in a program",
-            ("file", "set", "json", "quiet"),
+            ("file", "set", "measure", "json", "quiet"),
             "pore check specimen.pore",
         ),
         Command(
@@ -38,6 +38,12 @@ COMMANDS: dict[str, Command] = {
             "write the surface of the part, watertight, in mm: .stl .obj .ply .3mf .glb .vtp",
             (*ASK, "output", "voxel", "resolution", "bounds", "backend", "dtype", "json", "quiet"),
             "pore mesh specimen.pore -o part.stl --voxel 1mm --set w=25mm",
+        ),
+        Command(
+            "measure",
+            "volume, porosity, area, components and more, each with its error; and the checks of the program",
+            (*ASK, "within", "voxel", "resolution", "bounds", "backend", "dtype", "json", "quiet"),
+            "pore measure specimen.pore --within cyl",
         ),
         Command(
             "eval",
@@ -59,6 +65,13 @@ COMMANDS: dict[str, Command] = {
             "each step in the notation of the paper, as in (F)(C)(W)(F)",
             ("file", "json"),
             "pore notation specimen.pore",
+        ),
+        Command(
+            "render",
+            "draw the part, cut open or with fields on planes: .png",
+            (*ASK, "output", "view", "projection", "size", "zoom", "cut", "slice", "field", "solid", "background",
+             "samples", "bounds", "json", "quiet"),
+            "pore render specimen.pore -o specimen.png --cut 'y<0' --view -60,20",
         ),
         Command(
             "explain",
@@ -120,6 +133,17 @@ def setting(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
+def lazily(name: str) -> Callable[[str], Any]:
+    """A reader of values from `porelang.cli.render`, imported only by those who draw."""
+
+    def read(text: str) -> Any:
+        from porelang.cli import render
+
+        return getattr(render, name)(text)
+
+    return read
+
+
 OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "file": (("file",), {"metavar": "FILE", "help": "the program, a .pore file"}),
     "code": (("code",), {"metavar": "CODE", "nargs": "?", "help": "the code of a diagnostic, as in E012"}),
@@ -135,6 +159,17 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         },
     ),
     "out": (("--out",), {"metavar": "NAME", "help": "which output of the program (default: part)"}),
+    "measure": (
+        ("--measure",),
+        {"action": "store_true", "help": "look at checks about whole fields too (a porosity): takes seconds"},
+    ),
+    "within": (
+        ("--within",),
+        {
+            "metavar": "NAME",
+            "help": "the envelope: an output or a let (default: the largest shape the part is intersected with)",
+        },
+    ),
     "output": (("-o", "--output"), {"metavar": "FILE", "required": True, "help": "the file to write"}),
     "values": (("-o", "--output"), {"metavar": "V.npy", "help": "write the values to a file, not to standard output"}),
     "points": (
@@ -167,6 +202,72 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         },
     ),
     "dtype": (("--dtype",), {"choices": ("f32", "f64"), "help": "the numbers to compute with"}),
+    "view": (
+        ("--view",),
+        {
+            "metavar": "VIEW",
+            "type": lazily("view"),
+            "default": "iso",
+            "help": "iso, front, back, left, right, top, bottom, or AZIMUTH,ELEVATION in degrees (default: iso)",
+        },
+    ),
+    "projection": (
+        ("--projection",),
+        {
+            "choices": ("perspective", "orthographic"),
+            "default": "perspective",
+            "help": "how depth is drawn (default: perspective)",
+        },
+    ),
+    "size": (
+        ("--size",),
+        {"metavar": "WxH", "type": lazily("picture_size"), "default": (800, 600), "help": "in pixels (default: 800x600)"},
+    ),
+    "zoom": (
+        ("--zoom",),
+        {"metavar": "FACTOR", "type": lazily("factor"), "default": 1.0, "help": "2 shows the middle twice as large"},
+    ),
+    "cut": (
+        ("--cut",),
+        {
+            "metavar": "'y<0'",
+            "type": lazily("half_space"),
+            "action": "append",
+            "default": [],
+            "help": "take away what lies on that side of a plane; repeat it for several",
+        },
+    ),
+    "slice": (
+        ("--slice",),
+        {
+            "metavar": "x=0",
+            "type": lazily("plane"),
+            "action": "append",
+            "default": [],
+            "help": "draw the field on a plane: red negative, yellow near zero, blue positive; repeat it for several",
+        },
+    ),
+    "field": (("--field",), {"metavar": "NAME", "help": "which output or `let` the planes show (default: the part)"}),
+    "solid": (
+        ("--solid",),
+        {
+            "choices": ("none", "opaque", "glass"),
+            "help": "how the part is drawn (default: opaque, with --slice glass)",
+        },
+    ),
+    "background": (
+        ("--background",),
+        {"choices": ("white", "transparent"), "default": "white", "help": "behind the part (default: white)"},
+    ),
+    "samples": (
+        ("--samples",),
+        {
+            "metavar": "N",
+            "type": lazily("fineness"),
+            "default": 3,
+            "help": "N x N samples are averaged for each pixel (default: 3)",
+        },
+    ),
     "after": (
         ("--after",),
         {"metavar": "PASS", "help": "stop after this pass, with what it found out beside each node"},
@@ -174,9 +275,9 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "stage": (
         ("--stage",),
         {
-            "choices": ("compute", "fragment"),
+            "choices": ("compute", "fragment", "webgl"),
             "default": "compute",
-            "help": "for which stage of OpenGL (default: compute)",
+            "help": "compute (the default), or the fragment shader of a picture, for OpenGL or for WebGL 2",
         },
     ),
     "json": (("--json",), {"action": "store_true", "help": "print one JSON value on standard output, nothing else"}),
@@ -272,10 +373,10 @@ def _parser(only: str | None) -> Parser:
 
 
 def _joined(argv: Sequence[str]) -> list[str]:
-    """`--bounds -1,-1,...` as one word: `argparse` would take a value that begins with `-` for an option."""
+    """`--bounds -1,-1,...` or `--view -30,20` as one word: `argparse` would take a value that begins with `-` for an option."""
     out: list[str] = []
     for word in argv:
-        if out and out[-1] in ("--bounds", "--voxel", "--resolution") and re.match(r"-[\d.]", word):
+        if out and out[-1] in ("--bounds", "--voxel", "--resolution", "--view") and re.match(r"-[\d.]", word):
             out[-1] += f"={word}"
         else:
             out.append(word)

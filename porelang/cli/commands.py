@@ -89,16 +89,27 @@ def load(options: Namespace) -> Program:
     return program
 
 
-def broken_checks(program: Program, settings: dict[str, str]) -> list[Diagnostic]:
-    """An error for each `check` of the program that does not hold with these settings."""
-    from porelang.ir import order
+def broken_checks(program: Program, settings: dict[str, str], measure: bool = False) -> list[Diagnostic]:
+    """An error for each `check` of the program that does not hold with these settings, with the numbers it found.
 
-    values = program.settle(**settings)
+    Checks about whole fields (a porosity) are looked at only if `measure` says so: they take a second or more.
+    """
+    from porelang.ir import order
+    from porelang.settings import settle
+
+    values = settle(program.params, settings)
+    failed = {c.span for c in program.failed_checks(measure, **settings)}
     found = []
-    for check in program.failed_checks(**settings):
-        used = sorted({str(n.value) for n in order([check.condition]) if n.op == "param"})
-        with_these = ", ".join(f"{name} = {shown(program.params[name], values[name])}" for name in used)
-        label = f"does not hold with {with_these}" if used else "does not hold"
+    for i, check in enumerate(program.elaborated.checks):
+        if check.span not in failed:
+            continue
+        params = {str(n.value) for n in order([check.condition]) if n.op == "param"} & program.params.keys()
+        read = {str(n.value) for n in order([program.graph.roots[f"check {i}"]]) if n.op == "param"}
+        measured = {str(n.value) for name, n in program.graph.reductions if name in read}
+        numbers = {text: r.value for text, r in program.reduced(**settings).items()} if measured else {}
+        label = ", ".join(f"{text} is {numbers[text]:.4g}" for text in sorted(measured)) or "does not hold"
+        with_these = ", ".join(f"{name} = {shown(program.params[name], values[name])}" for name in sorted(params))
+        label += f" with {with_these}" if params else ""
         found.append(Diagnostic("E068", check.message, check.span, label, check.others))
     return found
 
@@ -115,12 +126,14 @@ def check(options: Namespace) -> int:
 
     source = read_source(options.file)
     program, found = try_compile(source)
-    if program is not None:
-        try:
-            found = [*found, *broken_checks(program, dict(options.settings))]
-        except PoreError as error:
-            found = [*found, *error.diagnostics]
     report.say([d for d in found if d.severity == "error" or not options.quiet])
+    if program is not None:  # what was found so far is said first: a check may have to measure the whole part
+        try:
+            broken = broken_checks(program, dict(options.settings), options.measure)
+        except PoreError as error:
+            broken = list(error.diagnostics)
+        report.say(broken)
+        found = [*found, *broken]
     if options.json:
         report.put([d.to_json() for d in found])
     if not options.quiet:
@@ -159,12 +172,11 @@ def show(options: Namespace) -> int:
 
 def glsl(options: Namespace) -> int:
     """`pore glsl`: the text of the shader."""
-    from porelang.backends.glsl import shader
+    from porelang.backends.glsl import Form, shader
 
     program = load(options)
-    made = shader(
-        program.solid(options.out), program.graph.ranges, "grid" if options.stage == "compute" else "fragment"
-    )
+    form: Form = "grid" if options.stage == "compute" else options.stage
+    made = shader(program.solid(options.out), program.graph.ranges, form)
     if options.json:
         report.put({"stage": options.stage, "text": made.text, "uniforms": len(made.uniforms)})
     else:
@@ -202,6 +214,20 @@ def mesh(options: Namespace) -> int:
     return mesh(options)
 
 
+def render(options: Namespace) -> int:
+    """`pore render`: a picture."""
+    from porelang.cli.render import render
+
+    return render(options)
+
+
+def measure(options: Namespace) -> int:
+    """`pore measure`: volume, porosity, components and more, with their errors."""
+    from porelang.cli.measuring import measure
+
+    return measure(options)
+
+
 def explain(options: Namespace) -> int:
     """`pore explain`: the page of a code, or the list of all."""
     from porelang.cli.explain import explain
@@ -233,10 +259,12 @@ def usage(options: Namespace) -> int:
 RUN: dict[str, Command] = {
     "check": check,
     "mesh": mesh,
+    "measure": measure,
     "eval": evaluate,
     "show": show,
     "glsl": glsl,
     "notation": notation,
+    "render": render,
     "explain": explain,
     "doctor": doctor,
     "conformance": conformance,

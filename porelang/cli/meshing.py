@@ -6,6 +6,7 @@ import math
 import os
 import time
 from argparse import Namespace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +17,8 @@ from porelang.cli.evaluate import machine
 from porelang.diagnostics import PoreError, fail
 from porelang.mesh import Surface, write
 from porelang.mesh.export import writer_of
-from porelang.surface import checked_bounds, mesh_output, notes_of
+from porelang.mesh.surface import AT_ONCE
+from porelang.surface import checked_bounds, found_bounds, mesh_output, notes_of
 
 if TYPE_CHECKING:
     from porelang.program import Program
@@ -54,6 +56,7 @@ def mesh(options: Namespace) -> int:
         backend,
         dtype,
         settings,
+        folder=Path(folder),
         progress=progress,
     )
     write(surface, options.output, notes_of(program, options.out, settings))
@@ -69,7 +72,7 @@ def _refuse_too_fine(program: Program, options: Namespace, settings: dict[str, s
     """Refuse a grid of more nodes than anybody waits for. Errors: E114."""
     if options.voxel is None and options.resolution is None:
         return
-    box = checked_bounds(options.bounds) if options.bounds else program.bounds(options.out, **settings)
+    box = checked_bounds(options.bounds) if options.bounds else found_bounds(program, options.out, settings)
     voxel = options.voxel or max(box.size) / options.resolution
     nodes = math.prod(s / voxel + 2 for s in box.size)
     if nodes > MOST_NODES:
@@ -99,17 +102,21 @@ def facts(surface: Surface) -> dict[str, Any]:
 
 def components(surface: Surface) -> int:
     """The number of surfaces that are not joined: each island and each closed cavity is one."""
-    root = np.arange(len(surface.vertices))
-    edges = surface.faces[:, [0, 1, 1, 2]].reshape(-1, 2)
-    while True:  # each round links every vertex to the least known of its neighbours, then follows the links
-        a, b = root[edges[:, 0]], root[edges[:, 1]]
-        apart = a != b
-        if not apart.any():
-            return int(np.count_nonzero(root == np.arange(len(root))))
-        edges = edges[apart]
-        np.minimum.at(root, np.maximum(a, b)[apart], np.minimum(a, b)[apart])
-        while not np.array_equal(further := root[root], root):
+    root = np.arange(len(surface.vertices), dtype=np.int32)
+    open_ = [slice(i, i + AT_ONCE) for i in range(0, len(surface.faces), AT_ONCE)]
+    while open_:  # each round links the roots of a triangle's corners to the least of them, then follows the links
+        apart = []
+        for piece in open_:
+            roots = root.take(surface.faces[piece])
+            least = roots.min(axis=1)
+            split = np.flatnonzero((roots != least[:, None]).any(axis=1))
+            if len(split):
+                apart.append(piece)
+                np.minimum.at(root, roots[split].ravel(), np.repeat(least[split], 3))
+        open_ = apart
+        while not np.array_equal(further := root.take(root), root):
             root = further
+    return int(np.count_nonzero(root == np.arange(len(root))))
 
 
 def _text(path: str, found: dict[str, Any]) -> str:

@@ -1,0 +1,62 @@
+"""`pore measure`: what a part measures, with errors, and the `check` statements over it."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from typing import Any
+
+from porelang.cli import report
+from porelang.cli.commands import broken_checks, load
+from porelang.cli.evaluate import machine
+from porelang.measure import measure as measured
+
+_WORDS = {
+    "volume": ("volume", "mm3"),
+    "envelope_volume": ("envelope", "mm3"),
+    "porosity": ("porosity", ""),
+    "area": ("area", "mm2"),
+    "solid_components": ("pieces of solid", ""),
+    "void_components": ("pieces of void", ""),
+    "open_void_fraction": ("open void", ""),
+    "euler": ("Euler number", ""),
+}
+
+
+def measure(options: Namespace) -> int:
+    """Measure an output; exit 1 where a check of the program does not hold."""
+    program = load(options)
+    settings = dict(options.settings)
+    backend, dtype = machine(options, "f32")
+    progress = report.progress("measuring", options.quiet)
+    found = measured(
+        program,
+        options.out,
+        options.within,
+        options.voxel,
+        options.resolution,
+        options.bounds,
+        backend,
+        dtype,
+        settings,
+        progress,
+    )
+    broken = broken_checks(program, settings, measure=True)
+    if options.json:
+        report.put(found | {"failed_checks": [d.to_json() for d in broken]})
+    else:
+        print(_text(options.file, found))
+    report.say(broken)
+    return report.status(broken)
+
+
+def _text(path: str, found: dict[str, Any]) -> str:
+    lo, hi = found["bounds"]
+    lines = [path]
+    lines.append(f"  {'size':<16} {' x '.join(f'{b - a:.5g}' for a, b in zip(lo, hi, strict=True))} mm")
+    for key, (name, unit) in _WORDS.items():
+        error = found["error"][key]
+        value = f"{found[key]:.6g}" if isinstance(found[key], float) else f"{found[key]}"
+        lines.append(f"  {name:<16} {value} +- {error:.2g} {unit}".rstrip())
+    lines.extend(f"  {text} = {r['value']:.6g} +- {r['error']:.2g}" for text, r in found["reduced"].items())
+    lines.append(f"  counts and area at a voxel of {found['voxel']:.4g} mm; errors from one 1.5 times as large")
+    return "\n".join(lines)
