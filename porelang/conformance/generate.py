@@ -136,4 +136,5 @@ def _call(n: Node, names: list[str]) -> str:
         return f"if {names[1]} == 0 then 0 else {names[0]} / {names[1]}"
     if symbol in OPERATORS or symbol in ("and", "or"):
         return f"{names[0]} {symbol} {names[1]}"
-    return f"{symbol}({', '.join(names)})"
+    call = f"{symbol}({', '.join(names)})"
+    return f"bare({call})" if TABLE[n.op].units == "angle of" else call  # an angle fits only where angles are meant

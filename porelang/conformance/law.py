@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.backends.error import Verdict, judge
+from porelang.backends.uniform import uniform_values
 from porelang.conformance.backend import Backend, Params, Points, Ranges
 from porelang.ir import Node, Stage, order, show
+from porelang.passes.enclose import F64, enclose, fixed
 
 #: A bound wider than this, beside the reference or 1, says little: such points are counted apart.
 SHARP = 1e-2
@@ -56,8 +58,14 @@ def put(
 
 def blame(where: str, root: Node, points: Points, backend: Backend, params: Params, ranges: Ranges) -> Failure:
     """The first operation, arguments first, whose own value breaks the law, at the first point where it does."""
-    for n in order([root], lambda n: n.args if n.stage is Stage.FIELD else ()):
-        if not n.args or n.stage is not Stage.FIELD:
+    for n in order([root]):
+        if not n.args or n.stage is Stage.CONST:
+            continue
+        if n.stage is Stage.UNIFORM:  # computed before any backend is asked
+            value = float(uniform_values([n], params)[n])
+            r = enclose([n], params=fixed(params), precision=F64)[0].range
+            if not (bool(r.nan) if np.isnan(value) else bool((r.lo <= value) & (value <= r.hi))):
+                return Failure(where, backend.name, n.op, f"{show({'value': n})}\nis {value!r} with {dict(params)}")
             continue
         verdict, got = _verdict(n, points, backend, params, ranges)
         if verdict.broken.any():

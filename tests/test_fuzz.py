@@ -1,0 +1,103 @@
+"""Random programs on every backend, judged by the law; Hypothesis draws them and shrinks what fails."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, seed, settings
+from hypothesis import strategies as st
+
+import porelang as pore
+from porelang.conformance.backend import NUMPY, Backend, glsl
+from porelang.conformance.generate import RANGES, Dice, draw_graph, program_text
+from porelang.conformance.suite import check_graph, random_graphs
+from porelang.gpu import shared_gpu
+from porelang.ir import Node, order
+from porelang.ops import TABLE
+from porelang.passes import Graph, run
+
+BACKENDS = (*NUMPY, glsl(shared_gpu()))
+SEED = 20240229
+EXAMPLES = 500
+
+
+@dataclass(slots=True)
+class Drawn:
+    """Decisions by Hypothesis, which makes them smaller where a graph fails."""
+
+    draw: st.DrawFn
+
+    def below(self, n: int) -> int:
+        return self.draw(st.integers(0, n - 1))
+
+
+@st.composite
+def graphs(draw: st.DrawFn, size: int = 16) -> Node:
+    return draw_graph(Drawn(draw), size)
+
+
+@seed(SEED)
+@settings(
+    max_examples=EXAMPLES, deadline=None, database=None, print_blob=True,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+)  # fmt: skip
+@given(graphs())
+def test_every_backend_keeps_the_law(root: Node) -> None:
+    for backend in BACKENDS:
+        failure = check_graph(f"hypothesis, seed {SEED}", root, backend, 100, SEED).failure
+        assert failure is None, f"{failure.backend} breaks the law at `{failure.operation}`:\n{failure.example}"
+
+
+def test_the_law_says_something(capsys: pytest.CaptureFixture[str]) -> None:
+    """Most random values are under a bound of 1 %, every operation appears, and no backend is merely lucky."""
+    found = [check_graph("", root, b, 100, i) for i, root in enumerate(random_graphs(120, SEED)) for b in NUMPY]
+    points, sharp = sum(f.points for f in found), sum(f.sharp for f in found)
+    with capsys.disabled():
+        print(f"\nseed {SEED}: {points} values, {100 * sharp / points:.1f} % under a bound of 1 %")
+    assert sharp > 0.8 * points
+    seen = {n.op for root in random_graphs(400, SEED) for n in order([root])}
+    assert set(TABLE) <= seen
+
+
+def test_graphs_are_the_same_for_the_same_seed() -> None:
+    """Nodes are unique, so that equal graphs are one object."""
+    assert [a is b for a, b in zip(random_graphs(30, 4), random_graphs(30, 4), strict=True)] == [True] * 30
+    assert len({*random_graphs(30, 4)} & {*random_graphs(30, 5)}) < 15
+
+
+def test_graphs_written_as_programs_are_the_same_graphs() -> None:
+    """What the language makes of a graph's text is the graph itself, after the passes."""
+    dice, compared = Dice.seeded(SEED), 0
+    for _ in range(150):
+        root = draw_graph(dice, 16)
+        text = program_text(root)
+        program = pore.compile(text)
+        if any(n.op == "direction" for n in order([root])):
+            continue  # no function of the language: written as a choice
+        (flat,) = program.roots("part")
+        assert flat is run(Graph({"part": root}, RANGES)).roots["part"], text
+        compared += 1
+    assert compared > 80
+
+
+def test_programs_of_random_graphs_keep_the_law_with_params_at_their_ends() -> None:
+    for i, root in enumerate(random_graphs(25, SEED + 1)):
+        program = pore.compile(program_text(root))
+        for a, b in ((0.5, 2.0), (4.0, -2.0)):
+            points = np.random.default_rng(i).uniform(-20, 20, (64, 3)).astype(np.float32).astype(np.float64)
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")  # no NumPy warning reaches a user
+                wide = program.field("part", a=a, b=b)(points)
+                narrow = program.field("part", dtype="f32", a=a, b=b)(points)
+            assert wide.shape == narrow.shape == (64,)
+            assert narrow.dtype == np.float32
+
+
+@pytest.mark.parametrize("backend", BACKENDS, ids=[b.name for b in BACKENDS])
+def test_longer_graphs_keep_the_law(backend: Backend) -> None:
+    for i, root in enumerate(random_graphs(150, SEED + 2, size=50)):
+        failure = check_graph(f"graph {i} of seed {SEED + 2}", root, backend, 100, i).failure
+        assert failure is None, f"{failure.where}: {backend.name} breaks the law:\n{failure.example}"

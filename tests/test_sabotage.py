@@ -1,0 +1,169 @@
+"""The suite is put to the test: operations are broken on purpose, and it has to say which one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from porelang import device
+from porelang.backends import glsl as glsl_backend
+from porelang.conformance.backend import NUMPY, glsl
+from porelang.conformance.programs import cases
+from porelang.conformance.report import certificate, doctor
+from porelang.conformance.suite import run_suite
+from porelang.gpu import shared_gpu
+from porelang.interval import Interval, interval
+from porelang.ops import TABLE
+
+GLSL = glsl(shared_gpu())
+F64, F32 = NUMPY
+
+
+@pytest.fixture(autouse=True)
+def _fresh() -> Iterator[None]:
+    """Shaders are kept by their graph, which knows nothing of a changed table."""
+    device._shader.cache_clear()
+    yield
+    device._shader.cache_clear()
+
+
+def broken(monkeypatch: pytest.MonkeyPatch, name: str, **changes: Any) -> None:
+    monkeypatch.setitem(TABLE, name, replace(TABLE[name], **changes))
+
+
+def blamed(backend: Any) -> set[tuple[str, str]]:
+    """(what found it, operation) of every failure of a small run of the suite."""
+    made = run_suite([backend], graphs=60, seed=3, programs=cases()[::6])
+    return {(f.where.split()[0], f.operation) for f in made.failures}
+
+
+@pytest.mark.parametrize(
+    ("name", "template"),
+    [
+        ("add", "({0} - {1})"),  # a wrong sign
+        ("sub", "({1} - {0})"),  # arguments exchanged
+        ("cos", "pore_sin({0})"),  # a sine for a cosine
+        ("cos_turns", "pore_sin_turns({0})"),
+        ("abs", "({0})"),  # a missing abs
+        ("floor", "trunc({0})"),  # right for positive numbers only
+        ("round", "floor({0} + 0.5)"),  # halves up
+        ("le", "({0} < {1})"),  # an equality forgotten
+        ("sqrt", "sqrt({0}) * 1.00001"),  # slightly off
+        ("exp", "exp({0} * 1.0001)"),
+        ("atan2", "atan({0}, {1})"),  # the driver's own, which is not good enough
+        ("select", "({0} ? {2} : {1})"),
+        ("min", "pore_max({0}, {1})"),
+    ],
+)
+def test_a_wrong_shader_is_found(monkeypatch: pytest.MonkeyPatch, name: str, template: str) -> None:
+    broken(monkeypatch, name, glsl=template, guarded="", calm="")
+    made = run_suite([GLSL], graphs=0, seed=3, operations=[name], programs=[])
+    assert {f.operation for f in made.failures} == {name}
+    assert not made.holds
+
+
+def test_a_wrong_cheap_form_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    broken(monkeypatch, "max", guarded="min({0}, {1})")
+    made = run_suite([GLSL], graphs=0, seed=3, operations=["max", "min"], programs=[])
+    assert {(f.where, f.operation) for f in made.failures} == {("table, guarded form", "max")}
+
+
+def test_a_special_value_forgotten_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The driver's own min of NaN is a number; only the general form's sweep can know."""
+    broken(monkeypatch, "min", glsl="min({0}, {1})")
+    made = run_suite([GLSL], graphs=0, seed=3, operations=["min"], programs=[])
+    assert [f.where for f in made.failures] == ["table, general form"]
+    assert "nan" in made.failures[0].example
+
+
+def test_graphs_and_programs_blame_the_operation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Programs and random graphs find it without the sweep, and name the operation and not what is built on it."""
+    broken(monkeypatch, "sub", glsl="({1} - {0})")
+    made = run_suite([GLSL], graphs=60, seed=3, operations=[], programs=cases())
+    graphs = [f for f in made.failures if f.where.startswith("graph")]
+    laws = [f for f in made.failures if "`" in f.where]
+    assert len(graphs) >= 3
+    assert len(laws) >= 10
+    assert {f.operation for f in graphs + laws} == {"sub"}
+    assert all(f.example.splitlines()[0].startswith("%0") for f in graphs)
+
+
+@pytest.mark.parametrize(
+    ("name", "form"),
+    [
+        ("mul", lambda a, b, out=None: np.multiply(a, b, out=out) * a.dtype.type(1 + 1e-3)),
+        ("sin", lambda a, out=None: np.cos(a, out=out)),
+        ("hypot", lambda a, b, out=None: np.add(np.abs(a), np.abs(b), out=out)),
+        ("log", lambda a, out=None: np.log2(a, out=out)),
+    ],
+)
+@pytest.mark.parametrize("backend", [F64, F32], ids=["f64", "f32"])
+def test_a_wrong_array_form_is_found(
+    monkeypatch: pytest.MonkeyPatch, name: str, form: Callable[..., Any], backend: Any
+) -> None:
+    def written(*arguments: Any, out: Any = None) -> Any:
+        result = form(*arguments)
+        if out is None:
+            return result
+        np.copyto(out, result)
+        return out
+
+    broken(monkeypatch, name, numpy=written)
+    assert ("table,", name) in blamed(backend)
+    assert {operation for _, operation in blamed(backend)} <= {name, ""}
+
+
+def test_an_error_of_a_thousandth_is_found_in_graphs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Float32 alone is off, so that the float64 reference knows better."""
+
+    def form(a: Any, b: Any, out: Any = None) -> Any:
+        result = np.multiply(a, b, out=out)
+        if result.dtype == np.float32:
+            result *= np.float32(1.001)
+        return result
+
+    broken(monkeypatch, "mul", numpy=form)
+    made = run_suite([F32], graphs=60, seed=3, operations=[], programs=[])
+    assert made.failures
+    assert {f.operation for f in made.failures} == {"mul"}
+
+
+def test_a_wrong_enclosure_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The law rests on enclosures; one that is too narrow shows as well."""
+
+    def narrow(a: Interval) -> Interval:
+        return interval(np.sqrt(np.maximum(a.lo, 0)), np.sqrt(np.maximum(a.lo, 0)))
+
+    broken(monkeypatch, "sqrt", enclose=narrow)
+    assert "sqrt" in {operation for _, operation in blamed(F32)}
+
+
+def test_a_missing_function_is_no_pass(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A shader that does not compile is an error and never counts as kept."""
+    broken(monkeypatch, "neg", glsl="no_such_function({0})")
+    with pytest.raises(Exception, match="graphics driver"):
+        run_suite([GLSL], graphs=0, operations=["neg"], programs=[])
+
+
+def test_a_wrong_library_function_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = glsl_backend._function("pore_sine")
+    wrong = text.replace("2.28318524", "2.28319")
+    assert wrong != text
+    monkeypatch.setattr(glsl_backend, "_function", lambda name, known=glsl_backend._function: (
+        wrong if name == "pore_sine" else known(name)))  # fmt: skip
+    made = run_suite([GLSL], graphs=0, operations=["sin_turns", "cos_turns", "floor"], programs=[])
+    assert {f.operation for f in made.failures} == {"sin_turns", "cos_turns"}
+
+
+def test_commands_report_it(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    broken(monkeypatch, "floor", glsl="trunc({0})")
+    assert doctor() == 1
+    assert "BEYOND TOLERANCE  floor(" in capsys.readouterr().out
+    assert certificate(count=0, seed=1) == 1
+    printed = capsys.readouterr().out
+    assert "operation `floor`" in printed
+    assert "The law is broken" in printed
