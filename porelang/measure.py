@@ -1,0 +1,167 @@
+"""What a part measures: volume, porosity, area, components, topology, each with an error.
+
+Volumes and the porosity are integrals of the fields themselves (`porelang.reduce`), not of a mesh. The area, the Euler
+number and the components come from samples at the voxel; their errors are the change from a voxel 1.5 times as large.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.backends.numpy import Dtype
+from porelang.diagnostics import fail, suggest
+from porelang.ir import Node, node
+from porelang.ops import kind
+from porelang.passes import Graph, run
+from porelang.passes.box import UNIVERSE, Box, part_box
+from porelang.program import Backend, Program, make_field
+from porelang.reduce.integrals import porosity, volume
+from porelang.settings import Setting
+from porelang.surface import RESOLUTION, Bounds, checked_bounds, mesh_output
+
+_COARSER = 1.5
+_MOST_NODES = 400_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """What samples tell of the topology: pieces of solid, pieces of void, and the share of the void that is open."""
+
+    solid: int
+    void: int
+    open: float
+
+
+def measure(
+    program: Program,
+    name: str | None = None,
+    within: str | None = None,
+    voxel: float | None = None,
+    resolution: int | None = None,
+    bounds: Bounds | None = None,
+    backend: Backend = "numpy",
+    dtype: Dtype = "f32",
+    settings: Mapping[str, Setting] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[str, Any]:
+    """The report of an output: lengths in mm, areas in mm^2, volumes in mm^3.
+
+    The envelope is the solid `within` (an output or a let), else the largest shape that the part is intersected with,
+    else the box of the bounds. Errors: those of a mesh, E109 for an unknown `within`.
+    """
+    settings = settings or {}
+    root, values = program.solid(name), program.settle(**settings)
+    box = checked_bounds(bounds) if bounds is not None else program.bounds(name, **settings)
+    envelope = _envelope(program, root, within, values, box)
+    if bounds is not None:
+        root, envelope = node("max", root, _block(box)), node("max", envelope, _block(box))
+    h = voxel or max(box.size) / (resolution or RESOLUTION)
+    inside, whole = volume(node("max", root, envelope), values), volume(envelope, values)
+    share = porosity(root, envelope, values)
+
+    fields = [make_field((r,), values, program.graph.ranges, backend, dtype) for r in (root, envelope)]
+    fine, coarse = (_counts(fields[0], fields[1], part_box(envelope, values) or box, s) for s in (h, _COARSER * h))
+    surfaces = [
+        mesh_output(program, name, s, None, bounds, backend, dtype, settings, progress=progress) for s in (h, _COARSER * h)
+    ]
+    return {
+        "bounds": [list(box.lo), list(box.hi)],
+        "voxel": h,
+        "volume": inside.value,
+        "envelope_volume": whole.value,
+        "porosity": share.value,
+        "area": surfaces[0].area,
+        "solid_components": fine.solid,
+        "void_components": fine.void,
+        "open_void_fraction": fine.open,
+        "euler": surfaces[0].euler,
+        "error": {
+            "volume": inside.error,
+            "envelope_volume": whole.error,
+            "porosity": share.error,
+            "area": abs(surfaces[0].area - surfaces[1].area),
+            "solid_components": abs(fine.solid - coarse.solid),
+            "void_components": abs(fine.void - coarse.void),
+            "open_void_fraction": abs(fine.open - coarse.open),
+            "euler": abs(surfaces[0].euler - surfaces[1].euler),
+        },
+        "reduced": {text: {"value": r.value, "error": r.error} for text, r in program.reduced(**settings).items()},
+    }
+
+
+def _envelope(program: Program, root: Node, within: str | None, values: Mapping[str, float], box: Box) -> Node:
+    if within is not None:
+        return _named(program, within)
+    best, size = None, 0.0
+    for part in _conjuncts(root):
+        found = part_box(part, values)
+        if found is None or max(found.hi) >= UNIVERSE or min(found.lo) <= -UNIVERSE or part is root:
+            continue
+        if found.volume > size:
+            best, size = part, found.volume
+    return best if best is not None else _block(box)
+
+
+def _conjuncts(root: Node) -> list[Node]:
+    """The solids that a part is the intersection of."""
+    stack, out = [root], []
+    while stack:
+        n = stack.pop()
+        if n.op == "max":
+            stack.extend(n.args)
+        if n is not root or n.op != "max":
+            out.append(n)
+    return [n for n in dict.fromkeys(out) if n.axes and kind(n) == "real"]
+
+
+def _named(program: Program, name: str) -> Node:
+    """An output or a let of the file, flat. Errors: E109."""
+    if name in program.outputs:
+        return program.solid(name)
+    lets = program.elaborated.lets
+    if name not in lets:
+        known = [*program.outputs, *lets]
+        near = suggest(name, known)
+        hint = f"did you mean `{near}`?" if near else f"the file binds {', '.join(known) or 'nothing'}"
+        raise fail("E109", f"there is no `{name}` to measure within", hint=hint)
+    graph = run(Graph({name: lets[name].node}, program.lowered.ranges))
+    if graph.reductions:
+        raise fail("E109", f"`{name}` depends on numbers found from fields, and cannot be an envelope",
+                   hint="name a plain shape")  # fmt: skip
+    return graph.roots[name]
+
+
+def _block(box: Box) -> Node:
+    """A box as a field: the largest signed distance to its six planes."""
+    out: Node | None = None
+    for axis, lo, hi in zip("xyz", box.lo, box.hi, strict=True):
+        sides = node("max", lo - node(axis), node(axis) - hi)
+        out = sides if out is None else node("max", out, sides)
+    assert out is not None
+    return out
+
+
+def _counts(part: Any, envelope: Any, box: Box, h: float) -> Counts:
+    """Components of samples at the middle of voxels: solid by faces, edges and corners, void by faces."""
+    from scipy import ndimage
+
+    axes = [np.arange(lo - 1.5 * h, hi + 2 * h, h) for lo, hi in zip(box.lo, box.hi, strict=True)]
+    nodes = int(np.prod([len(a) for a in axes]))
+    if nodes > _MOST_NODES:
+        raise fail("E114", f"a voxel of {h:g} mm makes {nodes:,} samples, too many to count components among",
+                   hint=f"use a voxel of {h * (nodes / _MOST_NODES) ** (1 / 3):.2g} mm or more")  # fmt: skip
+    within = envelope.on_grid(axes).all() < 0
+    solid = (part.on_grid(axes).all() < 0) & within
+    void = within & ~solid
+    pieces = ndimage.label(solid, np.ones((3, 3, 3)))[1]
+    labels, holes = ndimage.label(void)
+    rim: NDArray[np.bool_] = within & ~ndimage.binary_erosion(within)
+    touching = np.unique(labels[rim & void])
+    total = int(np.count_nonzero(void))
+    is_open = np.isin(labels, touching[touching > 0])
+    return Counts(int(pieces), int(holes), float(np.count_nonzero(is_open)) / total if total else 0.0)

@@ -1,0 +1,74 @@
+"""`measure` against closed forms: volumes, topology and openness of parts that are known by heart."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+import porelang
+from porelang.cli import main
+from porelang.measure import measure
+
+
+def report(text: str, **more: object) -> dict[str, object]:
+    return measure(porelang.compile(text), resolution=64, **more)  # type: ignore[arg-type]
+
+
+def test_a_hollow_ball() -> None:
+    found = report("sphere(10) \\ sphere(6)")
+    error = found["error"]
+    exact = 4 / 3 * math.pi * (1000 - 216)
+    assert abs(found["volume"] - exact) <= error["volume"] < 2e-3 * exact  # type: ignore[operator, index]
+    assert abs(found["porosity"] - 0.216) <= error["porosity"] < 1e-3  # type: ignore[operator, index]
+    assert abs(found["area"] - 4 * math.pi * 136) <= 2 * error["area"]  # type: ignore[operator, index]
+    assert (found["solid_components"], found["void_components"], found["euler"]) == (1, 1, 4)
+    assert found["open_void_fraction"] == 0.0
+
+
+def test_a_ring_in_its_box() -> None:
+    found = report("torus(20, 5)")
+    assert (found["solid_components"], found["euler"]) == (1, 0)
+    assert found["envelope_volume"] == pytest.approx(50 * 50 * 10, rel=1e-3)
+    assert found["open_void_fraction"] == 1.0
+
+
+def test_a_shell_of_schwarz_p_has_two_voids() -> None:
+    """The paper: shelling separates the volume "into two interwoven but unconnected voids"."""
+    found = report("shell(schwarz_p(30), 0.4) & box([58, 58, 58])")
+    assert found["void_components"] == 2
+    assert found["solid_components"] == 1
+
+
+def test_pieces_and_envelopes() -> None:
+    text = "let b = box([40, 10, 10])\nlet balls = sphere(3) | (sphere(3) |> translate([12, 0, 0]))\nballs & b"
+    found = report(text, within="b")
+    assert found["solid_components"] == 2
+    assert abs(found["porosity"] - (1 - 2 * 4 / 3 * math.pi * 27 / 4000)) <= found["error"]["porosity"]  # type: ignore[operator, index]
+
+
+def test_bounds_cut_the_part_and_its_envelope() -> None:
+    found = report("sphere(10)", bounds=(0, -10, -10, 10, 10, 10))
+    assert found["volume"] == pytest.approx(2 / 3 * math.pi * 1000, rel=2e-3)
+
+
+def test_an_unknown_envelope_is_named() -> None:
+    with pytest.raises(porelang.PoreError) as caught:
+        report("let cyl = cylinder(5, 5)\ncyl", within="cil")
+    assert "did you mean `cyl`?" in str(caught.value)
+
+
+def test_the_command_prints_the_keys_of_the_contract(capsys: pytest.CaptureFixture[str], tmp_path: object) -> None:
+    path = f"{tmp_path}/part.pore"
+    with open(path, "w") as file:
+        file.write('let c = cylinder(10, 20)\nlet g = gyroid(8)\ncheck porosity(g, c) > 60%, "too dense"\ng & c\n')
+    assert main(["measure", path, "--json", "--resolution", "40"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    keys = {"bounds", "voxel", "volume", "envelope_volume", "porosity", "area", "solid_components", "void_components",
+            "open_void_fraction", "euler", "error"}  # fmt: skip
+    assert keys <= found.keys()
+    assert [d["code"] for d in found["failed_checks"]] == ["E068"]
+    assert abs(found["porosity"] - 0.5) < 0.02
+    assert main(["check", path, "-q"]) == 0
+    assert main(["check", path, "-q", "--measure"]) == 1
