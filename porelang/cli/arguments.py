@@ -221,7 +221,12 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     ),
     "size": (
         ("--size",),
-        {"metavar": "WxH", "type": lazily("picture_size"), "default": (800, 600), "help": "in pixels (default: 800x600)"},
+        {
+            "metavar": "WxH",
+            "type": lazily("picture_size"),
+            "default": (800, 600),
+            "help": "in pixels (default: 800x600)",
+        },
     ),
     "zoom": (
         ("--zoom",),
@@ -373,7 +378,7 @@ def _parser(only: str | None) -> Parser:
 
 
 def _joined(argv: Sequence[str]) -> list[str]:
-    """`--bounds -1,-1,...` or `--view -30,20` as one word: `argparse` would take a value that begins with `-` for an option."""
+    """`--bounds -1,-1,...` as one word: `argparse` would take a value that begins with `-` for an option."""
     out: list[str] = []
     for word in argv:
         if out and out[-1] in ("--bounds", "--voxel", "--resolution", "--view") and re.match(r"-[\d.]", word):

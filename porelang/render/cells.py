@@ -1,0 +1,95 @@
+"""What is proven of a field in each cell of a box, so that a ray takes the longest steps that miss nothing.
+
+Cells are halved where they may hold surface; in those that are left the slopes are enclosed, which bounds the gradient.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.backends.uniform import take_branches
+from porelang.interval import INF, interval
+from porelang.ir import Node, order
+from porelang.passes.bounds import box_test, slopes
+from porelang.passes.box import Box
+from porelang.passes.enclose import EXACT, enclose, fixed
+
+Points = NDArray[np.float64]
+VOID, SOLID, STEEP = 0.0, -1.0, 1e30
+#: Cells along the longest side at first, and at most.
+COARSEST, FINEST = 8, 64
+#: Enclosures of single operations that one picture may cost: about 2 seconds.
+BUDGET = 60_000_000
+AT_ONCE = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """For each cell of a box: VOID, SOLID, a bound on |grad f| per mm, or STEEP where the field may jump."""
+
+    box: Box
+    values: NDArray[np.float32]
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        nx, ny, nz = self.values.shape
+        return nx, ny, nz
+
+    @property
+    def empty(self) -> bool:
+        """Whether it is proven that nothing solid lies in the box."""
+        return not self.values.any()
+
+
+def bound_cells(root: Node, params: Mapping[str, float], box: Box) -> Cells:
+    """The cells of a box, as fine as the length of the program allows."""
+    root = take_branches(root, params)
+    partials = slopes(root)
+    test = box_test(root, params)
+    longest = max(box.size)
+    counts = tuple(max(1, round(COARSEST * s / longest)) for s in box.size)
+    values = np.full(counts, np.nan, np.float32)
+    cost, spent = len(order([root])), 0
+    while True:
+        left = np.argwhere(np.isnan(values))
+        low, high = test(*_corners(box, values.shape, left))
+        found = np.where(low > 0, VOID, np.where(high < 0, SOLID, np.nan))
+        values[tuple(left.T)] = found
+        spent += cost * len(left)
+        undecided = 8 * int(np.isnan(found).sum())
+        if 2 * max(values.shape) > FINEST or spent + 3 * cost * undecided > BUDGET:
+            break
+        for axis in range(3):
+            values = np.repeat(values, 2, axis=axis)
+    left = np.argwhere(np.isnan(values))
+    values[tuple(left.T)] = _steepest((root, *partials), params, *_corners(box, values.shape, left))
+    return Cells(box, values)
+
+
+def _corners(box: Box, counts: tuple[int, ...], which: NDArray[np.intp]) -> tuple[Points, Points]:
+    """Lower and upper corners (n, 3) of cells, a little further apart than they are: rays round."""
+    edge = np.array(box.size) / counts
+    lo = np.array(box.lo) + which * edge
+    slack = 1e-5 * edge + 4e-7 * np.maximum(np.abs(box.lo), np.abs(box.hi))
+    return lo - slack, lo + edge + slack
+
+
+def _steepest(roots: tuple[Node, ...], params: Mapping[str, float], lo: Points, hi: Points) -> NDArray[np.float32]:
+    """A bound on the gradient of the first root, whose slopes are the others, over boxes; STEEP where it may jump."""
+    out = np.empty(len(lo), np.float32)
+    for start in range(0, len(lo), AT_ONCE):
+        part = slice(start, start + AT_ONCE)
+        value, *slope = enclose(roots, [interval(lo[part, i], hi[part, i]) for i in range(3)], fixed(params), EXACT)
+        with np.errstate(all="ignore"):
+            total = np.zeros(len(lo[part]))
+            for s in slope:
+                steep = np.maximum(np.abs(s.range.lo), np.abs(s.range.hi))
+                total = total + np.where(s.range.nan | s.range.empty, INF, steep) ** 2
+            bound = np.where(value.jumps | value.range.nan, INF, np.sqrt(total))
+        # a margin for what float32 rounds; 0 would mean that the cell is void
+        out[part] = np.clip(1.001 * bound, 1e-20, STEEP)
+    return out
