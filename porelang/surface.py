@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from pathlib import Path
 
 from porelang.backends.numpy import Dtype, workers
@@ -32,18 +33,20 @@ def mesh_output(
     *,
     threads: int | None = None,
     prune: bool = True,
+    folder: Path | None = None,
     progress: Callable[[int, int], None] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Surface:
     """The closed surface of an output, in mm, outward.
 
     Where `bounds` are given the part is cut flat at them; else they are found from the program. `prune` rules out
-    bricks that hold no surface before they are sampled; the triangles are the same without.
+    bricks that hold no surface before they are sampled; the triangles are the same without. What does not fit the
+    memory goes to files without names in `folder`.
     Errors: E100-E103 about the output, E107 about bounds, E110, E111, E114 about the field on the grid.
     """
     root = program.solid(name)
     values = program.settle(**(settings or {}))
-    box = checked_bounds(bounds) if bounds is not None else program.bounds(name, **(settings or {}))
+    box = checked_bounds(bounds) if bounds is not None else found_bounds(program, name, settings or {})
     if voxel is None and resolution is None:
         resolution = RESOLUTION
     grid = Grid.cover(box.lo, box.hi, voxel, resolution)
@@ -61,6 +64,7 @@ def mesh_output(
         sampled.block,
         box_test(root, values, F32 if field.backend == "glsl" or dtype == "f32" else F64) if prune else None,
         threads=workers(threads),
+        folder=folder,
         progress=progress,
         cancel=cancel,
     )
@@ -74,6 +78,16 @@ def notes_of(program: Program, name: str | None, settings: Mapping[str, Setting]
         "output": program.output(name),
     }
     return made | {f"param.{param}": repr(value) for param, value in program.settle(**settings).items()}
+
+
+def found_bounds(program: Program, name: str | None, settings: Mapping[str, Setting]) -> Box:
+    """The box that holds the part, remembered: to find it takes as long as many a mesh. Errors: E102, E103."""
+    return _bounds(program, name, tuple(sorted(settings.items())))
+
+
+@lru_cache(maxsize=8)
+def _bounds(program: Program, name: str | None, settings: tuple[tuple[str, Setting], ...]) -> Box:
+    return program.bounds(name, **dict(settings))
 
 
 def checked_bounds(bounds: Bounds) -> Box:

@@ -51,7 +51,8 @@ class Table:
     """Rows of triangles: `edges[start[row] : start[row] + count[row]]` are (n, 3) edge numbers 0..12.
 
     `row[corners * 64 + joined]` is the row for a byte of solid corners and the bits of the faces that connect their
-    solid corners; `ambiguous[corners]` are the bits that matter.
+    solid corners; `ambiguous[corners]` are the bits that matter. `centred[row]` tells the rows that have
+    a vertex inside the cell.
     """
 
     row: NDArray[np.int16]
@@ -59,6 +60,7 @@ class Table:
     start: NDArray[np.int64]
     count: NDArray[np.int64]
     edges: NDArray[np.int64]
+    centred: NDArray[np.bool_]
 
 
 @cache
@@ -80,7 +82,8 @@ def table() -> Table:
             row[corners * 64 + joined] = rows[kept]
     count = np.array([len(t) for t in triangles], np.int64)
     edges = np.array([t for ts in triangles for t in ts], np.int64)
-    return Table(row, ambiguous, np.cumsum(count) - count, count, edges)
+    centred = np.array([any(CENTRE in t for t in ts) for ts in triangles])
+    return Table(row, ambiguous, np.cumsum(count) - count, count, edges, centred)
 
 
 def _is_ambiguous(solid: list[bool], face: tuple[int, ...]) -> bool:

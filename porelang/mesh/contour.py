@@ -9,12 +9,13 @@ agree on it to the last bit.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.mesh.cells import CENTRE, CORNERS, DIAGONALS, EDGES, table
+from porelang.mesh.cells import CORNERS, DIAGONALS, EDGES, table
 from porelang.mesh.grid import Index
 from porelang.mesh.layers import Layers, Values
 
@@ -23,21 +24,21 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patch:
-    """The triangles of a block: `vertices` (n, 3) mm with their `keys` (n,), `faces` (m, 3) into them.
+    """The triangles of a block: `vertices` (n, 3) mm and `faces` (m, 3) into them.
 
-    A key is four times the number of a node plus the axis of the edge that starts there, or plus 3 for a vertex inside
-    the cell that starts there. `border` (n,) tells the vertices that neighbouring blocks may share.
+    `border` (b,) are the vertices that neighbouring blocks may share, and `keys` (b,) their keys: four times the number
+    of a node plus the axis of the edge that starts there.
     """
 
-    keys: Ints
     vertices: NDArray[np.float64]
     faces: NDArray[np.int32]
-    border: NDArray[np.bool_]
+    border: Ints
+    keys: Ints
 
 
 def contour(values: Values, layers: Layers, lo: Index) -> Patch:
     """The surface where `values`, the field at the layers from `lo` on, passes zero; negative is solid."""
-    shape = values.shape
+    shape = (values.shape[0], values.shape[1], values.shape[2])
     strides = (shape[1] * shape[2], shape[2], 1)
     flat = values.ravel()
     solid = values < 0
@@ -50,23 +51,36 @@ def contour(values: Values, layers: Layers, lo: Index) -> Patch:
 
     cells, row = _rows(solid, flat, strides)
     cases = table()
-    count = cases.count[row]
-    cell = np.repeat(cells, count)
-    first = np.cumsum(count) - count
-    edges = cases.edges[np.repeat(cases.start[row] - first, count) + np.arange(len(cell))]
-    shift = [a * flat.size + int(np.dot(CORNERS[k], strides)) for k, _, a in EDGES] + [3 * flat.size]
-    centred = np.unique(cell[edges[:, 2] == CENTRE])
+    centred = cells[cases.centred[row]]
     number[3 * flat.size + centred] = np.arange(total, total + len(centred), dtype=np.int32)
-    faces = number[np.array(shift)[edges] + cell[:, None]]
+    count = cases.count[row]
+    first = np.cumsum(count) - count
+    triangle = np.repeat(cases.start[row] - first, count)
+    triangle += np.arange(len(triangle))
+    corners = _shifted(shape).take(triangle, axis=0)
+    corners += np.repeat(cells.astype(corners.dtype), count)[:, None]
+    faces = number.take(corners)
 
     parts = [_place(flat, nodes, axis, shape, strides, layers, lo) for axis, nodes in enumerate(crossed)]
     vertices = np.concatenate([p[0] for p in parts])
     if len(centred):
         vertices = np.concatenate([vertices, _centres(vertices, faces[faces[:, 2] >= total], total, len(centred))])
-    border = np.concatenate([*(p[1] for p in parts), np.zeros(len(centred), np.bool_)])
-    groups = (*crossed, centred)
-    keys = np.concatenate([4 * _globally(nodes, shape, layers.shape, lo) + k for k, nodes in enumerate(groups)])
-    return Patch(keys, vertices, faces, border)
+    starts = np.cumsum([0, *map(len, crossed)])
+    border = np.concatenate([start + p[1] for start, p in zip(starts[:3], parts, strict=True)])
+    keys = np.concatenate([
+        4 * _globally(nodes[p[1]], shape, layers.shape, lo) + axis
+        for axis, (nodes, p) in enumerate(zip(crossed, parts, strict=True))
+    ])
+    return Patch(vertices, faces, border, keys)
+
+
+@lru_cache(maxsize=32)
+def _shifted(shape: Index) -> NDArray[Any]:
+    """The corners of the table's triangles as places in `number`, counted from a cell's first node."""
+    size = shape[0] * shape[1] * shape[2]
+    strides = (shape[1] * shape[2], shape[2], 1)
+    shift = [axis * size + int(np.dot(CORNERS[k], strides)) for k, _, axis in EDGES] + [3 * size]
+    return np.array(shift, np.int32 if 4 * size < 2**31 else np.int64)[table().edges]
 
 
 def _crossed(solid: NDArray[np.bool_]) -> tuple[Ints, Ints, Ints]:
@@ -101,34 +115,40 @@ def _rows(solid: NDArray[np.bool_], flat: Values, strides: Index) -> tuple[Ints,
         for i, (a, b, c, d) in enumerate(DIAGONALS):
             one, other = at[:, a] * at[:, b], at[:, c] * at[:, d]
             joined[unclear] |= np.where(at[:, a] < 0, one > other, other > one).astype(np.int64) << i
-    return cells, cases.row[case.astype(np.int64) * 64 + joined].astype(np.int64)
+    return cells, cases.row[case.astype(np.int64) * 64 + joined]
 
 
 def _place(
-    flat: Values, nodes: Ints, axis: int, shape: tuple[int, ...], strides: Index, layers: Layers, lo: Index
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    flat: Values, nodes: Ints, axis: int, shape: Index, strides: Index, layers: Layers, lo: Index
+) -> tuple[NDArray[np.float64], Ints]:
     """Where the surface passes the edges that start at `nodes`, and which of them lie on the block's border."""
     place = np.empty((len(nodes), 3))
     border = np.zeros(len(nodes), np.bool_)
     index = _unravel(nodes, shape)
     along = layers.axes[axis]
+    first, last = lo[axis], lo[axis] + shape[axis]
+    capped = first == 0 or last >= len(along)
     start = index[axis] + lo[axis]
-    cap = (start == 0) | (start == len(along) - 2)
+    cap = (start == 0) | (start == len(along) - 2) if capped else None
     for n, other in enumerate(layers.axes):
         if n != axis:
-            i = index[n] + lo[n]
-            place[:, n] = np.where(cap, other.at[i], other.rim[i])
+            rim = other.rim[lo[n] : lo[n] + shape[n]].take(index[n])
+            # On a cap the layers next to the bounds of the other axes keep their distance.
+            place[:, n] = rim if cap is None else np.where(cap, other.at[lo[n] : lo[n] + shape[n]].take(index[n]), rim)
             border |= (index[n] == 0) | (index[n] == shape[n] - 1)
-    near = flat[nodes].astype(np.float64)
-    far = flat[nodes + strides[axis]].astype(np.float64)
+    near = flat.take(nodes).astype(np.float64)
+    far = flat.take(nodes + strides[axis]).astype(np.float64)
     biggest = np.finfo(np.float64).max / 4
     np.clip(near, -biggest, biggest, out=near)
     np.clip(far, -biggest, biggest, out=far)
-    length = along.at[start + 1] - along.at[start]
+    begin = along.at.take(start)
+    length = along.at.take(start + 1) - begin
     least = np.minimum(layers.hair / length, 0.25)
     part = np.clip(near / (near - far), least, 1 - least)
-    place[:, axis] = np.where(cap, np.where(start == 0, along.lo, along.hi), along.at[start] + part * length)
-    return place, border
+    place[:, axis] = begin + part * length
+    if cap is not None:
+        place[cap, axis] = np.where(start[cap] == 0, along.lo, along.hi)
+    return place, np.flatnonzero(border)
 
 
 def _centres(vertices: NDArray[np.float64], fans: NDArray[np.int32], first: int, count: int) -> NDArray[np.float64]:
@@ -138,13 +158,15 @@ def _centres(vertices: NDArray[np.float64], fans: NDArray[np.int32], first: int,
     return np.stack(sums, axis=1) / np.bincount(which, minlength=count)[:, None]
 
 
-def _unravel(nodes: Ints, shape: tuple[int, ...]) -> tuple[Ints, Ints, Ints]:
-    rest, k = np.divmod(nodes, shape[2])
-    i, j = np.divmod(rest, shape[1])
-    return i, j, k
+def _unravel(nodes: Ints, shape: Index) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    size = shape[0] * shape[1] * shape[2]
+    small = nodes.astype(np.int32) if size < 2**31 else nodes  # NumPy divides 32-bit numbers several times as fast
+    rest = small // shape[2]
+    i = rest // shape[1]
+    return i, rest - i * shape[1], small - rest * shape[2]
 
 
-def _globally(nodes: Ints, shape: tuple[int, ...], whole: Index, lo: Index) -> Ints:
+def _globally(nodes: Ints, shape: Index, whole: Index, lo: Index) -> Ints:
     """The numbers of a block's nodes in the whole of the layers."""
-    i, j, k = _unravel(nodes, shape)
+    i, j, k = (n.astype(np.int64) for n in _unravel(nodes, shape))
     return ((i + lo[0]) * whole[1] + j + lo[1]) * whole[2] + k + lo[2]

@@ -34,7 +34,7 @@ def write(surface: Surface, path: str | Path, notes: Notes | None = None) -> Pat
     ending = path.suffix.lower()
     if ending in SINGLE:
         name, scale = SINGLE[ending]
-        defects = surface.rounded(scale).check_vertices()
+        defects = surface.check_vertices(scale)
         if defects:
             raise fail(
                 "E115",

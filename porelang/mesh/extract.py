@@ -1,15 +1,15 @@
-"""From a field to its closed surface in a box: bricks over threads, then one weld."""
+"""From a field to its closed surface in a box: bricks over threads, welded slab by slab."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
 from porelang.diagnostics import fail
 from porelang.mesh.bricks import Brick, Enclose, Plan, split
@@ -17,6 +17,7 @@ from porelang.mesh.contour import Patch, contour
 from porelang.mesh.grid import Grid, Point, place
 from porelang.mesh.layers import Layers, Sample, clip
 from porelang.mesh.surface import Surface
+from porelang.mesh.weld import IN_MEMORY, Weld
 
 BRICK = 48  # cells a side: smaller ones rule more out, larger ones cost less each (measured: 48 to 64 is fastest)
 Progress = Callable[[int, int], None]
@@ -42,6 +43,8 @@ def extract(
     *,
     threads: int = 1,
     brick: int = BRICK,
+    memory: int = 2 * IN_MEMORY,
+    folder: Path | None = None,
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Surface:
@@ -50,41 +53,34 @@ def extract(
     `grid` covers the box (mm). `sample(lo, hi)` gives the field at the half-open range of the grid's nodes, float32 or
     float64 of shape `hi - lo`; it is called from `threads` threads. `enclose` (see `bricks.split`) rules parts out.
     `progress(done, all)` and `cancel()` are called between bricks; a cancelled run raises `CancelledError`.
+    A surface of more than `memory` bytes is kept in files without names in `folder` (the system's own if None).
     The surface does not depend on `brick`, the cells a side of a piece, `threads` or `enclose` (its order does).
     Errors: E110 the field is not a number somewhere; E111 no surface in the box.
     """
     layers = clip(grid, *box)
     plan = split(layers, brick, enclose)
-    found = []
-    for one in _over(plan.bricks, lambda b: _visit(layers, sample, b), threads):
-        found.append(one)
+    bricks = sorted(plan.bricks, key=lambda b: b.lo)
+    weld = Weld(memory // 2, folder)
+    found: list[Found] = []
+    slab: list[Patch] = []
+    for one in _over(bricks, lambda b: _visit(layers, sample, b), threads):
+        if slab and bricks[len(found)].lo[0] != bricks[len(found) - 1].lo[0]:
+            weld.slab(slab)
+            slab = []
+        if one.patch is not None:
+            slab.append(one.patch)
+        found.append(replace(one, patch=None))
         if progress is not None:
-            progress(len(found), len(plan.bricks))
+            progress(len(found), len(bricks))
         if cancel is not None and cancel():
             raise CancelledError
+    if slab:
+        weld.slab(slab)
     if not plan.void and all(f.solid for f in found):
         _reject(layers, sample, plan, found, solid=True)
-    patches = [f.patch for f in found if f.patch is not None]
-    if not patches:
+    if not weld.faces.count:
         _reject(layers, sample, plan, found, solid=False)
-    return weld(patches)
-
-
-def weld(patches: list[Patch]) -> Surface:
-    """One surface of the patches of neighbouring bricks: vertices with the same key are the same vertex."""
-    if len(patches) == 1:
-        return Surface(patches[0].vertices, patches[0].faces)
-    keys, border = (np.concatenate(parts) for parts in zip(*((p.keys, p.border) for p in patches), strict=True))
-    vertices = np.concatenate([p.vertices for p in patches])
-    shared = np.flatnonzero(border)
-    _, first, which = np.unique(keys[shared], return_index=True, return_inverse=True)
-    keeper: NDArray[np.int64] = np.arange(len(keys))
-    keeper[shared] = shared[first][which]
-    kept = keeper == np.arange(len(keys))
-    number = (np.cumsum(kept) - 1)[keeper].astype(np.int32)
-    starts = np.cumsum([0, *(len(p.keys) for p in patches)])
-    faces = np.concatenate([number[p.faces + start] for p, start in zip(patches, starts[:-1], strict=True)])
-    return Surface(vertices[kept], faces)
+    return weld.surface()
 
 
 def _over(bricks: list[Brick], visit: Callable[[Brick], Found], threads: int) -> Iterator[Found]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,13 +27,15 @@ class Surface:
     def volume(self) -> float:
         """The enclosed volume, mm3: negative if the surface is inside out."""
         middle = self.vertices.mean(axis=0)
-        first = self.vertices[self.faces[:, 0]] - middle
-        return float(np.einsum("ij,ij->", first, self.normals())) / 6
+        return sum(
+            float(np.einsum("ij,ij->", self.vertices[faces[:, 0]] - middle, _normals(self.vertices, faces)))
+            for faces in self._pieces()
+        ) / 6  # fmt: skip
 
     @cached_property
     def area(self) -> float:
         """The area of the surface, mm2."""
-        return float(self.areas().sum())
+        return sum(float(np.linalg.norm(_normals(self.vertices, f), axis=1).sum()) for f in self._pieces()) / 2
 
     @cached_property
     def euler(self) -> int:
@@ -41,14 +44,10 @@ class Surface:
 
     def normals(self) -> NDArray[np.float64]:
         """The outward normal of each triangle, (m, 3), as long as twice its area, mm2."""
-        normals = np.empty((len(self.faces), 3))
-        for i in range(0, len(normals), AT_ONCE):
-            corners = self.vertices[self.faces[i : i + AT_ONCE]]
-            u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-            for n in range(3):
-                j, k = (n + 1) % 3, (n + 2) % 3
-                normals[i : i + AT_ONCE, n] = u[:, j] * v[:, k] - u[:, k] * v[:, j]
-        return normals
+        return np.concatenate([np.zeros((0, 3)), *(_normals(self.vertices, faces) for faces in self._pieces())])
+
+    def _pieces(self) -> Iterator[NDArray[np.int32]]:
+        return (self.faces[i : i + AT_ONCE] for i in range(0, len(self.faces), AT_ONCE))
 
     def areas(self) -> NDArray[np.float64]:
         """The area of each triangle, (m,), mm2."""
@@ -85,15 +84,27 @@ class Surface:
             defects.append(f"it is inside out (its volume is {self.volume:g} mm3)")
         return defects
 
-    def check_vertices(self) -> list[str]:
-        """The defects that lie in where the vertices are, not in how they are joined."""
-        if not np.isfinite(self.vertices).all():
-            return ["a vertex is not a number"]
+    def check_vertices(self, scale: float | None = None) -> list[str]:
+        """The defects that lie in where the vertices are, not in how they are joined.
+
+        With `scale` those that the surface has when it is scaled and then rounded to float32, as files store it.
+        """
+        places, hashes = self.vertices, np.empty(len(self.vertices), np.int64)
+        if scale is not None:
+            places = np.empty((len(places), 3), np.float32)
+        for i in range(0, len(places), AT_ONCE):
+            rows = self.vertices[i : i + AT_ONCE]
+            if not np.isfinite(rows).all():
+                return ["a vertex is not a number"]
+            if scale is not None:
+                rows = (scale * rows).astype(np.float32)
+                places[i : i + AT_ONCE] = rows
+            hashes[i : i + AT_ONCE] = _hashes(rows)
         defects = []
-        flat = int((self.areas() == 0).sum())
+        flat = sum(int((~_normals(places, faces).any(axis=1)).sum()) for faces in self._pieces())
         if flat:
             defects.append(f"{flat} triangles have no area")
-        same = len(self.vertices) - _distinct(self.vertices)
+        same = len(places) - _distinct(places, hashes)
         if same:
             defects.append(f"{same} vertices lie exactly on another")
         return defects
@@ -124,13 +135,31 @@ class Surface:
         return trimesh.Trimesh(self.vertices, self.faces, process=False)
 
 
-def _distinct(vertices: NDArray[np.float64]) -> int:
-    """The number of different places."""
-    rows = np.ascontiguousarray(vertices + 0.0)  # -0 and 0 are one place
-    bits = rows.view(np.int64)
+def _normals(places: NDArray[np.floating[Any]], faces: NDArray[np.int32]) -> NDArray[np.float64]:
+    """The normals of some triangles, twice as long as their areas."""
+    corners = places.take(faces.T.ravel(), axis=0).astype(np.float64, copy=False).reshape(3, -1, 3)
+    u, v = corners[1] - corners[0], corners[2] - corners[0]
+    normals = np.empty((len(faces), 3))
+    for n in range(3):
+        j, k = (n + 1) % 3, (n + 2) % 3
+        normals[:, n] = u[:, j] * v[:, k] - u[:, k] * v[:, j]
+    return normals
+
+
+def _hashes(rows: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
+    """A number for each place, the same for the same place."""
+    bits = (rows.astype(np.float64) + 0.0).view(np.int64)  # -0 and 0 are one place
     mixed = bits * np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64).view(np.int64)
-    hashes = np.bitwise_xor.reduce(mixed ^ mixed >> 29, axis=1)
-    order = np.argsort(hashes)
-    equal = np.diff(hashes[order]) == 0
-    suspects = np.concatenate([equal, [False]]) | np.concatenate([[False], equal])
-    return int(len(rows) - suspects.sum()) + len(np.unique(rows[order[suspects]], axis=0))
+    hashes: NDArray[np.int64] = np.bitwise_xor.reduce(mixed ^ mixed >> 29, axis=1)
+    return hashes
+
+
+def _distinct(places: NDArray[np.floating[Any]], hashes: NDArray[np.int64]) -> int:
+    """The number of different places."""
+    ordered = np.sort(hashes)
+    twice = np.unique(ordered[:-1][ordered[1:] == ordered[:-1]])
+    if not len(twice):
+        return len(places)
+    del ordered
+    suspects = np.isin(hashes, twice)
+    return int(len(places) - suspects.sum()) + len(np.unique(places[suspects] + 0.0, axis=0))
