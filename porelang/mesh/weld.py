@@ -8,6 +8,7 @@ to a limit and beyond it in a file without a name, which the system removes howe
 from __future__ import annotations
 
 import mmap
+import sys
 import tempfile
 from pathlib import Path
 from typing import IO, Any
@@ -36,7 +37,7 @@ class Rows:
         self.limit = limit
         self.folder = folder
         self.count = 0
-        self.memory = mmap.mmap(-1, FIRST)
+        self.memory = _mapped(FIRST)
         self.file: IO[bytes] | None = None
 
     def add(self, rows: NDArray[Any]) -> None:
@@ -47,7 +48,7 @@ class Rows:
         if self.file is None and end > self.limit:
             self.file = tempfile.TemporaryFile(dir=self.folder)  # noqa: SIM115 - it lives as long as the rows
             self.file.write(memoryview(self.memory)[:begin])
-            self.memory = mmap.mmap(-1, FIRST)
+            self.memory = _mapped(FIRST)
         if self.file is not None:
             self.file.write(np.ascontiguousarray(rows).data)
             return
@@ -63,12 +64,19 @@ class Rows:
         return np.frombuffer(self.memory, self.dtype, 3 * self.count).reshape(-1, 3)
 
 
+def _mapped(size: int) -> mmap.mmap:
+    if sys.platform == "win32":
+        return mmap.mmap(-1, size)
+    # A shared mapping, the default, would grow beyond what it is backed by.
+    return mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+
+
 def _grown(memory: mmap.mmap, used: int, size: int) -> mmap.mmap:
     size = -(-size // mmap.PAGESIZE) * mmap.PAGESIZE
     try:
         memory.resize(size)
     except (SystemError, OSError):  # only Linux can grow a mapping in place
-        larger = mmap.mmap(-1, size)
+        larger = _mapped(size)
         larger[:used] = memory[:used]
         return larger
     return memory
