@@ -46,6 +46,12 @@ COMMANDS: dict[str, Command] = {
             "pore measure specimen.pore --within cyl",
         ),
         Command(
+            "slices",
+            "write layers for printing into a folder, as PNG or as SVG contours",
+            (*ASK, "folder", "step", "format", "voxel", "bounds", "backend", "dtype", "json", "quiet"),
+            "pore slices specimen.pore -o layers --step 0.1mm",
+        ),
+        Command(
             "eval",
             "the value of the field at points",
             (*ASK, "points", "values", "backend", "dtype", "json", "quiet"),
@@ -170,6 +176,12 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "help": "the envelope: an output or a let (default: the largest shape the part is intersected with)",
         },
     ),
+    "folder": (("-o", "--output"), {"metavar": "DIR", "required": True, "help": "the folder to write"}),
+    "step": (
+        ("--step",),
+        {"metavar": "LENGTH", "type": length, "required": True, "help": "the thickness of a layer, as in 0.1mm"},
+    ),
+    "format": (("--format",), {"choices": ("png", "svg"), "default": "png", "help": "pictures, or contours in mm"}),
     "output": (("-o", "--output"), {"metavar": "FILE", "required": True, "help": "the file to write"}),
     "values": (("-o", "--output"), {"metavar": "V.npy", "help": "write the values to a file, not to standard output"}),
     "points": (

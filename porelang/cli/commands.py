@@ -228,6 +228,13 @@ def measure(options: Namespace) -> int:
     return measure(options)
 
 
+def slices(options: Namespace) -> int:
+    """`pore slices`: layers for printing, to a folder."""
+    from porelang.cli.slicing import slices
+
+    return slices(options)
+
+
 def explain(options: Namespace) -> int:
     """`pore explain`: the page of a code, or the list of all."""
     from porelang.cli.explain import explain
@@ -260,6 +267,7 @@ RUN: dict[str, Command] = {
     "check": check,
     "mesh": mesh,
     "measure": measure,
+    "slices": slices,
     "eval": evaluate,
     "show": show,
     "glsl": glsl,
