@@ -68,7 +68,7 @@ def look(
     projection: Projection = "perspective",
     zoom: float = 1.0,
 ) -> Camera:
-    """The camera that sees all of a box from azimuth and elevation (degrees); `zoom` 2 doubles what is in the middle."""
+    """The camera that sees all of a box from azimuth, elevation (degrees); `zoom` 2 doubles what is in the middle."""
     turn, lift = (math.radians(v) for v in view)
     out = np.array([math.cos(turn) * math.cos(lift), math.sin(turn) * math.cos(lift), math.sin(lift)])
     right = np.array([-math.sin(turn), math.cos(turn), 0.0])

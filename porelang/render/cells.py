@@ -56,6 +56,8 @@ def bound_cells(root: Node, params: Mapping[str, float], box: Box) -> Cells:
     cost, spent = len(order([root])), 0
     while True:
         left = np.argwhere(np.isnan(values))
+        if not len(left):
+            return Cells(box, values)
         low, high = test(*_corners(box, values.shape, left))
         found = np.where(low > 0, VOID, np.where(high < 0, SOLID, np.nan))
         values[tuple(left.T)] = found

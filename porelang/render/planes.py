@@ -28,8 +28,8 @@ UNDEFINED = np.array((0.6, 0.6, 0.6), np.float32)
 LINE = np.array((0.13, 0.12, 0.12), np.float32)
 #: How far a plane reaches beyond the part, in its longest side.
 BEYOND = 0.04
-#: Samples along a plane's sides from which its range of colours is taken.
-SURVEY = 96
+#: Samples along a plane's sides from which its range of colours is taken; odd, so that its middle is one.
+SURVEY = 97
 ROWS = 64
 
 

@@ -1,0 +1,361 @@
+"""Pictures: silhouettes and depths against closed forms and dense sampling, cuts, planes, and the command."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+import porelang
+from porelang.cli import main
+from porelang.device import gpu
+from porelang.diagnostics import PoreError
+from porelang.passes.box import Box
+from porelang.program import Program
+from porelang.render import Camera, Picture, Wishes, look, render_output
+from porelang.render.camera import VIEWS
+from porelang.render.cells import SOLID, STEEP, VOID, bound_cells
+from porelang.render.march import Marcher, Scene
+from porelang.render.picture import Cut
+from porelang.render.planes import COLOURS, Plane
+
+ROOT = Path(__file__).parent.parent
+SPECIMEN = str(ROOT / "examples" / "specimen.pore")
+UNCUT = (False, False, False)
+
+
+def marcher(text: str, size: tuple[int, int], view: str = "iso", projection: Any = "perspective", **settings: float):
+    """The shader of a program's part, with the camera, the field in float64 and the box."""
+    program = porelang.compile(text)
+    root, params = program.solid(), program.settle(**settings)
+    found = program.bounds(**settings)
+    more = 1e-3 * max(found.size)
+    box = Box(tuple(v - more for v in found.lo), tuple(v + more for v in found.hi))
+    camera = look(box, VIEWS[view], size, projection)
+    scene = Scene(root, params, program.graph.ranges, bound_cells(root, params, box), UNCUT, UNCUT)
+    return Marcher(scene, camera, size, gpu()), camera, program.field(**settings), box
+
+
+def entries(
+    camera: Camera, size: tuple[int, int], box: Box, field: Any, step: float, least: int = 1
+) -> NDArray[np.float64]:
+    """By brute force: where each ray enters solid, from samples `step` mm apart, `least` of them in a row in solid."""
+    origin, way = (np.reshape(v, (-1, 3)) for v in camera.rays(size))
+    with np.errstate(all="ignore"):
+        a, b = (np.array(box.lo) - origin) / way, (np.array(box.hi) - origin) / way
+    start, end = np.fmin(a, b).max(axis=1), np.fmax(a, b).min(axis=1)
+    entry = np.full(len(origin), np.inf)
+    run = np.zeros(len(origin), np.intp)
+    for k in range(math.ceil(float((end - start).max(initial=0)) / step) + 1):
+        t = start + k * step
+        live = np.flatnonzero((t <= end) & np.isinf(entry))
+        if not len(live):
+            break
+        inside = field(origin[live] + way[live] * t[live, None]) <= 0
+        run[live] = np.where(inside, run[live] + 1, 0)
+        enough = live[run[live] == least]
+        entry[enough] = t[enough] - (least - 1) * step
+    return entry.reshape(size[1], size[0])
+
+
+def alpha_area(picture: Picture) -> float:
+    return float((picture.pixels[..., 3] / 255).sum()) * picture.pixel**2
+
+
+def test_silhouette_of_a_sphere_is_a_disc() -> None:
+    r = 20.0
+    program = porelang.compile(f"sphere({r})")
+    picture = render_output(program, None, Wishes((240, 180), projection="orthographic", samples=2, transparent=True))
+    # each sample on the rim is off by at most itself; they average: a tenth of the rim's pixels is generous
+    assert alpha_area(picture) == pytest.approx(math.pi * r * r, abs=0.1 * 2 * math.pi * r * picture.pixel)
+
+
+def test_size_of_a_sphere_in_perspective() -> None:
+    """The silhouette of a sphere is a circle: its tangent cone has sine r / d."""
+    size = (201, 201)
+    made, camera, _, _ = marcher("sphere(20)", size, "front")
+    distance = made.distances()
+    far = float(np.linalg.norm(camera.eye))
+    radius = math.tan(math.asin(20 / far)) / camera.zoom * size[1] / 2  # in pixels
+    seen = np.isfinite(distance)
+    assert abs(seen.sum() - math.pi * radius**2) < 0.1 * 2 * math.pi * radius
+    assert distance[100, 100] == pytest.approx(far - 20, abs=made.nearest)
+
+
+def test_depths_of_a_sphere_are_exact() -> None:
+    size = (160, 120)
+    made, camera, _, _ = marcher("translate(sphere(20), [5, -3, 2])", size)
+    distance = made.distances().astype(np.float64)
+    origin, way = camera.rays(size)
+    to = origin - np.array([5, -3, 2])
+    b = np.einsum("ijk,ijk->ij", to, way)
+    under = b * b - (np.einsum("ijk,ijk->ij", to, to) - 400)
+    clear = np.abs(np.sqrt(np.abs(under))) > 1.0  # grazing rays are ill-conditioned
+    assert np.array_equal(np.isfinite(distance)[clear], (under > 0)[clear])
+    both = clear & (under > 0)
+    exact = -b[both] - np.sqrt(under[both])
+    assert np.abs(distance[both] - exact).max() < made.nearest
+
+
+@pytest.mark.parametrize(
+    ("text", "projection"),
+    [
+        ("gyroid(12) |> shell(0.25) & cylinder(15, 30)", "perspective"),
+        ("gyroid(12) |> shell(0.25) & cylinder(15, 30)", "orthographic"),
+        ("neovius(10) |> shell(0.6) & sphere(14)", "perspective"),
+        ("iwp(gyroid(40) + 12) & box([20, 20, 20])", "perspective"),
+        ("sphere(15) |> shell(0.2) & x", "orthographic"),
+        ("(gyroid(14) |> polar(5 * 14) |> shell(0.5)) & cylinder(16, 12)", "perspective"),
+    ],
+)  # fmt: skip
+def test_no_holes_against_dense_sampling(text: str, projection: str) -> None:
+    """Every ray that dense sampling finds in solid, for longer than the shortest step, meets it no later.
+
+    And what is met is solid.
+    """
+    size = (72, 54)
+    made, camera, field, box = marcher(text, size, "iso", projection)
+    step = made.nearest / 2
+    distance = made.distances().astype(np.float64)
+    dense = entries(camera, size, box, field, step, least=4)
+    assert np.isfinite(dense).mean() > 0.05
+    hit = np.isfinite(dense)
+    slack = made.nearest + step
+    holes = hit & ~(distance <= dense + slack)
+    assert not holes.any(), f"{holes.sum()} of {hit.sum()} rays pass through the solid"
+    # what was met is the surface: just behind it there is solid, up to what float32 rounds
+    origin, way = camera.rays(size)
+    met = np.isfinite(distance)
+    t = distance[met]
+    just = np.stack([field(origin[met] + way[met] * (t + d)[:, None]) for d in (0, 0.02 * made.nearest, made.nearest)])
+    assert (just.min(axis=0) < 1e-4).all()
+
+
+def test_thin_and_steep_shell_has_no_hole() -> None:
+    """A field a thousand times as steep as a distance, and a wall three samples thick."""
+    size = (64, 64)
+    made, camera, field, box = marcher("1000 * (sphere(20) |> shell(0.3))", size, "front")
+    dense = entries(camera, size, box, field, 0.05)
+    assert np.isfinite(dense).any()
+    assert (made.distances()[np.isfinite(dense)] <= dense[np.isfinite(dense)] + made.nearest + 0.05).all()
+
+
+def test_a_field_that_jumps_is_drawn() -> None:
+    """Slabs made with floor: the field is -1 or 1 and passes zero nowhere."""
+    size = (90, 60)
+    made, camera, field, box = marcher("(if mod(floor(z / 3), 2) < 1 then -1 else 1) & cube(20)", size, "front")
+    assert made.cells.max() >= STEEP / 2
+    dense = entries(camera, size, box, field, made.nearest)
+    distance = made.distances()
+    hit = np.isfinite(dense)
+    assert np.array_equal(np.isfinite(distance), hit)
+    assert np.abs(distance[hit] - dense[hit]).max() < 3 * made.nearest
+
+
+def test_cells_hold_what_they_say() -> None:
+    program = porelang.compile("gyroid(12) |> shell(0.4) & cylinder(15, 30)")
+    box = program.bounds()
+    cells = bound_cells(program.solid(), {}, box)
+    rng = np.random.default_rng(5)
+    points = rng.uniform(box.lo, box.hi, (20000, 3))
+    which = tuple(np.floor((points - box.lo) / box.size * cells.counts).astype(int).T)
+    held = cells.values[which]
+    field = program.field()
+    values = field(points)
+    assert (values[held == VOID] > 0).all()
+    assert (values[held == SOLID] < 0).all()
+    eps = 1e-6
+    slope = np.stack([(field(points + eps * e) - field(points - eps * e)) / (2 * eps) for e in np.eye(3)], axis=1)
+    bounded = held > 0
+    assert bounded.any()
+    assert (np.linalg.norm(slope, axis=1)[bounded] <= held[bounded] * (1 + 1e-6) + 1e-6).all()
+    # and they are of use: most bounds are within three times the steepest slope of a gyroid with this period
+    assert np.median(held[bounded]) < 3 * math.sqrt(3) * math.tau / 12
+
+
+def test_a_param_changes_the_picture_without_compiling() -> None:
+    program = porelang.compile("param r = 10 in 5..20\nsphere(r)")
+    wishes = Wishes((80, 60), samples=1, projection="orthographic", transparent=True)
+    bounds = (-21.0, -21.0, -21.0, 21.0, 21.0, 21.0)
+    small = render_output(program, None, wishes, bounds)
+    compiled = gpu().compiled
+    large = render_output(program, None, wishes, bounds, {"r": 20})
+    assert gpu().compiled == compiled
+    assert alpha_area(large) == pytest.approx(4 * alpha_area(small), rel=0.05)
+
+
+def test_cut_takes_half_away_and_shows_its_face() -> None:
+    program = porelang.compile("cube(20)")
+    wishes = Wishes((120, 120), VIEWS["right"], "orthographic", samples=1, transparent=True, cuts=(Cut(2, False, 4.0),))
+    seen = render_output(program, None, wishes).pixels[..., 3] > 0
+    pixel = render_output(program, None, wishes).pixel
+    rows = np.flatnonzero(seen.any(axis=1))
+    assert len(rows) * pixel == pytest.approx(14, abs=2 * pixel)  # from z = -10 to 4
+    # seen from above the cut face is there, in its own flat colour
+    top = Wishes((120, 120), VIEWS["top"], "orthographic", samples=1, cuts=(Cut(2, False, 4.0),))
+    face = render_output(program, None, top).pixels[40:80, 40:80, :3].reshape(-1, 3)
+    assert (face == face[0]).all()
+    assert face[0, 0] > face[0, 2] + 50  # warm, where the material is nearly white
+    whole = render_output(program, None, Wishes((120, 120), VIEWS["top"], "orthographic", samples=1))
+    assert abs(int(whole.pixels[60, 60, 0]) - int(whole.pixels[60, 60, 2])) < 50
+
+
+def test_cut_at_the_depth_asked_for() -> None:
+    program = porelang.compile("cube(20)")
+    root = program.solid()
+    box = Box((-10.5, -2.5, -10.5), (10.5, 10.5, 10.5))
+    camera = look(Box((-10.5,) * 3, (10.5,) * 3), VIEWS["front"], (40, 40), "orthographic")
+    scene = Scene(root, {}, {}, bound_cells(root, {}, box), (False, True, False), UNCUT)
+    made = Marcher(scene, camera, (40, 40), gpu())
+    assert made.distances()[20, 20] == pytest.approx(-2.5 - camera.eye[1], abs=made.nearest)
+
+
+def test_slice_has_the_colours_of_its_values() -> None:
+    """The field of a ball is its distance: red inside, yellow near zero, blue outside, dark on the rim."""
+    program = porelang.compile("out part = sphere(20)\nlet tilt = x / 40\nout other = tilt & cube(60)")
+    bounds = (-40.0, -40.0, -40.0, 40.0, 40.0, 40.0)
+    wishes = Wishes((200, 200), VIEWS["top"], "orthographic", samples=1, slices=(Plane(2, 0.0),), solid="none")
+    picture = render_output(program, "part", wishes, bounds)
+    assert picture.full == pytest.approx(20, abs=0.01)  # the centre is 20 deep, the corners lie farther out
+    def colour(x: float, y: float, of: Picture = picture) -> NDArray[np.float64]:
+        column, row = round(99.5 + x / of.pixel), round(99.5 - y / of.pixel)
+        return of.pixels[row, column, :3].astype(np.float64)
+    assert np.abs(colour(0, 0) - 255 * COLOURS[0]).max() < 8
+    assert np.abs(colour(0, 39) - 255 * COLOURS[-1]).max() < 16
+    assert np.abs(colour(17, 0) - colour(0, 17)).max() < 8
+    assert colour(20, 0).max() < 120
+    inside, outside = colour(15, 0), colour(26, 0)
+    assert inside[0] > inside[2]
+    assert outside[2] > outside[0]
+    # another field on the same plane: a `let` by its name
+    tilted = render_output(program, "part", replace(wishes, field="tilt"), bounds)
+    assert np.abs(colour(-30, 20, tilted) - colour(-30, -20, tilted)).max() < 8
+    assert colour(-35, 0, tilted)[0] > colour(-35, 0, tilted)[2] + 80
+    assert colour(35, 0, tilted)[2] > colour(35, 0, tilted)[0] + 80
+
+
+def test_an_opaque_part_hides_the_plane_behind_it() -> None:
+    program = porelang.compile("sphere(10)")
+    plane = (Plane(1, 8.0),)
+    view = Wishes((80, 80), VIEWS["front"], "orthographic", samples=1, slices=plane, solid="opaque")
+    alone = render_output(program, None, Wishes((80, 80), VIEWS["front"], "orthographic", samples=1))
+    both = render_output(program, None, view)
+    assert abs(int(both.pixels[40, 40, 0]) - int(alone.pixels[40, 40, 0])) < 12
+    glass = render_output(program, None, Wishes((80, 80), VIEWS["front"], "orthographic", samples=1, slices=plane,
+                                                solid="glass"))  # fmt: skip
+    assert int(glass.pixels[40, 40, 0]) - int(glass.pixels[40, 40, 2]) > 30  # the red of the plane shines through
+
+
+def test_tiles_make_one_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    from porelang.render import march
+
+    made, *_ = marcher("gyroid(12) & cylinder(15, 30)", (100, 70))
+    whole = made.distances()
+    monkeypatch.setattr(march, "LARGEST", 32)
+    told: list[int] = []
+    assert np.array_equal(made.distances(lambda done, total: told.append(done)), whole)
+    assert len(told) == 4 * 3
+    assert told[-1] == 100 * 70
+
+
+def codes(error: pytest.ExceptionInfo[PoreError]) -> list[str]:
+    return [d.code for d in error.value.diagnostics]
+
+
+def test_what_cannot_be_drawn_is_said() -> None:
+    program: Program = porelang.compile("sphere(10)")
+    with pytest.raises(PoreError) as far:
+        render_output(program, None, Wishes((20, 20)), (20, 20, 20, 30, 30, 30))
+    assert codes(far) == ["E111"]
+    with pytest.raises(PoreError) as nothing:
+        render_output(program, None, Wishes((20, 20), cuts=(Cut(0, True, 11.0),)))
+    assert codes(nothing) == ["E107"]
+    assert "x<11" in str(nothing.value)
+    with pytest.raises(PoreError) as endless:
+        render_output(porelang.compile("gyroid(10)"), None, Wishes((20, 20)))
+    assert codes(endless) == ["E102"]
+    with pytest.raises(PoreError) as unknown:
+        render_output(program, None, Wishes((20, 20), slices=(Plane(0, 0.0),), field="prat"))
+    assert codes(unknown) == ["E100"]
+    assert "part" in str(unknown.value)
+    with pytest.raises(PoreError) as large:
+        render_output(program, None, Wishes((16000, 16000)))
+    assert codes(large) == ["E114"]
+
+
+def test_a_program_too_long_for_a_shader_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    from porelang.render import march
+
+    monkeypatch.setattr(march, "LONGEST", 5)
+    with pytest.raises(PoreError) as error:
+        render_output(porelang.compile("gyroid(9.5) & cylinder(15.5, 30)"), None, Wishes((20, 20)))
+    assert codes(error) == ["E121"]
+
+
+def test_command_writes_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    target = tmp_path / "a.png"
+    line = ["render", SPECIMEN, "-o", str(target), "--size", "120x90", "--samples", "1", "--view", "-60,20", "--json"]
+    assert main([*line, "--cut", "y<0", "--slice", "z=-1cm", "--background", "transparent"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["file"] == str(target)
+    assert found["size"] == [120, 90]
+    assert found["backend"] == "glsl"
+    assert found["steps"] > 0
+    assert found["seconds"] > 0
+    assert 0.05 < found["covered"] < 0.9
+    with Image.open(target) as image:
+        assert image.size == (120, 90)
+        assert image.mode == "RGBA"
+        assert image.getpixel((0, 0))[3] == 0
+    assert os.listdir(tmp_path) == ["a.png"]
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "said"),
+    [
+        (["-o", "a.jpg"], 2, "E112"),
+        (["-o", "nowhere/a.png"], 2, "E113"),
+        (["-o", "a.png", "--cut", "y=0"], 2, "what to take away"),
+        (["-o", "a.png", "--slice", "q=0"], 2, "write x=0"),
+        (["-o", "a.png", "--slice", "x=3deg"], 2, "write x=0"),
+        (["-o", "a.png", "--size", "800"], 2, "WIDTHxHEIGHT"),
+        (["-o", "a.png", "--view", "above"], 2, "AZIMUTH,ELEVATION"),
+        (["-o", "a.png", "--zoom", "0"], 2, "twice as large"),
+        (["-o", "a.png", "--solid", "none"], 2, "--slice x=0"),
+        (["-o", "a.png", "--field", "part"], 2, "--slice x=0"),
+    ],
+)
+def test_command_refuses(
+    words: list[str], status: int, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    assert main(["render", SPECIMEN, *words]) == status
+    assert said in capsys.readouterr().err
+    assert not os.listdir(tmp_path)
+
+
+def test_without_opengl_it_says_what_to_install(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "porelang", "render", SPECIMEN, "-o", str(tmp_path / "a.png"), "--size", "40x30"]
+    environment = {**os.environ, "PORELANG_GL": "none", "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert done.returncode == 3
+    assert "error[E120]" in done.stderr
+    assert "hint" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not os.listdir(tmp_path)
+    # planes alone are drawn with NumPy
+    command += ["--slice", "z=0", "--solid", "none"]
+    planes = subprocess.run(command, capture_output=True, env=environment, check=False)
+    assert planes.returncode == 0
+    assert os.listdir(tmp_path) == ["a.png"]
