@@ -57,7 +57,9 @@ def by_hand_chunked(grid: Axes) -> Any:
         x, y, z = np.meshgrid(grid[0][i : i + 2], grid[1], grid[2], indexing="ij")
         g = np.sin(TAU * x) * np.cos(TAU * y) + np.sin(TAU * y) * np.cos(TAU * z) + np.sin(TAU * z) * np.cos(TAU * x)
         sheet = np.abs(g) - np.float32(1.53 / 2)
-        out[i : i + 2] = np.maximum(sheet, np.maximum(np.sqrt(x * x + y * y) - np.float32(75), np.abs(z) - np.float32(150)))
+        out[i : i + 2] = np.maximum(
+            sheet, np.maximum(np.sqrt(x * x + y * y) - np.float32(75), np.abs(z) - np.float32(150))
+        )
     return out
 
 
@@ -112,7 +114,9 @@ def fields(rounds: int) -> list[dict[str, Any]]:
 def meshes(rounds: int) -> list[dict[str, Any]]:
     """File to mesh of the specimen on about 133 x 133 x 261 nodes, and compilation, in seconds."""
     program = porelang.compile(PROGRAM)
-    many = "\n".join(f"let s{i} = sphere({3 + i % 5}) |> translate([{i % 40 * 10}, {i // 40 * 10}, {i % 7}])" for i in range(2000))
+    many = "\n".join(
+        f"let s{i} = sphere({3 + i % 5}) |> translate([{i % 40 * 10}, {i // 40 * 10}, {i % 7}])" for i in range(2000)
+    )
     many += "\n" + " | ".join(f"s{i}" for i in range(2000))
     cases: dict[str, Callable[[], Any]] = {
         "mesh the sheet, voxel 1.15 mm, NumPy": lambda: mesh_output(program, "sheet", voxel=1.15),
@@ -137,8 +141,11 @@ def starts(rounds: int) -> list[dict[str, Any]]:
         def run(*command: str) -> Callable[[], Any]:
             return lambda: subprocess.run([sys.executable, *command], check=True, capture_output=True)
 
-        cases = {"python -c pass": run("-c", "pass"), "import numpy": run("-c", "import numpy"),
-                 "pore check specimen.pore": run("-m", "porelang", "check", str(path))}  # fmt: skip
+        cases = {
+            "python -c pass": run("-c", "pass"),
+            "import numpy": run("-c", "import numpy"),
+            "pore check specimen.pore": run("-m", "porelang", "check", str(path)),
+        }
         return [{"case": n, "seconds": w} for n, (w, _) in measure(cases, rounds).items()]
 
 

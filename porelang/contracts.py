@@ -1,6 +1,7 @@
 """Contracts that constants alone do not decide: proven over the ranges of params, or over the part's box.
 
-Enclosures prove a contract; where they cannot, a witness is sought among samples. Only a witness makes a diagnostic: a doubt
+Enclosures prove a contract; where they cannot, a witness is sought among samples. Only a witness makes a
+diagnostic: a doubt
 without one is left to be checked with the values in use.
 """
 
@@ -51,8 +52,16 @@ def broken_requirements(
             row = int(np.argmin(holds))
             setting = ", ".join(f"`{i.name}` = {_shown(i, samples[i.name][row])}" for i in used)
             always = "" if holds.any() else ", nor with any other setting tried"
-            found.append(Diagnostic("E086", f"{r.message}, which does not hold with {setting}{always}", r.span,
-                                    "broken for some settings", r.others, "narrow the param's range, or change the formula"))  # fmt: skip
+            found.append(
+                Diagnostic(
+                    "E086",
+                    f"{r.message}, which does not hold with {setting}{always}",
+                    r.span,
+                    "broken for some settings",
+                    r.others,
+                    "narrow the param's range, or change the formula",
+                )
+            )
     return found
 
 
@@ -125,9 +134,14 @@ def doubtful_contracts(
             r = contracts[which]
             share = 1 - np.count_nonzero(holds) / len(holds)
             found[which] = Diagnostic(
-                "W201", f"{r.message}, which does not hold everywhere", r.span, f"broken at ({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g})",
-                r.others, "clamp the field, `max(field, least)`, or shift it" if share < 1 else "check its sign", severity="warning",
-            )  # fmt: skip
+                "W201",
+                f"{r.message}, which does not hold everywhere",
+                r.span,
+                f"broken at ({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g})",
+                r.others,
+                "clamp the field, `max(field, least)`, or shift it" if share < 1 else "check its sign",
+                severity="warning",
+            )
     return list(found.values())
 
 

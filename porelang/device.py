@@ -64,8 +64,9 @@ class DeviceField:
             with np.errstate(over="ignore"):
                 uniforms["u"] = np.array([known[n] for n in made.uniforms], dtype=np.float32)
         try:
-            return self.device.compute(made.text, output=count, inputs=[data], uniforms=uniforms, groups=groups,
-                                       timeout=600)  # fmt: skip
+            return self.device.compute(
+                made.text, output=count, inputs=[data], uniforms=uniforms, groups=groups, timeout=600
+            )
         except GpuFailed as failed:
             raise _failed(failed) from None
 
@@ -106,12 +107,18 @@ class DeviceGrid:
 def _shader(root: Node, ranges: tuple[tuple[str, tuple[float, float]], ...], form: Form) -> Shader:
     length = len(order([root]))
     if length > LONGEST:
-        raise fail("E121", f"the program is too long for a shader: {length:,} operations, where drivers manage {LONGEST:,}",
-                   hint="use --backend numpy, which has no such limit")  # fmt: skip
+        raise fail(
+            "E121",
+            f"the program is too long for a shader: {length:,} operations, where drivers manage {LONGEST:,}",
+            hint="use --backend numpy, which has no such limit",
+        )
     return shader(root, dict(ranges), form)
 
 
 def _failed(error: GpuFailed) -> PoreError:
     log = str(error).strip().splitlines()
-    return fail("E122", f"the graphics driver failed: {log[0] if log else 'it gave no reason'}",
-                hint="use --backend numpy; `pore doctor` examines the driver")  # fmt: skip
+    return fail(
+        "E122",
+        f"the graphics driver failed: {log[0] if log else 'it gave no reason'}",
+        hint="use --backend numpy; `pore doctor` examines the driver",
+    )

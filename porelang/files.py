@@ -18,21 +18,32 @@ def read_source(path: str | Path) -> Source:
             raise fail("E105", f"`{path}` is a folder, not a program", hint="name the .pore file in it")
         if where.stat().st_size > 4 * LARGEST and where.is_file():
             size = where.stat().st_size
-            raise fail("E028", f"`{path}` is too large: {size:,} bytes, where {LARGEST:,} characters are read",
-                       hint="share definitions with `use`")  # fmt: skip
+            raise fail(
+                "E028",
+                f"`{path}` is too large: {size:,} bytes, where {LARGEST:,} characters are read",
+                hint="share definitions with `use`",
+            )
         with where.open("rb") as file:
             data = file.read(4 * LARGEST + 1)
     except FileNotFoundError:
         near = next((p.name for p in where.parent.glob("*.pore") if p.stem.lower() == where.stem.lower()), None)
-        raise fail("E105", f"there is no file `{path}`",
-                   hint=f"did you mean `{near}`?" if near else "check the path; `pore new FILE` starts one") from None  # fmt: skip
+        raise fail(
+            "E105",
+            f"there is no file `{path}`",
+            hint=f"did you mean `{near}`?" if near else "check the path; `pore new FILE` starts one",
+        ) from None
     except OSError as error:
-        raise fail("E105", f"`{path}` cannot be read: {error.strerror or error}", hint="check its permissions") from None
+        raise fail(
+            "E105", f"`{path}` cannot be read: {error.strerror or error}", hint="check its permissions"
+        ) from None
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise fail("E106", f"`{path}` is no text: byte {error.start} is not UTF-8",
-                   hint="save it as UTF-8; a mesh or an image is loaded from within a program") from None  # fmt: skip
+        raise fail(
+            "E106",
+            f"`{path}` is no text: byte {error.start} is not UTF-8",
+            hint="save it as UTF-8; a mesh or an image is loaded from within a program",
+        ) from None
     return Source(str(path), text)
 
 

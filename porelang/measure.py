@@ -67,7 +67,8 @@ def measure(
     fields = [make_field((r,), values, program.graph.ranges, backend, dtype) for r in (root, envelope)]
     fine, coarse = (_counts(fields[0], fields[1], part_box(envelope, values) or box, s) for s in (h, _COARSER * h))
     surfaces = [
-        mesh_output(program, name, s, None, bounds, backend, dtype, settings, progress=progress) for s in (h, _COARSER * h)
+        mesh_output(program, name, s, None, bounds, backend, dtype, settings, progress=progress)
+        for s in (h, _COARSER * h)
     ]
     return {
         "bounds": [list(box.lo), list(box.hi)],
@@ -131,8 +132,11 @@ def _named(program: Program, name: str) -> Node:
         raise fail("E109", f"there is no `{name}` to measure within", hint=hint)
     graph = run(Graph({name: lets[name].node}, program.lowered.ranges))
     if graph.reductions:
-        raise fail("E109", f"`{name}` depends on numbers found from fields, and cannot be an envelope",
-                   hint="name a plain shape")  # fmt: skip
+        raise fail(
+            "E109",
+            f"`{name}` depends on numbers found from fields, and cannot be an envelope",
+            hint="name a plain shape",
+        )
     return graph.roots[name]
 
 
@@ -153,8 +157,11 @@ def _counts(part: Any, envelope: Any, box: Box, h: float) -> Counts:
     axes = [np.arange(lo - 1.5 * h, hi + 2 * h, h) for lo, hi in zip(box.lo, box.hi, strict=True)]
     nodes = int(np.prod([len(a) for a in axes]))
     if nodes > _MOST_NODES:
-        raise fail("E114", f"a voxel of {h:g} mm makes {nodes:,} samples, too many to count components among",
-                   hint=f"use a voxel of {h * (nodes / _MOST_NODES) ** (1 / 3):.2g} mm or more")  # fmt: skip
+        raise fail(
+            "E114",
+            f"a voxel of {h:g} mm makes {nodes:,} samples, too many to count components among",
+            hint=f"use a voxel of {h * (nodes / _MOST_NODES) ** (1 / 3):.2g} mm or more",
+        )
     within = envelope.on_grid(axes).all() < 0
     solid = (part.on_grid(axes).all() < 0) & within
     void = within & ~solid

@@ -63,10 +63,17 @@ class Program:
             if len(self.outputs) == 1:
                 return next(iter(self.outputs))
             if not self.outputs:
-                raise fail("E100", "the program has no output", Span(self.source, 0, 0),
-                           hint="end it with an expression, or write `out part = ...`")  # fmt: skip
-            raise fail("E100", "the program has several outputs, and none is called `part`",
-                       hint=f"choose one of {', '.join(self.outputs)} with --out NAME")  # fmt: skip
+                raise fail(
+                    "E100",
+                    "the program has no output",
+                    Span(self.source, 0, 0),
+                    hint="end it with an expression, or write `out part = ...`",
+                )
+            raise fail(
+                "E100",
+                "the program has several outputs, and none is called `part`",
+                hint=f"choose one of {', '.join(self.outputs)} with --out NAME",
+            )
         if name not in self.outputs:
             near = suggest(name, self.outputs)
             hint = f"did you mean `{near}`?" if near else f"it has {', '.join(self.outputs) or 'none'}"
@@ -86,8 +93,12 @@ class Program:
         output = self.outputs[name]
         if not isinstance(output.value, Scalar):
             what = "a vector" if isinstance(output.value, Vector) else "a condition"
-            raise fail("E101", f"the output `{name}` is {what}, which has no surface", output.span,
-                       hint="a solid is a number that is negative inside")  # fmt: skip
+            raise fail(
+                "E101",
+                f"the output `{name}` is {what}, which has no surface",
+                output.span,
+                hint="a solid is a number that is negative inside",
+            )
         return self.roots(name)[0]
 
     def settle(self, **settings: Setting) -> dict[str, float]:
@@ -99,7 +110,9 @@ class Program:
         values |= self._found([r for name, r in self.graph.roots.items() if not name.startswith("check ")], values)
         broken = [r for i, r in enumerate(self.elaborated.requirements) if not self._holds(f"require {i}", values)]
         if broken:
-            raise PoreError([Diagnostic("E064", r.message, r.span, "not with these settings", r.others) for r in broken])
+            raise PoreError(
+                [Diagnostic("E064", r.message, r.span, "not with these settings", r.others) for r in broken]
+            )
         return values
 
     def failed_checks(self, measure: bool = False, /, **settings: Setting) -> list[Requirement]:
@@ -117,7 +130,8 @@ class Program:
         return bool(uniform_values([condition], values)[condition])
 
     def reduced(self, **settings: Setting) -> dict[str, Reduced]:
-        """The numbers found from whole fields (`porosity(...)`, ...), by the text that asks for them, with their errors."""
+        """The numbers found from whole fields (`porosity(...)`, ...), by the text that asks for them, with their
+        errors."""
         values = settle(self.params, settings)
         return {str(n.value): self._number(n, values) for _, n in self.graph.reductions}
 
@@ -135,7 +149,9 @@ class Program:
     def _found(self, roots: Sequence[Node], values: Mapping[str, float]) -> dict[str, float]: ...
     @overload
     def _found(self, roots: Sequence[Node], values: Mapping[str, float], compute: bool) -> dict[str, float] | None: ...
-    def _found(self, roots: Sequence[Node], values: Mapping[str, float], compute: bool = True) -> dict[str, float] | None:
+    def _found(
+        self, roots: Sequence[Node], values: Mapping[str, float], compute: bool = True
+    ) -> dict[str, float] | None:
         """The hidden params that these roots read; None where there are some and they are not to be computed."""
         if not self.graph.reductions:
             return {}
@@ -171,11 +187,21 @@ class Program:
         box = part_box(root, self.settle(**settings))
         span = self.outputs[chosen].span
         if box is None:
-            raise fail("E103", f"`{chosen}` holds no material: its field is above 0 everywhere within 100 m", span,
-                       label="positive everywhere", hint="solid is negative: check the sign, or the offset")  # fmt: skip
+            raise fail(
+                "E103",
+                f"`{chosen}` holds no material: its field is above 0 everywhere within 100 m",
+                span,
+                label="positive everywhere",
+                hint="solid is negative: check the sign, or the offset",
+            )
         if axes := unbounded_axes(box):
-            raise fail("E102", f"`{chosen}` has no end along {axes}", span, label="solid as far as one looks (100 m)",
-                       hint="intersect it with a shape, `... & box([50, 50, 50])`, or pass --bounds x0,y0,z0,x1,y1,z1")  # fmt: skip
+            raise fail(
+                "E102",
+                f"`{chosen}` has no end along {axes}",
+                span,
+                label="solid as far as one looks (100 m)",
+                hint="intersect it with a shape, `... & box([50, 50, 50])`, or pass --bounds x0,y0,z0,x1,y1,z1",
+            )
         return box
 
     def mesh(
@@ -191,7 +217,8 @@ class Program:
     ) -> Any:
         """The surface of an output as a `trimesh.Trimesh` in mm, watertight, normals outward.
 
-        `voxel` is the grid spacing in mm; or `resolution` counts samples along the longest side (128 if neither is given).
+        `voxel` is the grid spacing in mm; or `resolution` counts samples along the longest side (128 if neither is
+        given).
         """
         from porelang.surface import mesh_output
 
@@ -226,12 +253,17 @@ def checked_points(points: Any) -> Points:
     if array.size == 0:
         return np.empty((0, 3))
     if array.ndim != 2 or array.shape[1] != 3:
-        raise fail("E104", f"points have the shape {array.shape}, not (n, 3)", hint="give x, y, z of each point in a row")
+        raise fail(
+            "E104", f"points have the shape {array.shape}, not (n, 3)", hint="give x, y, z of each point in a row"
+        )
     bad = ~np.isfinite(array).all(axis=1)
     if bad.any():
         row = int(np.argmax(bad))
-        raise fail("E104", f"point {row} is ({', '.join(f'{v:g}' for v in array[row])}), which is no place",
-                   hint="coordinates are finite numbers, in mm")  # fmt: skip
+        raise fail(
+            "E104",
+            f"point {row} is ({', '.join(f'{v:g}' for v in array[row])}), which is no place",
+            hint="coordinates are finite numbers, in mm",
+        )
     if array.size and np.abs(array).max() > FARTHEST:
         row = int(np.argmax(np.abs(array).max(axis=1)))
         raise fail("E104", f"point {row} lies more than 1000 km from the origin", hint="coordinates are in mm")
@@ -304,11 +336,11 @@ def try_compile(source: Source) -> tuple[Program | None, list[Diagnostic]]:
             program = Program(source, out.params, out.outputs, tuple(diagnostics), lowered, out)
         except PoreError as error:
             span = Span(source, 0, 0)
-            diagnostics += [d if d.span else Diagnostic(d.code, d.message, span, hint=d.hint) for d in error.diagnostics]
+            diagnostics += [
+                d if d.span else Diagnostic(d.code, d.message, span, hint=d.hint) for d in error.diagnostics
+            ]
         if any(d.severity == "error" for d in diagnostics):
             program = None
     diagnostics = diagnostics[:MOST_DIAGNOSTICS]
     diagnostics.sort(key=lambda d: (d.span.source is not source, d.span.start) if d.span else (True, 0))
     return program, diagnostics
-
-

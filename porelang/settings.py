@@ -49,23 +49,38 @@ def _number(info: ParamInfo, setting: Setting) -> float:
 
 
 def _outside(info: ParamInfo, message: str, allowed: str) -> PoreError:
-    return fail("E085", message, info.span, label=f"declared as {allowed}", hint=f"choose from {allowed}, or widen the param")
+    return fail(
+        "E085", message, info.span, label=f"declared as {allowed}", hint=f"choose from {allowed}, or widen the param"
+    )
 
 
 def _written(info: ParamInfo, text: str) -> float:
     match = _WRITTEN.fullmatch(text)
     if match is None:
-        raise fail("E084", f"`{info.name}` cannot be `{text}`", info.span, label="declared here",
-                   hint="write a number, with or without a unit: 25 or 2.5cm")  # fmt: skip
+        raise fail(
+            "E084",
+            f"`{info.name}` cannot be `{text}`",
+            info.span,
+            label="declared here",
+            hint="write a number, with or without a unit: 25 or 2.5cm",
+        )
     number, unit = float(match[1]), match[2]
     if not unit:
         return number
     if unit not in UNITS:
         near = suggest(unit, UNITS)
-        raise fail("E084", f"there is no unit `{unit}`", hint=f"did you mean `{near}`?" if near else f"units are {', '.join(UNITS)}")
+        raise fail(
+            "E084",
+            f"there is no unit `{unit}`",
+            hint=f"did you mean `{near}`?" if near else f"units are {', '.join(UNITS)}",
+        )
     if info.dimension is not None and UNITS[unit].dimension != info.dimension:
-        raise fail("E084", f"`{info.name}` is {info.dimension}, and {text.strip()} is {UNITS[unit].dimension}", info.span,
-                   label="declared here")  # fmt: skip
+        raise fail(
+            "E084",
+            f"`{info.name}` is {info.dimension}, and {text.strip()} is {UNITS[unit].dimension}",
+            info.span,
+            label="declared here",
+        )
     return number * UNITS[unit].scale
 
 
@@ -76,12 +91,15 @@ def _choice(info: ParamInfo, setting: Setting) -> float:
         return float(setting)
     if setting not in info.choices:
         near = suggest(str(setting), info.choices)
-        raise fail("E084", f"`{info.name}` cannot be `{setting}`", info.span, label="declared here",
-                   hint=f"did you mean `{near}`?" if near else f"choose from {', '.join(info.choices)}")  # fmt: skip
+        raise fail(
+            "E084",
+            f"`{info.name}` cannot be `{setting}`",
+            info.span,
+            label="declared here",
+            hint=f"did you mean `{near}`?" if near else f"choose from {', '.join(info.choices)}",
+        )
     return float(info.choices.index(str(setting)))
 
 
 def _with_unit(value: float, info: ParamInfo) -> str:
     return f"{value:g}{info.unit if info.unit in UNITS else ''}"
-
-

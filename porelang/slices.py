@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import os
@@ -47,10 +48,14 @@ def stack_of(box: Box, step: float, pixel: float) -> Stack:
     """The layers of a box; the pixels cover it, the last row and layer may reach beyond. Errors: E114."""
     counts = [math.ceil(s / h - 1e-9) for s, h in zip(box.size, (pixel, pixel, step), strict=True)]
     if counts[2] > _MOST_LAYERS or counts[0] * counts[1] > _MOST_PIXELS:
-        raise fail("E114", f"{counts[2]:,} layers of {counts[0]:,} x {counts[1]:,} pixels are too many",
-                   hint="use a larger --step or --voxel")  # fmt: skip
+        raise fail(
+            "E114",
+            f"{counts[2]:,} layers of {counts[0]:,} x {counts[1]:,} pixels are too many",
+            hint="use a larger --step or --voxel",
+        )
     x, y, z = (
-        lo + (np.arange(n) + 0.5) * h for lo, n, h in zip(box.lo, counts, (pixel, pixel, step), strict=True)
+        np.asarray(lo + (np.arange(n) + 0.5) * h, np.float64)
+        for lo, n, h in zip(box.lo, counts, (pixel, pixel, step), strict=True)
     )
     return Stack(box, step, pixel, x, y, z)
 
@@ -124,7 +129,9 @@ def _clear_for(target: Path) -> None:
     if target.exists() and not target.is_dir():
         raise fail("E113", f"`{target}` is a file, and layers need a folder", hint="name a new folder")
     if target.is_dir() and any(target.iterdir()) and not (target / MANIFEST).exists():
-        raise fail("E113", f"the folder `{target}` holds other things", hint="name a new folder, or an older one of layers")
+        raise fail(
+            "E113", f"the folder `{target}` holds other things", hint="name a new folder, or an older one of layers"
+        )
 
 
 def _planes(sampled: Any, stack: Stack) -> Iterator[tuple[int, Plane]]:
@@ -147,7 +154,8 @@ def _png(path: Path, plane: Plane, stack: Stack) -> None:
 
 
 def _svg(path: Path, plane: Plane, stack: Stack) -> None:
-    """Filled regions as closed paths; the layer is framed by void, so that what is cut at the bounds is closed there."""
+    """Filled regions as closed paths; the layer is framed by void, so that what is cut at the bounds is closed
+    there."""
     from contourpy import FillType, contour_generator
 
     framed = np.pad(np.asarray(plane, dtype=np.float64), 1, constant_values=stack.pixel)
@@ -160,7 +168,7 @@ def _svg(path: Path, plane: Plane, stack: Stack) -> None:
     for points, offsets in zip(made[0], made[1], strict=True):
         if points is None or offsets is None:
             continue
-        rings = [points[a:b] for a, b in zip(offsets[:-1], offsets[1:], strict=True)]
+        rings = [points[a:b] for a, b in itertools.pairwise(offsets)]
         paths.append("".join(_ring(ring) for ring in rings))
     (x0, y0, _), (sx, sy, _) = stack.box.lo, stack.box.size
     path.write_text(

@@ -65,8 +65,19 @@ def test_the_command_prints_the_keys_of_the_contract(capsys: pytest.CaptureFixtu
         file.write('let c = cylinder(10, 20)\nlet g = gyroid(8)\ncheck porosity(g, c) > 60%, "too dense"\ng & c\n')
     assert main(["measure", path, "--json", "--resolution", "40"]) == 1
     found = json.loads(capsys.readouterr().out)
-    keys = {"bounds", "voxel", "volume", "envelope_volume", "porosity", "area", "solid_components", "void_components",
-            "open_void_fraction", "euler", "error"}  # fmt: skip
+    keys = {
+        "bounds",
+        "voxel",
+        "volume",
+        "envelope_volume",
+        "porosity",
+        "area",
+        "solid_components",
+        "void_components",
+        "open_void_fraction",
+        "euler",
+        "error",
+    }
     assert keys <= found.keys()
     assert [d["code"] for d in found["failed_checks"]] == ["E068"]
     assert abs(found["porosity"] - 0.5) < 0.02

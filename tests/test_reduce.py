@@ -130,7 +130,8 @@ def test_what_cannot_be_found_says_why_and_where(text: str, code: str, words: st
     (d,) = caught.value.diagnostics
     assert d.code == code
     assert words in str(d)
-    assert d.span is not None and d.span.text in text
+    assert d.span is not None
+    assert d.span.text in text
     assert d.span.text.startswith(("solve", "porosity", "to_porosity", "maximum"))
 
 

@@ -31,11 +31,13 @@ _VERSION = {
 _NAME = re.compile(r"\bpore_\w+")
 #: What an operation's cheaper form asks of its arguments.
 _CALM: dict[str, Callable[..., bool]] = {
-    "divisor": lambda a, b: _never_nan(b) and (bool((b.lo > 1e-30).all() and (b.hi < 1e30).all())
-                                               or bool((b.hi < -1e-30).all() and (b.lo > -1e30).all())),
+    "divisor": lambda a, b: (
+        _never_nan(b)
+        and (bool((b.lo > 1e-30).all() and (b.hi < 1e30).all()) or bool((b.hi < -1e-30).all() and (b.lo > -1e30).all()))
+    ),
     "numbers": lambda a, b: _never_nan(a) and _never_nan(b),
     "not negative": lambda a: _never_nan(a) and bool((a.lo >= 0).all()),
-}  # fmt: skip
+}
 
 
 def _never_nan(r: Interval) -> bool:

@@ -1,7 +1,8 @@
 """The NumPy backend, in float64 and float32: the living definition of what a graph means.
 
 Points are evaluated in pieces that stay in the cache. On a grid every node is computed on the axes it depends on and no
-others: what depends on one or two coordinates is computed once for the whole grid, what depends on three tile by tile, in
+others: what depends on one or two coordinates is computed once for the whole grid, what depends on three tile by
+tile, in
 buffers that are reused as soon as their last reader has run. NumPy releases the interpreter, so tiles run on threads.
 """
 
@@ -201,8 +202,11 @@ class GridField:
         with np.errstate(all="ignore"):
             for cut_lo, cut_hi in _tiles(shape):
                 window = tuple(slice(a, b) for a, b in zip(cut_lo, cut_hi, strict=True))
-                self._tile([a + c for a, c in zip(lo, cut_lo, strict=True)],
-                           [a + c for a, c in zip(lo, cut_hi, strict=True)], out[window])  # fmt: skip
+                self._tile(
+                    [a + c for a, c in zip(lo, cut_lo, strict=True)],
+                    [a + c for a, c in zip(lo, cut_hi, strict=True)],
+                    out[window],
+                )
         return out
 
     def all(self) -> Values:

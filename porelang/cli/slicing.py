@@ -33,5 +33,6 @@ def slices(options: Namespace) -> int:
     if options.json:
         report.put({"folder": options.output, **found, "seconds": seconds})
     elif not options.quiet:
-        print(f"{options.output}: {found['layers']} layers of {options.step:g} mm, {found['volume']:.6g} mm3, {seconds:.1f} s")
+        layers = f"{found['layers']} layers of {options.step:g} mm"
+        print(f"{options.output}: {layers}, {found['volume']:.6g} mm3, {seconds:.1f} s")
     return 0

@@ -56,8 +56,12 @@ def _extreme(row: Op, name: str) -> Builtin:
         if len(values) == 1:
             items = as_list(values[0])
             if not items:
-                return e.error("E061", f"`{name}` of {describe(values[0])} has no meaning", site.span,
-                               hint=f"give `{name}` two numbers or more, or a list of them")  # fmt: skip
+                return e.error(
+                    "E061",
+                    f"`{name}` of {describe(values[0])} has no meaning",
+                    site.span,
+                    hint=f"give `{name}` two numbers or more, or a list of them",
+                )
             values, places = list(items), places * len(items)
         # halved, so that a union of thousands is not thousands of operations deep
         while len(values) > 1:
@@ -70,8 +74,11 @@ def _extreme(row: Op, name: str) -> Builtin:
                 paired.append(values[-1])
                 spots.append(places[-1])
             values, places = paired, spots
-        return values[0] if isinstance(values[0], Scalar | Vector | Poison) else apply(
-            e, row, [values[0], values[0]], places * 2, site.span, f"`{name}`")  # fmt: skip
+        return (
+            values[0]
+            if isinstance(values[0], Scalar | Vector | Poison)
+            else apply(e, row, [values[0], values[0]], places * 2, site.span, f"`{name}`")
+        )
 
     return Builtin(name, ("a", "b", "..."), call_it, 1, None, row.doc + " Takes any number of arguments, or a list.")
 
@@ -108,8 +115,13 @@ def _range(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
         return e.error("E061", "the step of `range` is 0", site.span, label="this range never ends")
     count = max(0.0, -((start - stop) // step))
     if count > LONGEST:
-        return e.error("E071", f"a range of {count:,.0f} items is too long", site.span,
-                       label=f"at most {LONGEST:,}", hint="for something that repeats in space use `repeat`")  # fmt: skip
+        return e.error(
+            "E071",
+            f"a range of {count:,.0f} items is too long",
+            site.span,
+            label=f"at most {LONGEST:,}",
+            hint="for something that repeats in space use `repeat`",
+        )
     e.spend(int(count), site.span)
     return ListValue(tuple(Scalar(const(start + i * step)) for i in range(int(count))))
 

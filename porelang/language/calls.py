@@ -1,4 +1,5 @@
-"""Calls: arguments matched to parameters, their kinds and contracts checked, the body evaluated once per set of values."""
+"""Calls: arguments matched to parameters, their kinds and contracts checked, the body evaluated once per set of
+values."""
 
 from __future__ import annotations
 
@@ -53,8 +54,13 @@ def call(e: Elaborator, function: Value, arguments: Sequence[Given], site: tree.
             return _call_choice(e, function, arguments, site)
         case Poison():
             return POISON
-    return e.error("E061", f"{describe(function)} cannot be called", site.function.span, label="this is no function",
-                   hint="for a product write `*` between the two")  # fmt: skip
+    return e.error(
+        "E061",
+        f"{describe(function)} cannot be called",
+        site.function.span,
+        label="this is no function",
+        hint="for a product write `*` between the two",
+    )
 
 
 def _call_builtin(e: Elaborator, function: Builtin, arguments: Sequence[Given], site: tree.Call) -> Value:
@@ -75,8 +81,13 @@ def _call_builtin(e: Elaborator, function: Builtin, arguments: Sequence[Given], 
         values.append(slots.pop(name).value)
     if len(values) < function.least or slots:
         missing = function.signature[min(len(values), len(function.signature) - 1)]
-        return e.error("E043", f"`{function.name}` needs `{missing}`", site.span, label="an argument is missing here",
-                       hint=f"it is called as `{function.name}({', '.join(function.signature)})`")  # fmt: skip
+        return e.error(
+            "E043",
+            f"`{function.name}` needs `{missing}`",
+            site.span,
+            label="an argument is missing here",
+            hint=f"it is called as `{function.name}({', '.join(function.signature)})`",
+        )
     if function.most is not None and len(values) > function.most:
         return _too_many(e, function.name, function.signature, arguments[function.most].span, None)
     if any(isinstance(v, Poison) for v in values):
@@ -98,8 +109,13 @@ def _call_function(e: Elaborator, function: Function, arguments: Sequence[Given]
     if given is None:
         return POISON
     if len(e.frames) >= DEEPEST:
-        return e.error("E072", f"calls are nested more than {DEEPEST} deep at `{function.name}`", site.span,
-                       label="a function that is handed to itself never ends", hint="there is no recursion")  # fmt: skip
+        return e.error(
+            "E072",
+            f"calls are nested more than {DEEPEST} deep at `{function.name}`",
+            site.span,
+            label="a function that is handed to itself never ends",
+            hint="there is no recursion",
+        )
     e.frames.append((function.name, site.span))
     try:
         return _evaluate(e, function, given, site)
@@ -155,8 +171,13 @@ def _fit(e: Elaborator, function: Function, p: tree.Parameter, value: Value, pla
             continue
         if kind.constant and isinstance(accepted, Scalar) and accepted.node.stage is not Stage.CONST:
             what = "varies in space" if accepted.node.stage is Stage.FIELD else "depends on a param"
-            e.error("E063", f"`{p.name}` of `{function.name}` must be known when the program is compiled", place,
-                    label=f"this {what}", hint="write the number itself, or bind it with `let`")  # fmt: skip
+            e.error(
+                "E063",
+                f"`{p.name}` of `{function.name}` must be known when the program is compiled",
+                place,
+                label=f"this {what}",
+                hint="write the number itself, or bind it with `let`",
+            )
             return None
         return kind, accepted
     wanted = " or ".join(k.words for k in declared) or "something else"
@@ -165,8 +186,14 @@ def _fit(e: Elaborator, function: Function, p: tree.Parameter, value: Value, pla
     hint = ""
     if isinstance(value, Function):
         hint = f"`{value.name}` is a function; call it first: `{value.name}(...)`"
-    e.error(code, f"`{p.name}` of `{function.name}` must be {wanted}, not {describe(value)}", place,
-            label=f"this is {describe(value)}", others=others, hint=hint)  # fmt: skip
+    e.error(
+        code,
+        f"`{p.name}` of `{function.name}` must be {wanted}, not {describe(value)}",
+        place,
+        label=f"this is {describe(value)}",
+        others=others,
+        hint=hint,
+    )
     return None
 
 
@@ -212,9 +239,7 @@ def _contracts(
     return ensured
 
 
-def _match(
-    e: Elaborator, function: Function, arguments: Sequence[Given], site: tree.Call
-) -> dict[str, Given] | None:
+def _match(e: Elaborator, function: Function, arguments: Sequence[Given], site: tree.Call) -> dict[str, Given] | None:
     """Arguments by parameter name; None (after a diagnostic) where they do not fit."""
     names = [p.name for p in function.parameters]
     given: dict[str, Given] = {}
@@ -232,16 +257,26 @@ def _match(
                 _no_such_parameter(e, function.name, a, names)
                 return None
         if name in given:
-            e.error("E042", f"`{name}` of `{function.name}` is given twice", a.span, label="given again here",
-                    others=(Label(given[name].span, "first given here"),))  # fmt: skip
+            e.error(
+                "E042",
+                f"`{name}` of `{function.name}` is given twice",
+                a.span,
+                label="given again here",
+                others=(Label(given[name].span, "first given here"),),
+            )
             return None
         given[name] = a
     for i, p in enumerate(function.parameters):
         if p.alternative is not None:
             other = function.parameters[i + 1]
             if p.name in given and other.name in given:
-                e.error("E045", f"`{function.name}` takes `{p.name}` or `{other.name}`, not both", given[other.name].span,
-                        label="the second", others=(Label(given[p.name].span, "the first"),))  # fmt: skip
+                e.error(
+                    "E045",
+                    f"`{function.name}` takes `{p.name}` or `{other.name}`, not both",
+                    given[other.name].span,
+                    label="the second",
+                    others=(Label(given[p.name].span, "the first"),),
+                )
                 return None
             if p.name not in given and other.name not in given:
                 _missing(e, function, f"`{p.name}` (or `{other.name}`)", site)
@@ -255,8 +290,14 @@ def _match(
 def _missing(e: Elaborator, function: Function, what: str, site: tree.Call) -> None:
     definition = function.definition
     others = _defined(definition)
-    e.error("E043", f"`{function.name}` needs {what}", site.span, label="an argument is missing here", others=others,
-            hint=f"it is called as `{signature(function)}`")  # fmt: skip
+    e.error(
+        "E043",
+        f"`{function.name}` needs {what}",
+        site.span,
+        label="an argument is missing here",
+        others=others,
+        hint=f"it is called as `{signature(function)}`",
+    )
 
 
 def signature(function: Function) -> str:
@@ -271,13 +312,17 @@ def signature(function: Function) -> str:
     return f"{function.name}({', '.join(parts)})"
 
 
-def _too_many(
-    e: Elaborator, name: str, names: Sequence[str], span: Span, definition: tree.Def | None
-) -> Value:
+def _too_many(e: Elaborator, name: str, names: Sequence[str], span: Span, definition: tree.Def | None) -> Value:
     others = _defined(definition)
     count = len(names)
-    return e.error("E040", f"`{name}` takes {count} argument{'' if count == 1 else 's'}", span, others=others,
-                   label="one too many", hint=f"its parameters are {', '.join(names) or 'none'}")  # fmt: skip
+    return e.error(
+        "E040",
+        f"`{name}` takes {count} argument{'' if count == 1 else 's'}",
+        span,
+        others=others,
+        label="one too many",
+        hint=f"its parameters are {', '.join(names) or 'none'}",
+    )
 
 
 def _defined(definition: tree.Def | None) -> tuple[Label, ...]:
@@ -290,6 +335,11 @@ def _defined(definition: tree.Def | None) -> tuple[Label, ...]:
 def _no_such_parameter(e: Elaborator, name: str, a: Given, names: Sequence[str]) -> Value:
     near = suggest(a.name or "", names)
     spot = Span(a.span.source, a.span.start, a.span.start + len(a.name or ""))
-    return e.error("E041", f"`{name}` has no parameter `{a.name}`", spot, label="no such parameter",
-                   hint=f"did you mean `{near}`?" if near else f"its parameters are {', '.join(names) or 'none'}",
-                   edit=Edit(spot, near) if near else None)  # fmt: skip
+    return e.error(
+        "E041",
+        f"`{name}` has no parameter `{a.name}`",
+        spot,
+        label="no such parameter",
+        hint=f"did you mean `{near}`?" if near else f"its parameters are {', '.join(names) or 'none'}",
+        edit=Edit(spot, near) if near else None,
+    )

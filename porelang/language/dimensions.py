@@ -17,14 +17,14 @@ Known = Dimension | None
 Number = Scalar | Vector
 
 
-class Clash(Exception):
+class Clash(Exception):  # noqa: N818  # caught next door, never shown
     """Two known dimensions that do not fit; `argument` is the index of the second."""
 
     def __init__(self, first: int, second: int) -> None:
         self.first, self.second = first, second
 
 
-class Unfit(Exception):
+class Unfit(Exception):  # noqa: N818  # likewise
     """A known dimension where another is needed."""
 
     def __init__(self, argument: int, wanted: str) -> None:
@@ -73,7 +73,8 @@ def quotient(a: Number, b: Number) -> Known:
 
 
 def result(rule: Units, arguments: Sequence[Number], exponent: float | None = None) -> Known:
-    """The dimension of an operation's result by its rule in the table; `exponent` is a power's, where it is constant."""
+    """The dimension of an operation's result by its rule in the table; `exponent` is a power's, where it is
+    constant."""
     first = arguments[0].dimension if arguments else None
     match rule:
         case "same":

@@ -1,6 +1,7 @@
 """From the tree to the graph: expressions evaluated to values, once, with everything that is wrong said on the way.
 
-The elaborator is an abstract interpreter. Functions, lists, texts and records exist only here; numbers and conditions become
+The elaborator is an abstract interpreter. Functions, lists, texts and records exist only here; numbers and
+conditions become
 nodes of the graph. It never stops at a mistake: a wrong expression is poison, what uses poison is silent, and the
 rest of the file is looked at all the same.
 """
@@ -9,13 +10,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 
 from porelang.diagnostics import Diagnostic, Edit, Label, PoreError, Severity, suggest
 from porelang.ir import Node, Stage, const, node
-from porelang.language import names as resolution
 from porelang.language import dimensions, operators, tree
+from porelang.language import names as resolution
 from porelang.language.calls import Given, call
 from porelang.language.kinds import KINDS
 from porelang.language.params import ParamInfo, declare
@@ -49,7 +50,7 @@ _RECURSION = 60_000
 Loader = Callable[[str, Source], "tuple[tree.File, list[Diagnostic]]"]
 
 
-class TooBig(Exception):
+class TooBig(Exception):  # noqa: N818  # ends one elaboration, never shown
     """The program ran over its budget; the diagnostic has been written."""
 
 
@@ -167,8 +168,13 @@ class Elaborator:
         number = self.constant(value.node)
         if number is None:
             why = "it varies in space" if value.node.stage is Stage.FIELD else "it depends on a param"
-            self.error("E063", f"{what} must be known when the program is compiled", span, label=why,
-                       hint="write the number itself, or bind it with `let`")  # fmt: skip
+            self.error(
+                "E063",
+                f"{what} must be known when the program is compiled",
+                span,
+                label=why,
+                hint="write the number itself, or bind it with `let`",
+            )
             return None
         return float(number)
 
@@ -206,10 +212,8 @@ class Elaborator:
         """All statements of the main file."""
         self._files.append(file.source.name)
         with deep_recursion():
-            try:
+            with suppress(TooBig):
                 self._file(file, "")
-            except TooBig:
-                pass
         return self.out
 
     def _file(self, file: tree.File, prefix: str) -> dict[str, Value]:
@@ -257,9 +261,14 @@ class Elaborator:
             for k in p.kinds:
                 if k.name not in KINDS:
                     near = suggest(k.name, KINDS)
-                    self.error("E034", f"there is no kind `{k.name}`", k.span, label="not a kind of value",
-                               hint=f"did you mean `{near}`?" if near else f"the kinds are {', '.join(KINDS)}",
-                               edit=Edit(k.span, near) if near else None)  # fmt: skip
+                    self.error(
+                        "E034",
+                        f"there is no kind `{k.name}`",
+                        k.span,
+                        label="not a kind of value",
+                        hint=f"did you mean `{near}`?" if near else f"the kinds are {', '.join(KINDS)}",
+                        edit=Edit(k.span, near) if near else None,
+                    )
 
     def _use(self, s: tree.Use) -> Value:
         if self.load is None:
@@ -272,7 +281,9 @@ class Elaborator:
         self.out.diagnostics.extend(found)
         if file.source.name in self._files:
             way = " -> ".join(f"`{f}`" for f in [*self._files[self._files.index(file.source.name) :], file.source.name])
-            return self.error("E035", f"files use each other in a ring: {way}", s.path.span, label="this closes the ring")
+            return self.error(
+                "E035", f"files use each other in a ring: {way}", s.path.span, label="this closes the ring"
+            )
         self._files.append(file.source.name)
         members = self._file(file, f"{s.name}.")
         self._files.pop()
@@ -286,19 +297,33 @@ class Elaborator:
             self.out.outputs.setdefault(s.name, Output(s.name, value, s.value.span))
         elif not isinstance(value, Poison):
             hint = operators._call_it(value) or "an output is a field: a number that varies in space"
-            self.error("E066", f"the output `{s.name}` is {describe(value)}, which has no surface", s.value.span,
-                       label=f"this is {describe(value)}", hint=hint)  # fmt: skip
+            self.error(
+                "E066",
+                f"the output `{s.name}` is {describe(value)}, which has no surface",
+                s.value.span,
+                label=f"this is {describe(value)}",
+                hint=hint,
+            )
 
     def _check(self, s: tree.Check, scope: Scope) -> None:
         value = self.expr(s.condition, scope)
         if isinstance(value, Poison):
             return
         if not isinstance(value, Bool):
-            self.error("E060", f"a check is a condition, not {describe(value)}", s.condition.span,
-                       hint="compare something: `check w > 2 * t, \"...\"`")  # fmt: skip
+            self.error(
+                "E060",
+                f"a check is a condition, not {describe(value)}",
+                s.condition.span,
+                hint='compare something: `check w > 2 * t, "..."`',
+            )
         elif value.node.stage is Stage.FIELD:
-            self.error("E067", "this check varies in space", s.condition.span, label="true at some points, perhaps",
-                       hint="a check is about numbers: constants and params")  # fmt: skip
+            self.error(
+                "E067",
+                "this check varies in space",
+                s.condition.span,
+                label="true at some points, perhaps",
+                hint="a check is about numbers: constants and params",
+            )
         else:
             self.out.checks.append(Requirement(value.node, s.message, s.condition.span))
 
@@ -314,8 +339,13 @@ class Elaborator:
         self.steps += steps
         if self.steps > MOST_STEPS:
             site = self.frames[0][1] if self.frames else span
-            self.error("E070", "the program is too big: its calls and lists multiply without end", site,
-                       label="while this was computed", hint="use fewer levels, or `repeat` for what repeats")  # fmt: skip
+            self.error(
+                "E070",
+                "the program is too big: its calls and lists multiply without end",
+                site,
+                label="while this was computed",
+                hint="use fewer levels, or `repeat` for what repeats",
+            )
             raise TooBig
 
     def expr(self, t: tree.Expr, scope: Scope) -> Value:
@@ -343,9 +373,7 @@ class Elaborator:
             case tree.Block():
                 return self._block(t, scope)
             case tree.Lambda():
-                parameters = tuple(
-                    tree.Parameter(p.span, p.name, p.span, (), None, None, None) for p in t.parameters
-                )
+                parameters = tuple(tree.Parameter(p.span, p.name, p.span, (), None, None, None) for p in t.parameters)
                 return Function("lambda", parameters, t.body, scope)
             case tree.Comprehension():
                 items: list[Value] = []
@@ -397,10 +425,16 @@ class Elaborator:
                 return POISON
             if not isinstance(end, Scalar):
                 return self.error("E060", f"an end of a range is a number, not {describe(end)}", at)
-        assert isinstance(low, Scalar) and isinstance(high, Scalar)
+        assert isinstance(low, Scalar)
+        assert isinstance(high, Scalar)
         if None not in (low.dimension, high.dimension) and low.dimension != high.dimension:
-            return self.error("E062", f"a range from {low.dimension} to {high.dimension}", low_span, label="one end",
-                              others=(Label(high_span, "the other"),))  # fmt: skip
+            return self.error(
+                "E062",
+                f"a range from {low.dimension} to {high.dimension}",
+                low_span,
+                label="one end",
+                others=(Label(high_span, "the other"),),
+            )
         return Range(low, high)
 
     def _pipe(self, value: Value, span: Span, right: tree.Expr, scope: Scope) -> Value:
@@ -414,11 +448,21 @@ class Elaborator:
             return POISON
         q = as_vector(point)
         if q is None:
-            return self.error("E060", f"`@` needs a point, not {describe(point)}", at, label=f"this is {describe(point)}",
-                              hint="a point is a vector: `f @ [x + 5, y, z]`")  # fmt: skip
+            return self.error(
+                "E060",
+                f"`@` needs a point, not {describe(point)}",
+                at,
+                label=f"this is {describe(point)}",
+                hint="a point is a vector: `f @ [x + 5, y, z]`",
+            )
         if not isinstance(value, Scalar | Vector | Bool):
-            return self.error("E060", f"`@` evaluates a field, not {describe(value)}", span,
-                              label=f"this is {describe(value)}", hint=operators._call_it(value))  # fmt: skip
+            return self.error(
+                "E060",
+                f"`@` evaluates a field, not {describe(value)}",
+                span,
+                label=f"this is {describe(value)}",
+                hint=operators._call_it(value),
+            )
 
         def moved(n: Node) -> Node:
             return node("at", n, *q.nodes) if n.axes else n
@@ -447,8 +491,13 @@ class Elaborator:
         first = next(iter(known), None)
         for i, d in known.items():
             if first is not None and d != known[first]:
-                return self.error("E062", f"a vector of {known[first]} and {d}", spans[first], label=f"this is {known[first]}",
-                                  others=(Label(spans[i], f"this is {d}"),))  # fmt: skip
+                return self.error(
+                    "E062",
+                    f"a vector of {known[first]} and {d}",
+                    spans[first],
+                    label=f"this is {known[first]}",
+                    others=(Label(spans[i], f"this is {d}"),),
+                )
         nodes = [i.node for i in items if isinstance(i, Scalar)]
         return Vector(nodes[0], nodes[1], nodes[2], None if first is None else known[first])
 
@@ -465,11 +514,18 @@ class Elaborator:
                     self._called.add(value.definition)
                 return value
             near = suggest(t.name, target.members)
-            return self.error("E036", f"`{target.name}` has no `{t.name}`", t.name_span, label="nothing is called this there",
-                              hint=f"did you mean `{near}`?" if near else f"it has {', '.join(sorted(target.members))}",
-                              edit=Edit(t.name_span, near) if near else None)  # fmt: skip
+            return self.error(
+                "E036",
+                f"`{target.name}` has no `{t.name}`",
+                t.name_span,
+                label="nothing is called this there",
+                hint=f"did you mean `{near}`?" if near else f"it has {', '.join(sorted(target.members))}",
+                edit=Edit(t.name_span, near) if near else None,
+            )
         hint = "a vector has the members x, y and z"
-        return self.error("E036", f"{describe(target)} has no `{t.name}`", t.name_span, label="no such member", hint=hint)
+        return self.error(
+            "E036", f"{describe(target)} has no `{t.name}`", t.name_span, label="no such member", hint=hint
+        )
 
     def _index(self, t: tree.Index, scope: Scope) -> Value:
         target, index = self.expr(t.target, scope), self.expr(t.index, scope)
@@ -483,8 +539,13 @@ class Elaborator:
             return POISON
         if number != int(number) or not 0 <= number < len(items):
             last = f"0 to {len(items) - 1}" if items else "none"
-            return self.error("E065", f"there is no item {number:g} in {describe(target)}", t.index.span,
-                              label="out of reach", hint=f"the items are numbered from 0: {last}")  # fmt: skip
+            return self.error(
+                "E065",
+                f"there is no item {number:g} in {describe(target)}",
+                t.index.span,
+                label="out of reach",
+                hint=f"the items are numbered from 0: {last}",
+            )
         return items[int(number)]
 
     def _if(self, t: tree.If, scope: Scope) -> Value:
@@ -495,8 +556,13 @@ class Elaborator:
                 out = POISON
                 continue
             if not isinstance(test, Bool):
-                out = self.error("E060", f"`if` needs a condition, not {describe(test)}", condition.span,
-                                 label=f"this is {describe(test)}", hint="compare it with something: `if a > 0`")  # fmt: skip
+                out = self.error(
+                    "E060",
+                    f"`if` needs a condition, not {describe(test)}",
+                    condition.span,
+                    label=f"this is {describe(test)}",
+                    hint="compare it with something: `if a > 0`",
+                )
                 continue
             out = self.either(test.node, value, out, t.span)
         return out
@@ -516,12 +582,20 @@ class Elaborator:
             try:
                 dimension = dimensions.same([a, b])
             except dimensions.Clash:
-                return self.error("E062", f"one branch is {a.dimension}, the other {b.dimension}", span,
-                                  label="both must be of one kind")  # fmt: skip
+                return self.error(
+                    "E062",
+                    f"one branch is {a.dimension}, the other {b.dimension}",
+                    span,
+                    label="both must be of one kind",
+                )
             return operators.lift(lambda p, q: node("select", condition, p, q), [a, b], dimension)
-        return self.error("E060", f"one branch is {describe(a)}, the other {describe(b)}", span,
-                          label="both must be of one kind",
-                          hint="only numbers, vectors and conditions can be chosen in space")  # fmt: skip
+        return self.error(
+            "E060",
+            f"one branch is {describe(a)}, the other {describe(b)}",
+            span,
+            label="both must be of one kind",
+            hint="only numbers, vectors and conditions can be chosen in space",
+        )
 
     def _block(self, t: tree.Block, scope: Scope) -> Value:
         for b in t.bindings:
@@ -546,8 +620,14 @@ class Elaborator:
             return False
         items = as_list(value)
         if items is None:
-            hint = f"count with `range`: `for {name.name} in range({source.span.text})`" if isinstance(value, Scalar) else ""
-            self.error("E060", f"`for` needs a list, not {describe(value)}", source.span, label="this is no list", hint=hint)
+            hint = (
+                f"count with `range`: `for {name.name} in range({source.span.text})`"
+                if isinstance(value, Scalar)
+                else ""
+            )
+            self.error(
+                "E060", f"`for` needs a list, not {describe(value)}", source.span, label="this is no list", hint=hint
+            )
             return False
         sound = True
         for item in items:
@@ -575,4 +655,3 @@ def roots_of(outputs: Mapping[str, Output]) -> dict[str, Node]:
         else:
             roots[name] = o.value.node
     return roots
-

@@ -31,9 +31,14 @@ def bound(statements: Iterable[tree.Statement]) -> tuple[dict[str, Bound], list[
             continue
         if s.name in COORDINATES:
             found.append(
-                Diagnostic("E032", f"`{s.name}` is a coordinate and cannot be bound here", s.name_span,
-                           label="x, y, z and p are the point", hint="choose another name; a parameter may be called so")
-            )  # fmt: skip
+                Diagnostic(
+                    "E032",
+                    f"`{s.name}` is a coordinate and cannot be bound here",
+                    s.name_span,
+                    label="x, y, z and p are the point",
+                    hint="choose another name; a parameter may be called so",
+                )
+            )
         elif s.name in names:
             found.append(_twice(s.name, s.name_span, names[s.name].name_span, "name"))
         else:
@@ -42,8 +47,14 @@ def bound(statements: Iterable[tree.Statement]) -> tuple[dict[str, Bound], list[
 
 
 def _twice(name: str, second: Span, first: Span, what: str) -> Diagnostic:
-    return Diagnostic("E031", f"the {what} `{name}` is bound twice", second, label="bound again here",
-                      others=(Label(first, "first bound here"),), hint="give one of them another name")  # fmt: skip
+    return Diagnostic(
+        "E031",
+        f"the {what} `{name}` is bound twice",
+        second,
+        label="bound again here",
+        others=(Label(first, "first bound here"),),
+        hint="give one of them another name",
+    )
 
 
 def children(item: object) -> Iterator[object]:
@@ -60,7 +71,8 @@ def children(item: object) -> Iterator[object]:
 def resolve(
     statements: Iterable[tree.Statement], known: Mapping[str, object]
 ) -> tuple[dict[int, set[str]], list[Diagnostic]]:
-    """For each statement (by index) the names it uses that it does not bind itself, and a diagnostic for each unknown."""
+    """For each statement (by index) the names it uses that it does not bind itself, and a diagnostic for each
+    unknown."""
     statements = list(statements)
     names = {s.name for s in statements if isinstance(s, tree.Param | tree.Let | tree.Def | tree.Use)}
     uses: dict[int, set[str]] = {}
@@ -130,18 +142,32 @@ def unknown(name: str, span: Span, visible: Iterable[str]) -> Diagnostic:
     """The diagnostic for a name that means nothing."""
     near = suggest(name, (v for v in visible if not v.startswith("_")))
     if name.lower() in ("nan", "inf", "infinity"):
-        return Diagnostic("E030", f"there is no `{name}` in the language", span, label="not a number one can write",
-                          hint="a field that is undefined somewhere is a mistake; leave that part out")  # fmt: skip
+        return Diagnostic(
+            "E030",
+            f"there is no `{name}` in the language",
+            span,
+            label="not a number one can write",
+            hint="a field that is undefined somewhere is a mistake; leave that part out",
+        )
     if near is None:
-        return Diagnostic("E030", f"unknown name `{name}`", span, label="nothing is called this",
-                          hint=f"bind it first: `let {name} = ...` or `param {name} = ... in lo..hi`")  # fmt: skip
-    return Diagnostic("E030", f"unknown name `{name}`", span, label="nothing is called this",
-                      hint=f"did you mean `{near}`?", edit=Edit(span, near))  # fmt: skip
+        return Diagnostic(
+            "E030",
+            f"unknown name `{name}`",
+            span,
+            label="nothing is called this",
+            hint=f"bind it first: `let {name} = ...` or `param {name} = ... in lo..hi`",
+        )
+    return Diagnostic(
+        "E030",
+        f"unknown name `{name}`",
+        span,
+        label="nothing is called this",
+        hint=f"did you mean `{near}`?",
+        edit=Edit(span, near),
+    )
 
 
-def evaluation_order(
-    names: Mapping[str, Bound], uses: Mapping[str, set[str]]
-) -> tuple[list[str], list[Diagnostic]]:
+def evaluation_order(names: Mapping[str, Bound], uses: Mapping[str, set[str]]) -> tuple[list[str], list[Diagnostic]]:
     """The names in an order in which each comes after those it uses, and a diagnostic for every ring."""
     done: set[str] = set()
     ring: set[str] = set()
@@ -180,7 +206,10 @@ def _ring(loop: list[Bound]) -> Diagnostic:
     way = " -> ".join([*parts, f"`{first.name}`"])
     what = "calls itself" if len(loop) == 1 and isinstance(first, tree.Def) else "is defined by itself"
     return Diagnostic(
-        "E033", f"`{first.name}` {what}: {way}", first.name_span, label="the ring starts here",
+        "E033",
+        f"`{first.name}` {what}: {way}",
+        first.name_span,
+        label="the ring starts here",
         others=tuple(Label(b.name_span, "and goes through this") for b in loop[1:4]),
         hint="there is no recursion; for a repetition use `[for i in range(n): ...]` or `repeat`",
-    )  # fmt: skip
+    )

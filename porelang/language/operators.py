@@ -9,7 +9,19 @@ from typing import TYPE_CHECKING
 from porelang.diagnostics import Label
 from porelang.ir import Node, Stage, const, node
 from porelang.language import dimensions
-from porelang.language.values import POISON, Bool, Builtin, Choice, Function, Poison, Scalar, Text, Value, Vector, describe
+from porelang.language.values import (
+    POISON,
+    Bool,
+    Builtin,
+    Choice,
+    Function,
+    Poison,
+    Scalar,
+    Text,
+    Value,
+    Vector,
+    describe,
+)
 from porelang.ops import OPERATORS, TABLE, Op
 from porelang.source import Span
 
@@ -17,8 +29,14 @@ if TYPE_CHECKING:
     from porelang.language.elaborate import Elaborator
 
 SETS = {"&": "max", "|": "min", "\\": "max"}
-COMPARISONS = {"<": ("lt", False), "<=": ("le", False), ">": ("lt", True), ">=": ("le", True), "==": ("eq", False),
-               "!=": ("eq", False)}  # fmt: skip
+COMPARISONS = {
+    "<": ("lt", False),
+    "<=": ("le", False),
+    ">": ("lt", True),
+    ">=": ("le", True),
+    "==": ("eq", False),
+    "!=": ("eq", False),
+}
 _SET_WORDS = {"&": "and", "|": "or"}
 
 
@@ -31,7 +49,9 @@ def unary(e: Elaborator, op: str, a: Value, span: Span, at: Span) -> Value:
             return Bool(node("not", a.node))
         return e.error("E060", f"`not` needs a condition, not {describe(a)}", at, label="this is no condition")
     if isinstance(a, Bool) and op == "~":
-        return e.error("E060", "`~` turns a solid inside out; a condition is turned with `not`", span, edit=(span, "not "))
+        return e.error(
+            "E060", "`~` turns a solid inside out; a condition is turned with `not`", span, edit=(span, "not ")
+        )
     if isinstance(a, Scalar):
         n = const(-a.node.value) if a.node.op == "const" and a.literal else -a.node  # type: ignore[operator]
         return Scalar(n, a.dimension, a.literal)
@@ -49,8 +69,13 @@ def binary(e: Elaborator, op: str, a: Value, b: Value, spans: tuple[Span, Span, 
         for side, at in ((a, at_a), (b, at_b)):
             if not isinstance(side, Bool):
                 instead = {"and": "&", "or": "|"}[op]
-                return e.error("E060", f"`{op}` joins conditions, not {describe(side)}", at, label="no condition",
-                               hint=f"solids are joined with `{instead}`")  # fmt: skip
+                return e.error(
+                    "E060",
+                    f"`{op}` joins conditions, not {describe(side)}",
+                    at,
+                    label="no condition",
+                    hint=f"solids are joined with `{instead}`",
+                )
         return Bool(node(op, a.node, b.node))  # type: ignore[union-attr]  # both are Bool
     if op in ("==", "!=") and isinstance(a, Bool | Text | Choice) and isinstance(b, Bool | Text | Choice):
         same = _same(e, a, b, at_op)
@@ -61,7 +86,8 @@ def binary(e: Elaborator, op: str, a: Value, b: Value, spans: tuple[Span, Span, 
             if isinstance(side, Bool) and op in _SET_WORDS:
                 hint = f"conditions are joined with `{_SET_WORDS[op]}`"
             return e.error("E060", f"`{op}` works on numbers, not on {describe(side)}", at, label=_why(side), hint=hint)
-    assert isinstance(a, Scalar | Vector) and isinstance(b, Scalar | Vector)
+    assert isinstance(a, Scalar | Vector)
+    assert isinstance(b, Scalar | Vector)
     if op in COMPARISONS:
         return _compare(e, op, a, b, spans)
     if op in SETS:
@@ -89,8 +115,9 @@ def _same(e: Elaborator, a: Value, b: Value, span: Span) -> Value:
                 chosen = node("or", chosen, node("eq", b.index, const(float(i))))
         if chosen.op == "const":
             known = ", ".join(f'"{o.value}"' for o in b.options if isinstance(o, Text))
-            return e.error("E060", f'`{b.name}` is never "{a.value}"', span, label="always false",
-                           hint=f"its choices are {known}")  # fmt: skip
+            return e.error(
+                "E060", f'`{b.name}` is never "{a.value}"', span, label="always false", hint=f"its choices are {known}"
+            )
         return Bool(chosen)
     return e.error("E060", f"{describe(a)} and {describe(b)} cannot be compared", span, label="always different")
 
@@ -98,17 +125,25 @@ def _same(e: Elaborator, a: Value, b: Value, span: Span) -> Value:
 def _compare(e: Elaborator, op: str, a: Scalar | Vector, b: Scalar | Vector, spans: tuple[Span, Span, Span]) -> Value:
     for side, at in ((a, spans[0]), (b, spans[2])):
         if isinstance(side, Vector):
-            return e.error("E060", f"`{op}` compares numbers, and this is a vector", at,
-                           hint="compare its length, or one of .x .y .z")  # fmt: skip
+            return e.error(
+                "E060",
+                f"`{op}` compares numbers, and this is a vector",
+                at,
+                hint="compare its length, or one of .x .y .z",
+            )
     name, swapped = COMPARISONS[op]
-    out = apply(e, TABLE[name], [b, a] if swapped else [a, b], (spans[2], spans[0]) if swapped else (spans[0], spans[2]),
-                spans[1], f"`{op}`")  # fmt: skip
+    out = apply(
+        e,
+        TABLE[name],
+        [b, a] if swapped else [a, b],
+        (spans[2], spans[0]) if swapped else (spans[0], spans[2]),
+        spans[1],
+        f"`{op}`",
+    )
     return Bool(node("not", out.node)) if op == "!=" and isinstance(out, Bool) else out
 
 
-def apply(
-    e: Elaborator, row: Op, arguments: Sequence[Value], places: Sequence[Span], span: Span, called: str
-) -> Value:
+def apply(e: Elaborator, row: Op, arguments: Sequence[Value], places: Sequence[Span], span: Span, called: str) -> Value:
     """A kernel operation on numbers, component by component where some are vectors."""
     numbers: list[Scalar | Vector] = []
     for a, at in zip(arguments, places, strict=True):
@@ -125,20 +160,32 @@ def apply(
     except dimensions.Clash as clash:
         one, two = clash.first, clash.second
         return e.error(
-            "E062", f"{called} of {numbers[one].dimension} and {numbers[two].dimension}", places[one],
-            label=f"this is {numbers[one].dimension}", others=(Label(places[two], f"this is {numbers[two].dimension}"),),
+            "E062",
+            f"{called} of {numbers[one].dimension} and {numbers[two].dimension}",
+            places[one],
+            label=f"this is {numbers[one].dimension}",
+            others=(Label(places[two], f"this is {numbers[two].dimension}"),),
             hint="both sides must be of one kind; a bare number fits anywhere",
-        )  # fmt: skip
+        )
     except dimensions.Unfit as unfit:
-        return e.error("E062", f"{called} needs {unfit.wanted}, not {numbers[unfit.argument].dimension}",
-                       places[unfit.argument], label=f"this is {numbers[unfit.argument].dimension}")  # fmt: skip
+        return e.error(
+            "E062",
+            f"{called} needs {unfit.wanted}, not {numbers[unfit.argument].dimension}",
+            places[unfit.argument],
+            label=f"this is {numbers[unfit.argument].dimension}",
+        )
     out = lift(lambda *n: node(row.name, *n), numbers, dimension, row.result == "bool")
     if row.domain != "all numbers" and isinstance(out, Scalar) and out.node.stage is Stage.CONST:
         value = e.constant(out.node)
         if value is not None and not math.isfinite(value):
             what = "infinite" if math.isinf(value) else "not a number"
-            return e.error("E069", f"{called} gives a value that is {what}", places[-1], label="because of this",
-                           hint=f"it is defined for: {row.domain}")  # fmt: skip
+            return e.error(
+                "E069",
+                f"{called} gives a value that is {what}",
+                places[-1],
+                label="because of this",
+                hint=f"it is defined for: {row.domain}",
+            )
     return out
 
 

@@ -46,8 +46,13 @@ def declare(e: Elaborator, s: tree.Param, scope: Scope, prefix: str) -> Value:
     name = prefix + s.name
     if s.choices:
         return _choice(e, s, scope, name)
-    assert s.low is not None and s.high is not None
-    parts: list[tuple[str, tree.Expr]] = [("the default", s.default), ("the lower end", s.low), ("the upper end", s.high)]
+    assert s.low is not None
+    assert s.high is not None
+    parts: list[tuple[str, tree.Expr]] = [
+        ("the default", s.default),
+        ("the lower end", s.low),
+        ("the upper end", s.high),
+    ]
     if s.step is not None:
         parts.append(("the step", s.step))
     values: list[float] = []
@@ -61,22 +66,42 @@ def declare(e: Elaborator, s: tree.Param, scope: Scope, prefix: str) -> Value:
         if value.dimension is not None:
             if dimension is not None and value.dimension != dimension:
                 assert known is not None
-                return e.error("E062", f"`{s.name}` is {dimension} here and {value.dimension} there", t.span,
-                               label=f"this is {value.dimension}", others=(Label(known, f"this is {dimension}"),))  # fmt: skip
+                return e.error(
+                    "E062",
+                    f"`{s.name}` is {dimension} here and {value.dimension} there",
+                    t.span,
+                    label=f"this is {value.dimension}",
+                    others=(Label(known, f"this is {dimension}"),),
+                )
             dimension, known = value.dimension, t.span
         values.append(number)
     default, low, high, *step = values
     if not low < high:
-        return e.error("E081", f"the range of `{s.name}` is empty: {low:g}..{high:g}", s.low.span.to(s.high.span),
-                       label="the lower end comes first")  # fmt: skip
+        return e.error(
+            "E081",
+            f"the range of `{s.name}` is empty: {low:g}..{high:g}",
+            s.low.span.to(s.high.span),
+            label="the lower end comes first",
+        )
     if not low <= default <= high:
-        return e.error("E080", f"the default of `{s.name}` lies outside its range", s.default.span,
-                       label=f"{default:g} is not in {low:g}..{high:g}", others=(Label(s.low.span.to(s.high.span), "its range"),),
-                       hint="widen the range or change the default")  # fmt: skip
+        return e.error(
+            "E080",
+            f"the default of `{s.name}` lies outside its range",
+            s.default.span,
+            label=f"{default:g} is not in {low:g}..{high:g}",
+            others=(Label(s.low.span.to(s.high.span), "its range"),),
+            hint="widen the range or change the default",
+        )
     if step and not 0 < step[0] <= high - low and s.step is not None:
-        return e.error("E081", f"the step of `{s.name}` does not fit its range", s.step.span,
-                       label=f"must be above 0 and at most {high - low:g}")  # fmt: skip
-    e.out.params[name] = ParamInfo(name, default, low, high, step[0] if step else None, (), (), dimension, s.doc, s.name_span)
+        return e.error(
+            "E081",
+            f"the step of `{s.name}` does not fit its range",
+            s.step.span,
+            label=f"must be above 0 and at most {high - low:g}",
+        )
+    e.out.params[name] = ParamInfo(
+        name, default, low, high, step[0] if step else None, (), (), dimension, s.doc, s.name_span
+    )
     return Scalar(param(name), dimension)
 
 
@@ -88,13 +113,24 @@ def _choice(e: Elaborator, s: tree.Param, scope: Scope, name: str) -> Value:
     labels = tuple(_label(o, t) for o, t in zip(options, s.choices, strict=True))
     if all(isinstance(o, Scalar) for o in [*options, default]):
         return _number_choice(e, s, options, default, labels, name)
-    if len({type(o) for o in options}) > 1 and not all(isinstance(o, Function) or callable(getattr(o, "call", None)) for o in options):
-        return e.error("E082", f"the choices of `{s.name}` are of different kinds", s.choices[0].span.to(s.choices[-1].span),
-                       label=", ".join(describe(o) for o in options))  # fmt: skip
+    if len({type(o) for o in options}) > 1 and not all(
+        isinstance(o, Function) or callable(getattr(o, "call", None)) for o in options
+    ):
+        return e.error(
+            "E082",
+            f"the choices of `{s.name}` are of different kinds",
+            s.choices[0].span.to(s.choices[-1].span),
+            label=", ".join(describe(o) for o in options),
+        )
     wanted = _label(default, s.default)
     if wanted not in labels:
-        return e.error("E080", f"the default of `{s.name}` is none of its choices", s.default.span,
-                       label=f"`{wanted}` is not among them", hint=f"the choices are {', '.join(labels)}")  # fmt: skip
+        return e.error(
+            "E080",
+            f"the default of `{s.name}` is none of its choices",
+            s.default.span,
+            label=f"`{wanted}` is not among them",
+            hint=f"the choices are {', '.join(labels)}",
+        )
     index = float(labels.index(wanted))
     e.out.params[name] = ParamInfo(name, index, 0.0, float(len(options) - 1), 1.0, labels, (), None, s.doc, s.name_span)
     node = param(name)
@@ -118,16 +154,26 @@ def _number_choice(
             return POISON
         if o.dimension is not None:
             if dimension is not None and dimension != o.dimension:
-                return e.error("E062", f"the choices of `{s.name}` are {dimension} and {o.dimension}", t.span,
-                               label=f"this is {o.dimension}")  # fmt: skip
+                return e.error(
+                    "E062",
+                    f"the choices of `{s.name}` are {dimension} and {o.dimension}",
+                    t.span,
+                    label=f"this is {o.dimension}",
+                )
             dimension = o.dimension
         numbers.append(number)
     *numbers, chosen = numbers
     if chosen not in numbers:
-        return e.error("E080", f"the default of `{s.name}` is none of its choices", s.default.span,
-                       label=f"{chosen:g} is not among them", hint=f"the choices are {', '.join(labels)}")  # fmt: skip
-    e.out.params[name] = ParamInfo(name, chosen, min(numbers), max(numbers), None, labels, tuple(numbers), dimension, s.doc,
-                                   s.name_span)  # fmt: skip
+        return e.error(
+            "E080",
+            f"the default of `{s.name}` is none of its choices",
+            s.default.span,
+            label=f"{chosen:g} is not among them",
+            hint=f"the choices are {', '.join(labels)}",
+        )
+    e.out.params[name] = ParamInfo(
+        name, chosen, min(numbers), max(numbers), None, labels, tuple(numbers), dimension, s.doc, s.name_span
+    )
     return Scalar(param(name), dimension)
 
 

@@ -58,8 +58,12 @@ def _statements(files: list[tuple[str, tree.File]], folder: str) -> tuple[tree.S
 def _files() -> list[tuple[str, tree.File]]:
     """The parsed files, from the cache where their text has not changed."""
     sources = prelude_files()
-    version = (sys.version, [(name, s.text) for name, s in sources], resources.read("grammar/pore.lark"),
-               (resources.PACKAGE / "language" / "tree.py").read_text(encoding="utf-8"))  # fmt: skip
+    version = (
+        sys.version,
+        [(name, s.text) for name, s in sources],
+        resources.read("grammar/pore.lark"),
+        (resources.PACKAGE / "language" / "tree.py").read_text(encoding="utf-8"),
+    )
     key = f"prelude-{hashlib.sha256(repr(version).encode()).hexdigest()[:24]}.pickle"
     kept = cache.get(key)
     if kept is not None:

@@ -10,9 +10,7 @@ from porelang.interval import Array, Interval, Mask
 from porelang.ir import Node
 
 Kind = Literal["real", "bool", "any"]
-Units = Literal[
-    "none", "same", "product", "quotient", "square", "power", "root", "angle", "turns", "pure", "angle of"
-]
+Units = Literal["none", "same", "product", "quotient", "square", "power", "root", "angle", "turns", "pure", "angle of"]
 
 
 @dataclass(frozen=True, slots=True)

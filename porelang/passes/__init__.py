@@ -25,7 +25,8 @@ HIDDEN = (-1e30, 1e30)
 class Graph:
     """A program between passes: its named roots, the range of every param, and what the passes moved out of the values.
 
-    `contracts` are conditions on fields by number; `reductions` are numbers found from fields, by the name of the hidden
+    `contracts` are conditions on fields by number; `reductions` are numbers found from fields, by the name of the
+    hidden
     param that stands for each, in an order in which each comes after those it needs.
     """
 
@@ -84,8 +85,13 @@ def _stages(graph: Graph) -> Graph:
     contracts = tuple((which, new[ok]) for which, ok in graph.contracts)
     kept = {name: new[root] for name, root in graph.roots.items()}
     ranges = {**graph.ranges, **{str(p.value): HIDDEN for p in hidden.values()}}
-    return replace(graph, roots=kept, contracts=contracts, ranges=ranges,
-                   reductions=tuple((str(p.value), n) for n, p in hidden.items()))  # fmt: skip
+    return replace(
+        graph,
+        roots=kept,
+        contracts=contracts,
+        ranges=ranges,
+        reductions=tuple((str(p.value), n) for n, p in hidden.items()),
+    )
 
 
 def _above(n: Node) -> tuple[Node, ...]:
@@ -123,7 +129,9 @@ PIPELINE: tuple[Pass, ...] = (
     Pass("fold", "constants computed", _over(fold)),
     Pass("simplify", "identities used", _over(simplify)),
     Pass("share", "commutative arguments in one order, so that equals are one", _over(share)),
-    Pass("stages", "numbers found from fields moved before what needs them; the stage of each node", _stages, _stage_note),
+    Pass(
+        "stages", "numbers found from fields moved before what needs them; the stage of each node", _stages, _stage_note
+    ),
     Pass("separate", "which coordinates each node depends on", lambda g: g, _axes_note),
     Pass("bounds", "the range of each node over all space and all params", lambda g: g, _bounds_note),
     Pass("verify", "the graph checked against the table", _over(verify)),

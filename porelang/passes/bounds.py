@@ -1,7 +1,8 @@
 """What a field can be over boxes: the natural enclosure, tightened by the centred form where the field is continuous.
 
 The centred form uses the mean value theorem: over a box with centre c and half-sizes r, f lies within
-f(c) +- sum |df/dx_i| r_i, with the derivatives enclosed over the same box. It wins on small boxes; the natural form wins on large
+f(c) +- sum |df/dx_i| r_i, with the derivatives enclosed over the same box. It wins on small boxes; the natural
+form wins on large
 ones and near edges. Both hold, so the tighter end of each is kept.
 """
 
@@ -34,7 +35,8 @@ def slopes(root: Node) -> tuple[Node, Node, Node]:
 def box_test(root: Node, params: Mapping[str, float], precision: Precision = F32) -> BoxTest:
     """A function that encloses `root`, as computed with `precision`, over boxes; NaN ends never occur.
 
-    The centred form is that of the exact function, with the rounding bound at the centre (times 8) as its slack.
+    The centred form is that of the exact function. Its slack is the rounding bound at the centre (times 8), and what
+    rounding adds to the natural enclosure of the box: at a centre where all is 0, nothing is rounded.
     """
     ranges = fixed(params)
     partials: list[Node] = []
@@ -47,7 +49,9 @@ def box_test(root: Node, params: Mapping[str, float], precision: Precision = F32
             np.broadcast_to(np.where(unsure, INF, r.hi), len(lo)).copy(),
         )
 
-    def centred(lo: Points, hi: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def centred(
+        lo: Points, hi: Points, rounded_lo: NDArray[np.float64], rounded_hi: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         if not partials:
             partials.extend(slopes(root))
         box = [interval(lo[:, i], hi[:, i]) for i in range(3)]
@@ -60,7 +64,9 @@ def box_test(root: Node, params: Mapping[str, float], precision: Precision = F32
                 steep = np.maximum(np.abs(s.range.lo), np.abs(s.range.hi))
                 steep = np.where(s.range.nan | s.range.empty, INF, steep)
                 reach = reach + np.where(steep == 0, 0.0, steep * (hi[:, i] - lo[:, i]) / 2)
-            slack = 4 * (at_centre.hi - at_centre.lo)
+            added = np.maximum(value.range.lo - rounded_lo, rounded_hi - value.range.hi)
+            slack = np.maximum(4 * (at_centre.hi - at_centre.lo), np.where(np.isnan(added), 0.0, added))
+            slack = slack + reach * 2.0**-50
             usable = ~(value.jumps | at_centre.nan | at_centre.empty) & np.isfinite(reach) & np.isfinite(slack)
             low = np.where(usable, at_centre.lo - reach - slack, -INF)
             high = np.where(usable, at_centre.hi + reach + slack, INF)
@@ -73,7 +79,7 @@ def box_test(root: Node, params: Mapping[str, float], precision: Precision = F32
             low, high = natural(a, b)
             undecided = (low <= 0) & (high >= 0)
             if undecided.any():
-                tight_low, tight_high = centred(a[undecided], b[undecided])
+                tight_low, tight_high = centred(a[undecided], b[undecided], low[undecided], high[undecided])
                 low[undecided] = np.maximum(low[undecided], tight_low)
                 high[undecided] = np.minimum(high[undecided], tight_high)
             lows.append(low)

@@ -44,7 +44,8 @@ def part_box(root: Node, params: Mapping[str, float]) -> Box | None:
     """The box that holds all of `root <= 0` within the universe, or None if that is proven empty.
 
     Ends that touch +-UNIVERSE mean that the part has no end there. The box is tight to about 1e-4 of its size for
-    shapes along the axes, and to a few percent for rotated ones. A union is taken apart: each member gets a rough box by
+    shapes along the axes, and to a few percent for rotated ones. A union is taken apart: each member gets a rough
+    box by
     reading its formula backwards, and only those that reach the ends of the whole are looked at closely.
     """
     ranges = fixed(params)
@@ -57,8 +58,11 @@ def part_box(root: Node, params: Mapping[str, float]) -> Box | None:
         # an end is settled where a member that was looked at closely reaches it
         open_lo = ~np.any([rough[m][0] <= lo + near for m in close], axis=0) if close else np.full(3, True)
         open_hi = ~np.any([rough[m][1] >= hi - near for m in close], axis=0) if close else np.full(3, True)
-        todo = [m for m, box in rough.items() if m not in close
-                and ((box[0] <= lo + near) & open_lo | (box[1] >= hi - near) & open_hi).any()]  # fmt: skip
+        todo = [
+            m
+            for m, box in rough.items()
+            if m not in close and ((box[0] <= lo + near) & open_lo | (box[1] >= hi - near) & open_hi).any()
+        ]
         if not todo or len(close) >= MOST_CLOSE:
             return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
         member = todo[0]
@@ -111,9 +115,7 @@ def _backwards(root: Node, ranges: Mapping[str, Interval]) -> tuple[Points, Poin
     return lo, hi
 
 
-def _search(
-    root: Node, ranges: Mapping[str, Interval], lo: Points, hi: Points
-) -> tuple[Points, Points] | None:
+def _search(root: Node, ranges: Mapping[str, Interval], lo: Points, hi: Points) -> tuple[Points, Points] | None:
     """A tight box within `lo..hi`: cells proven void are dropped, then the faces are moved inward."""
     cost = len(order([root]))
 
@@ -145,14 +147,10 @@ def _search(
 
 def unbounded_axes(box: Box) -> str:
     """The axes along which a box reaches the end of the universe, as text."""
-    return ", ".join(
-        name for name, a, b in zip("xyz", box.lo, box.hi, strict=True) if a <= -UNIVERSE or b >= UNIVERSE
-    )
+    return ", ".join(name for name, a, b in zip("xyz", box.lo, box.hi, strict=True) if a <= -UNIVERSE or b >= UNIVERSE)
 
 
-def _split(
-    lo: Points, hi: Points, counts: tuple[int, int, int]
-) -> tuple[Points, Points]:
+def _split(lo: Points, hi: Points, counts: tuple[int, int, int]) -> tuple[Points, Points]:
     """The corners of the cells of a box."""
     cuts = [np.linspace(lo[i], hi[i], counts[i] + 1) for i in range(3)]
     low = np.stack(np.meshgrid(*(c[:-1] for c in cuts), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -160,9 +158,7 @@ def _split(
     return low, high
 
 
-def _shave(
-    lo: Points, hi: Points, axis: int, side: int, steps: int, maybe_solid: Solid
-) -> None:
+def _shave(lo: Points, hi: Points, axis: int, side: int, steps: int, maybe_solid: Solid) -> None:
     """Move one face of the box inward as far as bisection proves the layer before it void."""
     width = hi[axis] - lo[axis]
     proven, failed = 0.0, width

@@ -130,6 +130,9 @@ def _widen(row: Op, r: Interval, arguments: list[Interval], precision: Precision
     relative = precision.eps * t.ulp
     lo = r.lo - np.where(np.isinf(r.lo), 0.0, np.abs(r.lo) * relative + more)
     hi = r.hi + np.where(np.isinf(r.hi), 0.0, np.abs(r.hi) * relative + more)
+    if not t.absolute and t.extra is None:  # what is wrong by a part of itself, or counts as 0, keeps its sign
+        lo = np.where(r.lo >= 0, np.maximum(lo, 0.0), lo)
+        hi = np.where(r.hi <= 0, np.minimum(hi, 0.0), hi)
     empty = r.empty
     lo = np.where(empty, r.lo, np.where(lo < -precision.huge, -INF, np.minimum(lo, precision.huge)))
     hi = np.where(empty, r.hi, np.where(hi > precision.huge, INF, np.maximum(hi, -precision.huge)))

@@ -1,6 +1,7 @@
 """Derivatives: every `d(f)` replaced by the symbolic partial derivative of f, found with the rules of the table.
 
-Fixed choices where a derivative does not exist: 0 for sqrt and hypot at 0, sign(0) = 0 for |x| at 0, and at a tie of min or
+Fixed choices where a derivative does not exist: 0 for sqrt and hypot at 0, sign(0) = 0 for |x| at 0, and at a tie
+of min or
 max that of the first argument. Where a value jumps (floor, select) the derivative is that of the branch taken.
 """
 

@@ -1,6 +1,7 @@
 """Frames: every `at(f, qx, qy, qz)` replaced by f with its coordinates substituted.
 
-A node is placed once per frame it is seen from, and a frame counts only the coordinates that the node depends on, so that a
+A node is placed once per frame it is seen from, and a frame counts only the coordinates that the node depends on,
+so that a
 chain of nested transforms costs no more than the graph it results in.
 """
 

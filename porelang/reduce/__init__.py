@@ -1,6 +1,7 @@
 """Numbers found from whole fields, before the fields that need them: porosities, volumes, extremes, solutions.
 
-Each comes with an error that holds: a proven gap for extremes, three standard deviations of a randomised estimate for what is
+Each comes with an error that holds: a proven gap for extremes, three standard deviations of a randomised estimate
+for what is
 integrated. Results are remembered by content: the same question about the same fields is computed once.
 """
 
@@ -24,7 +25,8 @@ _known: OrderedDict[object, Reduced] = OrderedDict()
 
 
 def number(n: Node, params: Mapping[str, float]) -> Reduced:
-    """The value of a uniform node that may read reductions, with the error of the reduction at its root, if it is one."""
+    """The value of a uniform node that may read reductions, with the error of the reduction at its root, if it is
+    one."""
     if n.op in REDUCTIONS:
         return reduction(n, params)
     return Reduced(float(uniform_values([resolved(n, params)], params)[resolved(n, params)]), 0.0)
@@ -79,7 +81,9 @@ def _compute(n: Node, params: Mapping[str, float]) -> Reduced:
     field, phi, within = fields
     share = float(uniform_values([phi], params)[phi])
     if not 0 < share < 1:
-        raise fail("E090", f"a porosity of {share:g} cannot be asked for", hint="it lies between 0 and 1: write 50% or 0.5")
+        raise fail(
+            "E090", f"a porosity of {share:g} cannot be asked for", hint="it lies between 0 and 1: write 50% or 0.5"
+        )
     if n.op == "shell_to_porosity":
         found = offset_for(make("abs", field), share, within, params)
         return Reduced(2 * found.value, 2 * found.error)

@@ -1,4 +1,5 @@
-"""The area of a solid's surface, from meshes on two grids: marching cubes errs by h^2, which the pair lets us take away."""
+"""The area of a solid's surface, from meshes on two grids: marching cubes errs by h^2, which the pair lets us take
+away."""
 
 from __future__ import annotations
 

@@ -40,7 +40,9 @@ def maximum(root: Node, within: Node, params: Mapping[str, float]) -> Reduced:
         probes = np.concatenate([probes, low + size / 2])
         values = field.at(probes[inside.at(probes) <= 0])
         if np.isnan(values).any():
-            raise fail("E093", "the field of this number is not a number in places", hint="`pore mesh` names the first place")
+            raise fail(
+                "E093", "the field of this number is not a number in places", hint="`pore mesh` names the first place"
+            )
         if len(values):
             best, least = max(best, float(values.max())), min(least, float(values.min()))
         highs = above(low, low + size)[1]
@@ -57,8 +59,11 @@ def maximum(root: Node, within: Node, params: Mapping[str, float]) -> Reduced:
         corners = np.stack(np.meshgrid(*([0, 1],) * 3, indexing="ij"), -1).reshape(1, 8, 3)
         low = (low[:, None, :] + corners * size).reshape(-1, 3)
     if not np.isfinite(best):
-        raise fail("E092", "the region `within` of this number holds no point that could be found",
-                   hint="it is far thinner than it is wide")  # fmt: skip
+        raise fail(
+            "E092",
+            "the region `within` of this number holds no point that could be found",
+            hint="it is far thinner than it is wide",
+        )
     last = above(low, low + size)[1]
     top = max(float(last.max(initial=-np.inf)), given_up, best + ACCURACY * (best - least))
     return Reduced(best, max(top - best, 0.0))

@@ -2,7 +2,8 @@
 
 Cells that are provably inside or outside count exactly. Every other cell is cut into strata with two random points in
 each: the estimate has no bias, no aliasing with the period of a lattice, and the difference of the two points of each
-stratum tells its variance, which falls as N^(-4/3) for a solid with a smooth surface. Errors are three standard deviations.
+stratum tells its variance, which falls as N^(-4/3) for a solid with a smooth surface. Errors are three standard
+deviations.
 """
 
 from __future__ import annotations
@@ -56,8 +57,11 @@ def region(root: Node, params: Mapping[str, float], what: str = "the region") ->
     if box is None:
         raise fail("E092", f"{what} of this number holds no material", hint="solid is negative: check its sign")
     if axes := unbounded_axes(box):
-        raise fail("E091", f"{what} of this number has no end along {axes}",
-                   hint="intersect it with a shape: `... & cylinder(75, 300)`")  # fmt: skip
+        raise fail(
+            "E091",
+            f"{what} of this number has no end along {axes}",
+            hint="intersect it with a shape: `... & cylinder(75, 300)`",
+        )
     size = np.array(box.size)
     counts = np.maximum(1, np.ceil(_CELLS * size / size.max())).astype(int)
     step = size / counts
@@ -165,15 +169,22 @@ def _values(
         values = field.at(points).astype(np.float64)
         inside = _inside(fence, points)
         if np.isnan(values[inside]).any():
-            raise fail("E093", "the field of this number is not a number in places", hint="`pore mesh` names the first place")
+            raise fail(
+                "E093", "the field of this number is not a number in places", hint="`pore mesh` names the first place"
+            )
         out.append(np.where(inside, values, np.inf))
     if not any(np.isfinite(v).any() for v in out):
-        raise fail("E092", "the region `within` of this number holds no material that can be sampled",
-                   hint="it is far thinner than it is wide")  # fmt: skip
+        raise fail(
+            "E092",
+            "the region `within` of this number holds no material that can be sampled",
+            hint="it is far thinner than it is wide",
+        )
     return out[0], out[1]
 
 
-def offset_for(root: Node, phi: float, within: Node, params: Mapping[str, float], accuracy: float = ACCURACY) -> Reduced:
+def offset_for(
+    root: Node, phi: float, within: Node, params: Mapping[str, float], accuracy: float = ACCURACY
+) -> Reduced:
     """The offset d for which {root <= d} fills 1 - phi of a solid: a quantile of the field's values there.
 
     The error is that of the offset; the porosity it gives is within `accuracy` (three standard deviations) of phi.
@@ -191,8 +202,11 @@ def offset_for(root: Node, phi: float, within: Node, params: Mapping[str, float]
             low, high = (float(np.quantile(values, min(max(1 - phi + s * error, 0.0), 1.0))) for s in (-1, 1))
             flat = float(np.mean(values == d))
             if flat > 2 * accuracy:
-                raise fail("E094", f"a porosity of {phi:g} cannot be reached: the field is {d:g} in {flat:.1%} of the region",
-                           hint="offset a field that varies everywhere")  # fmt: skip
+                raise fail(
+                    "E094",
+                    f"a porosity of {phi:g} cannot be reached: the field is {d:g} in {flat:.1%} of the region",
+                    hint="offset a field that varies everywhere",
+                )
             return Reduced(d, max(high - d, d - low))
         m = finer
 

@@ -22,8 +22,11 @@ def root_of(function: Callable[[float], Reduced], target: float, low: float, hig
     fa, fb = at_a.value - target, at_b.value - target
     if fa * fb > 0 and min(abs(fa), abs(fb)) > max(at_a.error, at_b.error):
         least, most = sorted((at_a.value, at_b.value))
-        raise fail("E094", f"{target:g} cannot be reached: from {low:g} to {high:g} it goes from {at_a.value:.4g} to {at_b.value:.4g}",
-                   hint=f"ask for something between {least:.4g} and {most:.4g}, or widen the range")  # fmt: skip
+        raise fail(
+            "E094",
+            f"{target:g} cannot be reached: from {low:g} to {high:g} it goes from {at_a.value:.4g} to {at_b.value:.4g}",
+            hint=f"ask for something between {least:.4g} and {most:.4g}, or widen the range",
+        )
     if fa * fb > 0:
         return Reduced(a, 0.0) if abs(fa) < abs(fb) else Reduced(b, 0.0)
     slope = (fb - fa) / (b - a) or 1.0
