@@ -103,11 +103,11 @@ def test_check_evaluates_checks_with_the_settings(pore: Pore) -> None:
 
 def test_check_measures_what_a_rule_speaks_of(pore: Pore) -> None:
     text = 'let all = cylinder(30mm, 30mm)\ncheck porosity(gyroid(20), all) > 60%, "too dense"\ngyroid(20) & all'
-    assert pore("check", pore.write(text), "--json") == 1
+    assert pore("check", pore.write(text), "--measure", "--json") == 1
     (found,) = pore.json()
     assert (found["code"], found["message"], found["line"]) == ("E068", "too dense", 2)
     assert "porosity(gyroid(20), all) is 0.5" in found["label"]
-    assert pore("check", pore.write(text.replace("60%", "40%"))) == 0
+    assert pore("check", pore.write(text.replace("60%", "40%")), "--measure") == 0
 
 
 def test_warnings_are_no_errors(pore: Pore) -> None:

@@ -73,6 +73,14 @@ REQUESTS = (
         "",
     ),
     Code(
+        "E109",
+        "an envelope that does not exist",
+        "`--within NAME` names an output or a `let` of the program: the solid whose share of void is the porosity. It\n"
+        "is a plain shape, which does not itself depend on numbers found from fields.",
+        "",
+        "",
+    ),
+    Code(
         "E110",
         "a field that is not a number",
         "At the point named the field is undefined: a division of zero by zero, the root or logarithm of a negative\n"
