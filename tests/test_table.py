@@ -350,7 +350,8 @@ def test_jumps_are_flagged(row: Op) -> None:
         middle = left + (right - left) / 2
         low, mid, high = (values(row, *v[:n]) for v in (left, middle, right))
         usable &= np.isfinite(mid)
-        nearer = np.abs(mid - low) >= np.abs(high - mid)
+        with np.errstate(invalid="ignore"):
+            nearer = np.abs(mid - low) >= np.abs(high - mid)
         right, left = np.where(nearer, middle, right), np.where(nearer, left, middle)
         if np.all(np.abs(right - left) <= 2 * np.spacing(np.abs(right) + np.abs(left))):
             break

@@ -1,0 +1,50 @@
+#version 430
+// The field at a list of points: three coordinates each in, one value out.
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) writeonly buffer Values { float values[]; };
+layout(std430, binding = 1) readonly buffer Points { float points[]; };
+uniform int count;
+
+// The sine of t turns for t in -1/4..1/4. Error: 1.1e-7, 1.9 ulp.
+// sin(tau t) = 4 t + t P(t^2), where 4 t is exact, with the minimax polynomial of degree 4 for the relative error
+// (1.1e-8), by linear programming in float64, its coefficients rounded to float32 one after another.
+float pore_sine(float t) {
+    precise float z = t * t;
+    precise float p = ((39.3661575 * z - 76.5335617) * z + 81.6006927) * z - 41.3416595;
+    precise float y = 4.0 * t + t * (z * p + 2.28318524);
+    return y;
+}
+// The cosine of u turns, cos(tau u); NaN for infinities. Error: 1.1e-7, however large u.
+// The reduction is exact; 1/4 - |r| is rounded only where the cosine is flat.
+float pore_cos_turns(float u) {
+    precise float r = u - roundEven(u);
+    precise float t = 0.25 - abs(r);
+    return pore_sine(t);
+}
+// Whether x is not a number, by its bits: a driver may assume that x != x is never true.
+bool pore_is_nan(float x) {
+    return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u;
+}
+// Not a number, from its bits: 0.0 / 0.0 is folded to 0 by some drivers.
+float pore_nan() {
+    return uintBitsToFloat(0x7fc00000u);
+}
+// The number x, every NaN as the same one. What a shader stores in a buffer goes through this: Mesa's software driver
+// writes a buffer in a loop over the lanes, and LLVM moves the arithmetic of a value that is used once into that loop,
+// one lane at a time. Used twice, it stays eight wide: 55 instead of 188 ms for 12 sines of 4.6 million points.
+float pore_keep(float x) {
+    return pore_is_nan(x) ? pore_nan() : x;
+}
+float field(vec3 p) {
+    precise float v0 = (p.x + p.y);
+    precise float v1 = (v0 * 3.1830987e-01);
+    precise float v2 = pore_cos_turns(v1);
+    precise float v3 = (v2 * 2.0e+00);
+    return pore_keep(v3);
+}
+
+void main() {
+    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint i = group * 64u + gl_LocalInvocationID.x;
+    if (i < uint(count)) values[i] = field(vec3(points[3u * i], points[3u * i + 1u], points[3u * i + 2u]));
+}
