@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.backends.uniform import take_branches, uniform_values
-from porelang.ir import Node, Stage, order
-from porelang.ops import TABLE, kind
+from porelang.ir import Node, Stage, node, order
+from porelang.ops import TABLE, forms, kind
 
 Dtype = Literal["f32", "f64"]
 TYPES: dict[str, type[np.float32] | type[np.float64]] = {"f32": np.float32, "f64": np.float64}
@@ -30,10 +30,16 @@ Values = NDArray[Any]
 Shape = tuple[int, ...]
 #: Elements of a piece: its dozen buffers fit the second-level cache.
 PIECE = 1 << 15
-TILE = 1 << 16
+TILE = 1 << 17
 #: Planes kept for a whole grid may take this many bytes; beyond it they are computed tile by tile.
 PLANES = 1 << 29
 _AXIS = {"x": 0, "y": 1, "z": 2}
+_SPLIT = {"sin_turns": "sine of reduced", "cos_turns": "cosine of reduced"}
+_PARTS: dict[str, Callable[..., Any]] = {
+    "reduced": forms.reduced,
+    "sine of reduced": np.sin,
+    "cosine of reduced": np.cos,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,11 +89,27 @@ def _tape(nodes: Sequence[Node], number: Mapping[Node, int], keep: set[Node], me
             axes.append(key[0])
             boolean.append(key[1])
         place[n] = register
-        steps.append(Step(TABLE[n.op].numpy, tuple(number[a] for a in n.args), number[n], register))
+        steps.append(Step(_form(n), tuple(number[a] for a in n.args), number[n], register))
         for a in {*n.args}:
             if last[a] == i and a in place and a not in keep:
                 free[(7 if merge else a.axes, kind(a) == "bool")].append(place[a])
     return Tape(tuple(steps), tuple(axes), tuple(boolean))
+
+
+def _share_reduction(root: Node) -> Node:
+    """The sines and cosines of turns split in two, so that both of one argument reduce it once."""
+    new: dict[Node, Node] = {}
+    for n in order([root]):
+        args = [new[a] for a in n.args]
+        if n.op in _SPLIT and n.stage is Stage.FIELD:
+            new[n] = node(_SPLIT[n.op], node("reduced", *args))
+        else:
+            new[n] = node(n.op, *args, value=n.value)
+    return new[root]
+
+
+def _form(n: Node) -> Callable[..., Any]:
+    return _PARTS[n.op] if n.op in _PARTS else TABLE[n.op].numpy
 
 
 class NumpyField:
@@ -99,7 +121,7 @@ class NumpyField:
     def __init__(self, root: Node, params: Mapping[str, float], dtype: Dtype = "f64", threads: int | None = None):
         self.dtype = TYPES[dtype]
         self.threads = workers(threads)
-        self.root = take_branches(root, params)
+        self.root = _share_reduction(take_branches(root, params))
         self.nodes = order([self.root], lambda n: n.args if n.stage is Stage.FIELD else ())
         self.number = {n: i for i, n in enumerate(self.nodes)}
         scalars = [n for n in self.nodes if n.stage is not Stage.FIELD]
@@ -112,7 +134,7 @@ class NumpyField:
 
     @cached_property
     def _points_tape(self) -> Tape:
-        return _tape([n for n in self.nodes if n.op in TABLE and n.axes], self.number, {self.root}, merge=True)
+        return _tape([n for n in self.nodes if n.args and n.axes], self.number, {self.root}, merge=True)
 
     def at(self, points: Values) -> Values:
         """Values at points of shape (n, 3) in mm, as an array (n,) of the field's type (bool for a condition)."""
@@ -164,7 +186,7 @@ class GridField:
         self.shape: Shape = tuple(len(a) for a in axes)
         self._local = threading.local()
         coordinates = {name: axes[i].reshape(_spanning(1 << i, self.shape)) for name, i in _AXIS.items()}
-        nodes = [n for n in field.nodes if n.op in TABLE and n.axes]
+        nodes = [n for n in field.nodes if n.args and n.axes]
         planes = sum(self._bytes(n) for n in nodes if n.axes.bit_count() == 2)
         widest = 2 if planes <= PLANES else 1
         early = [n for n in nodes if n.axes.bit_count() <= widest]

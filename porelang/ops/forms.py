@@ -33,17 +33,20 @@ def direction(a: Values, r: Values, out: Values = None) -> Values:
     return q
 
 
-def sin_turns(u: Values, out: Values = None) -> Values:
-    """Sine of u turns, reduced to half a turn before the multiplication by tau: exact in the reduction."""
+def reduced(u: Values, out: Values = None) -> Values:
+    """u turns in radians, less whole turns, which are taken off before the multiplication by tau: exactly."""
     r = np.subtract(u, np.rint(u, out=out), out=out)
-    r = np.multiply(r, r.dtype.type(math.tau), out=out)
-    return np.sin(r, out=out)
+    return np.multiply(r, r.dtype.type(math.tau), out=out)
+
+
+def sin_turns(u: Values, out: Values = None) -> Values:
+    """Sine of u turns."""
+    return np.sin(reduced(u, out), out=out)
 
 
 def cos_turns(u: Values, out: Values = None) -> Values:
-    r = np.subtract(u, np.rint(u, out=out), out=out)
-    r = np.multiply(r, r.dtype.type(math.tau), out=out)
-    return np.cos(r, out=out)
+    """Cosine of u turns."""
+    return np.cos(reduced(u, out), out=out)
 
 
 def select(c: Values, a: Values, b: Values, out: Values = None) -> Values:
