@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
+from porelang.conformance import report
 from porelang.conformance.backend import NUMPY, Backend, glsl
 from porelang.conformance.programs import Case, cases, folder, number, read_case
+from porelang.conformance.report import certificate, doctor
 from porelang.conformance.suite import check_case
-from porelang.gpu import shared_gpu
+from porelang.gpu import GpuMissing, shared_gpu
+from porelang.ops import TABLE
 
 CASES = cases()
 BACKENDS = [*NUMPY, glsl(shared_gpu())]
@@ -58,3 +63,47 @@ def test_numbers_of_expectations() -> None:
 
 def test_the_programs_are_found() -> None:
     assert (folder() / "lib" / "plates.pore").is_file()
+
+
+def test_a_certificate_says_what_was_done(capsys: pytest.CaptureFixture[str]) -> None:
+    assert certificate(json=True, count=8, seed=5) == 0
+    made = json.loads(capsys.readouterr().out)
+    assert made["holds"] is True
+    assert made["failures"] == []
+    assert made["seed"] == 5
+    assert made["programs"] == len(CASES)
+    assert made["graphs"] == 8
+    assert made["backends"] == ["numpy f64", "numpy f32", "glsl"]
+    assert {m["op"] for m in made["measurements"]} == set(TABLE)
+    assert made["points"] > 3 * 200 * len(CASES)
+    assert 0.9 * made["points"] < made["sharp"] <= made["points"]
+    assert 0 < made["use"] <= 1
+
+
+def test_the_doctor_tells_what_is_missing(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def none() -> None:
+        raise GpuMissing("there is no OpenGL", "apt-get install libegl1 libgl1")
+
+    assert doctor(json=True) == 0
+    assert json.loads(capsys.readouterr().out)["opengl"]["renderer"]
+    monkeypatch.setattr(report, "shared_gpu", none)
+    assert doctor() == 3
+    text = capsys.readouterr().out
+    assert "apt-get install libegl1 libgl1" in text
+    assert "numpy f32" in text
+    assert "glsl" not in text
+    assert doctor(json=True) == 3
+    assert json.loads(capsys.readouterr().out)["missing"]["install"] == "apt-get install libegl1 libgl1"
+
+
+def test_the_tolerances_in_the_documentation_are_those_of_the_table() -> None:
+    text = (folder().parent.parent / "docs" / "conformance.md").read_text(encoding="utf-8")
+    rows = {cells[0]: cells[1] for line in text.splitlines() if len(cells := line.strip("| ").split(" | ")) == 3}
+    for name, row in TABLE.items():
+        t = row.tolerance
+        written = rows[name]
+        assert (written == "exact") == (not (t.ulp or t.absolute or t.extra)), name
+        if t.ulp:
+            assert f"{t.ulp:g} of the result" in written, name
+        if t.absolute >= 1:
+            assert f"+ {t.absolute:g}" in written, name
