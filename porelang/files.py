@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from porelang.diagnostics import Diagnostic, fail
@@ -49,7 +50,5 @@ def read_source(path: str | Path) -> Source:
 
 def load_used(path: str, user: Source) -> tuple[tree.File, list[Diagnostic]]:
     """The parsed file of `use "path"`, sought beside the file that uses it."""
-    where = Path(path)
-    if not where.is_absolute():
-        where = Path(user.name).parent / where
+    where = os.path.normpath(os.path.join(os.path.dirname(user.name), path))  # one name a file
     return parse(read_source(where))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -37,6 +39,8 @@ Points = NDArray[np.float64]
 FARTHEST = 1e9
 #: Nobody reads more; the first are the likeliest causes.
 MOST_DIAGNOSTICS = 100
+#: What a statement that cannot be read was about to bind.
+_BINDING = re.compile(r"^[ \t]*(?:let|def|param|use\s.*\sas)\s+(\w+)", re.MULTILINE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,7 +314,7 @@ def compile(text: str | None = None, *, path: str | Path | None = None, name: st
     """
     if (text is None) == (path is None):
         raise TypeError("compile takes a text or a path")
-    source = read_source(path) if path is not None else Source(name, text or "")
+    source = read_source(os.path.normpath(path)) if path is not None else Source(name, text or "")
     program, found = try_compile(source)
     if program is None:
         raise PoreError([d for d in found if d.severity == "error"])
@@ -320,7 +324,8 @@ def compile(text: str | None = None, *, path: str | Path | None = None, name: st
 def try_compile(source: Source) -> tuple[Program | None, list[Diagnostic]]:
     """The program, if it has no errors, and all diagnostics in the order of their places."""
     file, found = parse(source)
-    out = Elaborator(prelude_scope(), load_used).program(file)
+    lost = frozenset(_BINDING.findall(source.text)) if found else frozenset()
+    out = Elaborator(prelude_scope(), load_used).program(file, lost)
     diagnostics = [*found, *out.diagnostics]
     program: Program | None = None
     if not any(d.severity == "error" for d in diagnostics):

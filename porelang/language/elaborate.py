@@ -208,12 +208,13 @@ class Elaborator:
 
     # ---- statements -------------------------------------------------------------------------------------------------
 
-    def program(self, file: tree.File) -> Elaborated:
-        """All statements of the main file."""
+    def program(self, file: tree.File, lost: frozenset[str] = frozenset()) -> Elaborated:
+        """All statements of the main file; of `lost`, the names of those that could not be read, no more is said."""
+        if lost:
+            self.base = Scope(dict.fromkeys(lost, POISON), self.base)
         self._files.append(file.source.name)
-        with deep_recursion():
-            with suppress(TooBig):
-                self._file(file, "")
+        with deep_recursion(), suppress(TooBig):
+            self._file(file, "")
         return self.out
 
     def _file(self, file: tree.File, prefix: str) -> dict[str, Value]:
