@@ -24,7 +24,9 @@ $(READY): pyproject.toml
 demo: $(READY)  ## compile examples/specimen.pore to out/specimen.stl and out/specimen.png, and print its report
 	@mkdir -p out
 	@$(BIN)/pore mesh examples/specimen.pore --voxel 1.2mm -o out/specimen.stl
-	@$(BIN)/python examples/picture.py out/specimen.stl out/specimen.png
+	@$(BIN)/pore render examples/specimen.pore -o out/specimen.png --size 900x1100 \
+	  || { echo "== no picture through OpenGL: drawing the mesh with NumPy"; \
+	       $(BIN)/python examples/picture.py out/specimen.stl out/specimen.png; }
 
 gl: $(READY)
 	@PATH="$(CURDIR)/$(BIN):$$PATH" sh .ci/gl

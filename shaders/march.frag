@@ -39,6 +39,10 @@ float cell(ivec3 at) { return texelFetch(cells, at, 0).r; }
 #else
 layout(std430, binding = 1) readonly buffer Cells { float cells[]; };
 float cell(ivec3 at) { return cells[(at.x * counts.y + at.y) * counts.z + at.z]; }
+
+// What this shader found when it was asked for DISTANCE, so that LIGHT need not look for it again.
+layout(std430, binding = 2) readonly buffer Distances { float distances[]; };
+uniform int across;  // of this tile, in pixels
 #endif
 
 // @field
@@ -144,7 +148,7 @@ vec3 lit(vec3 p) {
     float facing = clamp(-v.z, 0.0, 1.0);
     light *= 0.80 + 0.20 * smoothstep(0.0, 0.35, facing);
     vec3 shade = mix(vec3(0.80, 0.86, 1.0), vec3(1.0), smoothstep(0.0, 0.75, light));  // hollows are cool
-    return clamp(MATERIAL * shade * pow(light * 1.18, 0.85), 0.0, 1.0);
+    return clamp(MATERIAL * shade * pow(light * 1.09, 0.85), 0.0, 1.0);
 }
 
 vec4 bytes(uint bits) {
@@ -160,7 +164,12 @@ void main() {
     vec3 a = (box_lo - from) / way;
     vec3 b = (box_hi - from) / way;
     int count = 0;
-    float t = meet(from, way, max(most(min(a, b)), 0.0), least(max(a, b)), count);
+    float t;
+#ifndef GL_ES
+    if (want == LIGHT) t = distances[int(gl_FragCoord.y) * across + int(gl_FragCoord.x)];
+    else
+#endif
+    t = meet(from, way, max(most(min(a, b)), 0.0), least(max(a, b)), count);
     if (want == DISTANCE) colour = bytes(floatBitsToUint(t));
     else if (want == STEPS) colour = bytes(uint(count));
     else colour = t < 0.0 ? vec4(0.0) : vec4(lit(from + way * t), 1.0);

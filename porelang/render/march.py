@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -22,6 +22,9 @@ from porelang.render.camera import Camera
 from porelang.render.cells import Cells
 
 Progress = Callable[[int, int], None]
+Distances = NDArray[np.float32]
+#: Rows, counted from the top, and columns of a picture.
+Tile = tuple[slice, slice]
 LIGHT, DISTANCE, STEPS = 0, 1, 2
 #: Pixels of the small picture that is drawn first, to learn how long one takes.
 PROBE = (48, 36)
@@ -79,48 +82,68 @@ class Marcher:
         self.cells = scene.cells.values
         self.per_pixel, self.steps = self._probe()
 
-    def light(self, progress: Progress | None = None) -> NDArray[np.uint8]:
-        """The picture: (height, width, 4) bytes, alpha 0 where no part is seen."""
-        return self._tiles(LIGHT, progress)
+    def light(self, distances: Distances, progress: Progress | None = None) -> NDArray[np.uint8]:
+        """The picture of what lies at `distances`: (height, width, 4) bytes, alpha 0 where no part is seen."""
+        out = np.zeros((*distances.shape, 4), np.uint8)
+        for tile in self._tiles(progress):
+            if np.isfinite(distances[tile]).any():
+                out[tile] = self._draw(LIGHT, self.size, tile, DRAWING, distances[tile])
+        return out
 
-    def distances(self, progress: Progress | None = None) -> NDArray[np.float32]:
+    def distances(self, progress: Progress | None = None) -> Distances:
         """How far from the eye each ray meets the part, in mm (height, width); infinite where it does not."""
-        found = _numbers(self._tiles(DISTANCE, progress), np.float32)
-        return np.where(found < 0, np.float32(np.inf), found)
+        out = np.empty(self.size[::-1], np.float32)
+        for tile in self._tiles(progress):
+            found = _numbers(self._draw(DISTANCE, self.size, tile, DRAWING), np.float32)
+            out[tile] = np.where(found < 0, np.float32(np.inf), found)
+        return out
 
     def _probe(self) -> tuple[float, float]:
         """Seconds for a pixel, and samples of the field for a ray, from a picture of few pixels."""
-        self._draw(LIGHT, (1, 1), (0, 0), (1, 1), COMPILING)
+        one, few = _tile(0, 0, 1, 1), _tile(0, 0, *PROBE)
+        self._draw(DISTANCE, (1, 1), one, COMPILING)
         start = time.perf_counter()
-        self._draw(LIGHT, PROBE, (0, 0), PROBE, COMPILING)
+        found = _numbers(self._draw(DISTANCE, PROBE, few, COMPILING), np.float32)
+        self._draw(LIGHT, PROBE, few, COMPILING, np.where(found < 0, np.float32(np.inf), found))
         taken = time.perf_counter() - start
-        steps = _numbers(self._draw(STEPS, PROBE, (0, 0), PROBE, COMPILING), np.uint32)
+        steps = _numbers(self._draw(STEPS, PROBE, few, COMPILING), np.uint32)
         return taken / (PROBE[0] * PROBE[1]), float(steps.mean())
 
-    def _tiles(self, want: int, progress: Progress | None) -> NDArray[np.uint8]:
+    def _tiles(self, progress: Progress | None) -> Iterator[Tile]:
+        """Squares that cover the picture, each of which takes about CALL seconds."""
         width, height = self.size
         side = int(np.clip((CALL / max(self.per_pixel, 1e-12)) ** 0.5, SMALLEST, LARGEST)) // 16 * 16
-        out = np.empty((height, width, 4), np.uint8)
         done = 0
         for top in range(0, height, side):
             for left in range(0, width, side):
                 w, h = min(side, width - left), min(side, height - top)
-                tile = self._draw(want, self.size, (left, height - top - h), (w, h), DRAWING)
-                out[top : top + h, left : left + w] = tile
+                yield _tile(left, top, w, h)
                 done += w * h
                 if progress is not None:
                     progress(done, width * height)
-        return out
 
     def _draw(
-        self, want: int, size: tuple[int, int], corner: tuple[int, int], tile: tuple[int, int], timeout: float
+        self, want: int, size: tuple[int, int], tile: Tile, timeout: float, distances: Distances | None = None
     ) -> NDArray[np.uint8]:
-        here = {"want": want, "size": np.array(size, np.float32), "corner": np.array(corner, np.float32)}
+        """One tile: (height, width, 4) bytes, top row first."""
+        rows, columns = tile
+        width, height = columns.stop - columns.start, rows.stop - rows.start
+        known = np.zeros(1, np.float32) if distances is None else np.where(np.isfinite(distances), distances, -1)[::-1]
+        here = {
+            "want": want,
+            "size": np.array(size, np.float32),
+            "corner": np.array((columns.start, size[1] - rows.stop), np.float32),
+            "across": width,
+        }
         try:
-            return self.gpu.render(self.shader.text, size=tile, uniforms=self.uniforms | here, inputs=[self.cells],
-                                   timeout=timeout)  # fmt: skip
+            return self.gpu.render(self.shader.text, size=(width, height), uniforms=self.uniforms | here,
+                                   inputs=[self.cells, known.astype(np.float32)], timeout=timeout)  # fmt: skip
         except GpuFailed as failed:
             raise _failed(failed) from None
+
+
+def _tile(left: int, top: int, width: int, height: int) -> Tile:
+    return slice(top, top + height), slice(left, left + width)
 
 
 def _numbers(pixels: NDArray[np.uint8], form: type[np.float32] | type[np.uint32]) -> NDArray[Any]:

@@ -121,7 +121,8 @@ def render_output(
                        hint="solid is negative: widen --bounds, or take a --cut away")  # fmt: skip
         marcher = Marcher(scene, camera, size, gpu(), samples)
         first, second = (None, None) if progress is None else _halves(progress)
-        distance, light = marcher.distances(first), marcher.light(second)
+        distance = marcher.distances(first)
+        light = marcher.light(distance, second)
         covered, steps, backend = float(np.isfinite(distance).mean()), marcher.steps, "glsl"
         part = _with_outlines(light, distance, camera.pixel(size, box) * LEAP)
         # where a plane lies in a cut face, the plane is seen
