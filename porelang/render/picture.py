@@ -97,7 +97,7 @@ def render_output(
     whole = checked_bounds(bounds) if bounds is not None else _roomy(program.bounds(name, **(settings or {})))
     box, cut_lo, cut_hi = _cut(whole, wishes.cuts, bounds is not None)
     size, samples = _samples(wishes)
-    shown = planes.stage(whole, wishes.slices) if wishes.slices else whole
+    shown = planes.stage(whole, wishes.slices) if wishes.slices else box
     camera = look(shown, wishes.view, size, wishes.projection, wishes.zoom)
     width, height = size
     over = np.zeros((height, width, 4), np.float32)  # red, green, blue times alpha, and alpha
