@@ -29,7 +29,7 @@ const int STEPS = 2;
 const int MOST_STEPS = 65536;   // a ray of the longest box takes fewer
 const float STEEP = 1e29;
 const int DIRECTIONS = 8;
-const int RINGS = 6;
+const int RINGS = 12;
 const vec3 MATERIAL = vec3(0.945, 0.915, 0.855);
 const vec3 SECTION = vec3(0.800, 0.440, 0.330);
 
