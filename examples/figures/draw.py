@@ -1,0 +1,97 @@
+"""Every figure as a picture: python examples/figures/draw.py docs/figures [fig08*], all of them or those that match."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+import porelang
+from porelang.render.picture import Cut, Wishes, render_output
+from porelang.render.planes import Plane
+from porelang.surface import Bounds
+
+HERE = Path(__file__).parent
+COLOURS = 128  # of a picture's palette
+THREE_PLANES = tuple(Plane(axis, 0.0) for axis in range(3))
+
+SAMPLE = Wishes(size=(480, 480), view=(-65, 25))
+FIELD = Wishes(size=(480, 480), view=(-60, 28), slices=THREE_PLANES, solid="glass")
+CYLINDER = Wishes(size=(480, 480), view=(-70, 32))
+# The paper cuts its cylinders along the planes XY and XZ: this is what is left, with both sections to be seen.
+BELOW_AND_BEHIND = (-76.0, 0.0, -151.0, 76.0, 76.0, 0.0)
+CUT = replace(CYLINDER, size=(320, 520), view=(-70, 20), cuts=(Cut(1, True, 0.0),))
+FRAMES = Wishes(size=(480, 390), view=(-90, 90), projection="orthographic", slices=(Plane(2, 5.0),), field="lattice")
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """How a figure is drawn: what is shown of which output, and the bounds where it is cut."""
+
+    wishes: Wishes
+    bounds: Bounds | None = None
+    output: str | None = None
+
+
+#: By the first letters of a figure's name.
+DRAWINGS = {
+    "fig01": Drawing(SAMPLE),
+    "fig04": Drawing(SAMPLE),
+    "fig05": Drawing(FIELD, (-50.0, -50.0, -50.0, 50.0, 50.0, 50.0)),
+    "fig06": Drawing(replace(FIELD, size=(380, 520), field="modifier")),
+    "fig07": Drawing(FRAMES, (-75.0, -60.0, 0.0, 75.0, 60.0, 6.0), "distance"),
+    "fig08": Drawing(CYLINDER, BELOW_AND_BEHIND),
+    "fig09": Drawing(CYLINDER, BELOW_AND_BEHIND),
+    "fig10": Drawing(CUT),
+    "fig11": Drawing(Wishes(size=(112, 112), view=(-60, 28))),
+}
+
+
+def drawn(path: Path) -> Image.Image:
+    """The picture of a program."""
+    program, how = porelang.compile(path=path), DRAWINGS[path.stem[:5]]
+    return Image.fromarray(render_output(program, how.output, how.wishes, how.bounds).pixels).convert("RGB")
+
+
+def sheet(path: Path, across: str = "w", up: str = "d", unit: float = 10.0) -> Image.Image:
+    """The samples of a grid search over two params, the first along x (in `unit`), the second along y, upward."""
+    program, wishes = porelang.compile(path=path), DRAWINGS[path.stem[:5]].wishes
+    xs, ys = (steps_of(program, name) for name in (across, up))
+    (width, height), left, foot = wishes.size, 60, 30
+    page = Image.new("RGB", (left + width * len(xs), height * len(ys) + foot), "white")
+    pen = ImageDraw.Draw(page)
+    for (i, a), (j, b) in product(enumerate(xs), enumerate(ys)):
+        pixels = render_output(program, None, wishes, None, {across: a, up: b}).pixels
+        page.paste(Image.fromarray(pixels).convert("RGB"), (left + width * i, height * (len(ys) - 1 - j)))
+    for i, a in enumerate(xs):
+        pen.text((left + width * (i + 0.5), page.height - foot / 2), f"W {a / unit:.1f}", "black", anchor="mm")
+    for j, b in enumerate(ys):
+        pen.text((left / 2, height * (len(ys) - j - 0.5)), f"D {b:+.1f}", "black", anchor="mm")
+    return page
+
+
+def steps_of(program: porelang.Program, name: str) -> list[float]:
+    """The values of a param, from one end of its range to the other, a step apart."""
+    info = program.params[name]
+    count = round((info.high - info.low) / info.step) if info.step else 1
+    return [float(v) for v in np.linspace(info.low, info.high, count + 1).round(9)]
+
+
+def main(folder: Path, wanted: str = "*") -> None:
+    """Draw the figures into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for path in sorted(HERE.glob(f"{wanted}.pore")):
+        picture = sheet(path) if path.stem.startswith("fig11") else drawn(path)
+        target = folder / f"{path.stem}.png"
+        picture.quantize(COLOURS, dither=Image.Dither.NONE).save(target, optimize=True)
+        print(f"{target}  {target.stat().st_size / 1000:.0f} kB", flush=True)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) not in (2, 3):
+        sys.exit(__doc__)
+    main(Path(sys.argv[1]), *sys.argv[2:])
