@@ -34,8 +34,15 @@ class DeviceField:
     """A root of a flat graph on the GPU, with its params set; float32."""
 
     def __init__(self, root: Node, params: Mapping[str, float], ranges: Mapping[str, tuple[float, float]], device: Gpu):
-        self.root, self.params, self.device = root, params, device
+        self.root, self.params, self._device = root, params, device
         self.ranges = tuple(sorted(ranges.items()))
+
+    @property
+    def device(self) -> Gpu:
+        """The device, or this process's own where that has been closed since."""
+        if self._device.closed:
+            self._device = gpu()
+        return self._device
 
     def at(self, points: Values) -> Values:
         """Values at points (n, 3) in mm, as float32 (n,)."""

@@ -92,7 +92,7 @@ def suggest(name: str, known: Iterable[str]) -> str | None:
     lower = {n.lower(): n for n in names}
     if name.lower() in lower:
         return lower[name.lower()]
-    near = get_close_matches(name, names, n=1, cutoff=0.6 if len(name) <= 3 else 0.7)
+    near = get_close_matches(name, names, n=1, cutoff=0.6 if len(name) == 3 else 0.7)
     return near[0] if near else None
 
 

@@ -26,12 +26,12 @@ def read_source(path: str | Path) -> Source:
             )
         with where.open("rb") as file:
             data = file.read(4 * LARGEST + 1)
-    except FileNotFoundError:
+    except (FileNotFoundError, ValueError):  # the latter for a NUL in the name
         near = next((p.name for p in where.parent.glob("*.pore") if p.stem.lower() == where.stem.lower()), None)
         raise fail(
             "E105",
             f"there is no file `{path}`",
-            hint=f"did you mean `{near}`?" if near else "check the path; `pore new FILE` starts one",
+            hint=f"did you mean `{near}`?" if near else "check the path",
         ) from None
     except OSError as error:
         raise fail(

@@ -6,7 +6,6 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
@@ -19,7 +18,7 @@ from porelang.contracts import broken_requirements, doubtful_contracts
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
 from porelang.files import load_used, read_source
 from porelang.ir import Node, order
-from porelang.language.elaborate import Elaborated, Elaborator, Output, Requirement, roots_of
+from porelang.language.elaborate import Elaborated, Elaborator, Output, Requirement, room_to_compile, roots_of
 from porelang.language.params import ParamInfo
 from porelang.language.prelude import prelude_scope
 from porelang.language.syntax import parse
@@ -45,19 +44,18 @@ _BINDING = re.compile(r"^[ \t]*(?:let|def|param|use\s.*\sas)\s+(\w+)", re.MULTIL
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """A program without errors. `warnings` says what is doubtful; `graph` holds the flat roots of its outputs."""
+    """A program without errors. `warnings` says what is doubtful; `graph` is what the passes make of `lowered`.
+
+    Both have a root for each output (three for a vector: `name.x` ...), contract (`require 0`) and check (`check 0`).
+    """
 
     source: Source
     params: Mapping[str, ParamInfo]
     outputs: Mapping[str, Output]
     warnings: tuple[Diagnostic, ...]
     lowered: Graph
+    graph: Graph
     elaborated: Elaborated
-
-    @cached_property
-    def graph(self) -> Graph:
-        """The graph after all passes, with a root for each output (three for a vector: `name.x` ...)."""
-        return run(self.lowered)
 
     def output(self, name: str | None = None) -> str:
         """The name of an output: the one asked for, else `part`, else the only one. Errors: E100."""
@@ -105,7 +103,7 @@ class Program:
             )
         return self.roots(name)[0]
 
-    def settle(self, **settings: Setting) -> dict[str, float]:
+    def settle(self, /, **settings: Setting) -> dict[str, float]:
         """Every param's number in base units, and those found from fields that the outputs need.
 
         Errors: E083-E085 about settings, E064 where a contract breaks, E090-E095 where a number cannot be found.
@@ -133,7 +131,7 @@ class Program:
         condition = self.graph.roots[root]
         return bool(uniform_values([condition], values)[condition])
 
-    def reduced(self, **settings: Setting) -> dict[str, Reduced]:
+    def reduced(self, /, **settings: Setting) -> dict[str, Reduced]:
         """The numbers found from whole fields (`porosity(...)`, ...), by the text that asks for them, with their
         errors."""
         values = settle(self.params, settings)
@@ -323,6 +321,11 @@ def compile(text: str | None = None, *, path: str | Path | None = None, name: st
 
 def try_compile(source: Source) -> tuple[Program | None, list[Diagnostic]]:
     """The program, if it has no errors, and all diagnostics in the order of their places."""
+    with room_to_compile():
+        return _compiled(source)
+
+
+def _compiled(source: Source) -> tuple[Program | None, list[Diagnostic]]:
     file, found = parse(source)
     lost = frozenset(_BINDING.findall(source.text)) if found else frozenset()
     out = Elaborator(prelude_scope(), load_used).program(file, lost)
@@ -333,12 +336,11 @@ def try_compile(source: Source) -> tuple[Program | None, list[Diagnostic]]:
         conditions = {f"require {i}": r.condition for i, r in enumerate(out.requirements)}
         conditions |= {f"check {i}": c.condition for i, c in enumerate(out.checks)}
         lowered = Graph(roots_of(out.outputs) | conditions, ranges)
-        program = Program(source, out.params, out.outputs, (), lowered, out)
         try:
-            diagnostics += broken_requirements(program.graph, out.requirements, out.params)
-            doubts = doubtful_contracts(program.graph, out.contracts, settle(out.params, {}))
-            diagnostics += doubts
-            program = Program(source, out.params, out.outputs, tuple(diagnostics), lowered, out)
+            graph = run(lowered)
+            diagnostics += broken_requirements(graph, out.requirements, out.params)
+            diagnostics += doubtful_contracts(graph, out.contracts, settle(out.params, {}))
+            program = Program(source, out.params, out.outputs, tuple(diagnostics), lowered, graph, out)
         except PoreError as error:
             span = Span(source, 0, 0)
             diagnostics += [

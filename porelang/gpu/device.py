@@ -36,6 +36,11 @@ class Gpu:
         return self._child.info
 
     @property
+    def closed(self) -> bool:
+        """Whether `close` has been called: such a device runs nothing any more."""
+        return self._closed
+
+    @property
     def compiled(self) -> int:
         """How many shaders have been compiled so far; a change of a uniform must not raise it."""
         return self._compiled
@@ -181,7 +186,7 @@ def shared_gpu(kind: Kind = "auto") -> Gpu:
     """The device that this process shares, opened on the first call; raises GpuMissing as `open_gpu` does."""
     key = (os.getpid(), kind)  # a forked process inherits the table, but cannot use the child of another
     with _shared_lock:
-        if key not in _shared or _shared[key]._closed:
+        if key not in _shared or _shared[key].closed:
             _shared[key] = open_gpu(kind)
         return _shared[key]
 

@@ -164,7 +164,7 @@ def _evaluate(e: Elaborator, function: Function, given: dict[str, Given], site: 
 
 def _fit(e: Elaborator, function: Function, p: tree.Parameter, value: Value, place: Span) -> tuple[Kind, Value] | None:
     """The value as the first declared kind that it fits."""
-    declared = [KINDS[k.name] for k in p.kinds if k.name in KINDS]
+    declared = [KINDS[k.name] for k in p.kinds if k.name in KINDS] or [KINDS["any"]]
     for kind in declared:
         accepted = kind.accept(value)
         if accepted is None:

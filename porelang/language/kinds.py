@@ -122,6 +122,7 @@ KINDS = {
         Kind("bool", "a condition", "true or false", _one_of(Bool)),
         Kind("string", "a text", "a text", _one_of(Text)),
         Kind("list", "a list", "a list, or a vector as a list of three", _list),
+        Kind("any", "anything", "whatever it is", lambda value: value),
         Kind("function", "a function", "a def, a lambda or a lattice", _one_of(Function, Builtin, Choice)),
     )
 }  # fmt: skip

@@ -17,7 +17,7 @@ from porelang.diagnostics import PoreError
 from porelang.language import names as resolution
 from porelang.language import tree
 from porelang.language.builtins import builtins
-from porelang.language.elaborate import Elaborator, deep_recursion
+from porelang.language.elaborate import Elaborator, room_to_compile
 from porelang.language.syntax import parse
 from porelang.language.values import Function, Record, Scalar, Scope, Value
 from porelang.source import Source
@@ -83,7 +83,7 @@ def _files() -> list[tuple[str, tree.File]]:
             raise PoreError(found)
         files.append((name, file))
     _resolve(files)
-    with deep_recursion():
+    with room_to_compile():
         cache.put(key, pickle.dumps(files, protocol=pickle.HIGHEST_PROTOCOL))
     return files
 

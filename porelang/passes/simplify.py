@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from porelang.ir import Node, Stage, const, is_const, node, rebuild
-from porelang.ops import TABLE, kind
+from porelang.ir import ZERO, Node, Stage, const, is_const, node, rebuild
+from porelang.ops import TABLE
 from porelang.rewrite import Rule, rewrite
 
 
-def evaluate(n: Node) -> Node:
-    """A node of constants as one constant, computed in float64 by the NumPy form."""
-    values = [a.value if isinstance(a.value, bool) else np.float64(a.value or 0.0) for a in n.args]
+def computed(op: str, values: Sequence[float | bool]) -> float | bool:
+    """An operation on constants, computed in float64 by its NumPy form."""
     with np.errstate(all="ignore"):
-        result = TABLE[n.op].numpy(*values)
-    return const(bool(result) if kind(n) == "bool" else float(result))
+        result = TABLE[op].numpy(*(v if isinstance(v, bool) else np.float64(v) for v in values))
+    return bool(result) if isinstance(result, bool | np.bool_) else float(result)
 
 
 def fold(roots: dict[str, Node]) -> dict[str, Node]:
     """Every operation on constants replaced by its value."""
-    return rewrite(roots, [Rule(f"fold {name}", name, _fold) for name in TABLE])
+    return rebuild(roots, lambda n: n if n.op not in TABLE else _fold(n) or n)
 
 
 def _fold(n: Node) -> Node | None:
-    return evaluate(n) if all(a.op == "const" for a in n.args) else None
+    if any(a.op != "const" for a in n.args):
+        return None
+    return const(computed(n.op, [a.value for a in n.args]))  # type: ignore[misc]  # a const holds a number
 
 
 def simplify(roots: dict[str, Node]) -> dict[str, Node]:
@@ -61,6 +63,24 @@ def _times_one(n: Node) -> Node | None:
         if is_const(one, -1.0):
             return -other
     return None
+
+
+def _times_zero(n: Node) -> Node | None:
+    """0 a = 0 where a is surely finite: what a rotation about an axis is full of."""
+    a, b = n.args
+    return ZERO if (is_const(a, 0.0) and _finite(b)) or (is_const(b, 0.0) and _finite(a)) else None
+
+
+def _finite(n: Node, depth: int = 6) -> bool:
+    """Whether a node is finite at every point (coordinates are, and at most 1e9), by a look a few levels down."""
+    if n.op in ("x", "y", "z"):
+        return True
+    if n.op == "const":
+        return isinstance(n.value, float) and abs(n.value) < 1e12
+    if n.op == "mul" and not any(is_const(a) and abs(float(a.value or 0.0)) < 1e3 for a in n.args):
+        return False
+    below = ("neg", "add", "sub", "mul", "abs", "min", "max", "sin", "cos", "sin_turns", "cos_turns", "hypot", "floor")
+    return depth > 0 and n.op in below and all(_finite(a, depth - 1) for a in n.args)
 
 
 def _times_itself(n: Node) -> Node | None:
@@ -167,6 +187,7 @@ RULES = (
     Rule("add negative", "add", _add_negative),
     Rule("subtract zero", "sub", _subtract_zero),
     Rule("times one", "mul", _times_one),
+    Rule("times zero", "mul", _times_zero),
     Rule("times itself", "mul", _times_itself),
     Rule("divide by a power of two", "div", _divide_by_power_of_two),
     Rule("small power", "pow", _small_power),
