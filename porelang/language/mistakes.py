@@ -246,6 +246,14 @@ def _comparison(f: Failure) -> Diagnostic | None:
             return None
         if depth == 0 and token.type == "COMPARE":
             middle = token.span.source.text[token.span.end : f.found.span.start].strip()
+            joint = next((t for t in f.tokens[i:f.at] if t.text in ("&", "|")), None)
+            if joint is not None:  # `a > 0 & b > 0`: meant as conditions, read as solids
+                word = {"&": "and", "|": "or"}[joint.text]
+                others = (Label(joint.span, "this joins solids, before anything is compared"),)
+                hint = f"conditions are joined with `{word}`"
+                return Diagnostic(
+                    "E015", "comparisons do not chain", f.found.span, "", others, hint, Edit(joint.span, word)
+                )
             hint = f"write `... {token.text} {middle} and {middle} {f.found.text} ...`"
             others = (Label(token.span, "compared here already"),)
             return Diagnostic(
@@ -421,12 +429,11 @@ def _two_values(f: Failure) -> Diagnostic | None:
     if f.inner in ("LPAR", "LBRACK", "SET") and found.type != "LBRACE":
         hint = "put a comma between two values, or an operator"
         return Diagnostic("E008", "a comma or an operator is missing", found.span, "", others, hint, f.insert(","))
-    hint = (
-        f"for a product write `{before.text}*{found.text}`"
-        if found.type in ("NAME", "NUMBER")
-        else "put an operator between"
-    )
-    product = f.insert(" *") if found.type in ("NAME", "NUMBER") and before.type in ("NAME", "NUMBER") else None
+    simple = found.type in ("NAME", "NUMBER") and before.type in ("NAME", "NUMBER")
+    hint = "put an operator between: `*` multiplies, `|` joins solids, `&` intersects them"
+    if simple:
+        hint = f"for a product write `{before.text}*{found.text}`"
+    product = f.insert(" *") if simple else None
     return Diagnostic("E008", "an operator is missing between two values", found.span, "", others, hint, product)
 
 
