@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 
 import pytest
 
@@ -11,7 +12,7 @@ from porelang.conformance.backend import NUMPY, Backend, glsl
 from porelang.conformance.programs import Case, cases, folder, number, read_case
 from porelang.conformance.report import certificate, doctor
 from porelang.conformance.suite import check_case
-from porelang.gpu import GpuMissing, shared_gpu
+from porelang.gpu import GpuMissing, open_gpu, shared_gpu
 from porelang.ops import TABLE
 
 CASES = cases()
@@ -22,6 +23,18 @@ BACKENDS = [*NUMPY, glsl(shared_gpu())]
 @pytest.mark.parametrize("case", CASES, ids=[c.name for c in CASES])
 def test_program(case: Case, backend: Backend) -> None:
     findings = check_case(case, backend, points=200, seed=1)
+    assert not [f.failure.example for f in findings if f.failure]
+
+
+@pytest.fixture(scope="module")
+def osmesa() -> Iterator[Backend]:
+    with open_gpu("osmesa") as device:
+        yield glsl(device)
+
+
+@pytest.mark.parametrize("case", [c for c in CASES if c.name.startswith("kernel_")], ids=lambda c: c.name)
+def test_kernel_program_where_only_osmesa_is_present(case: Case, osmesa: Backend) -> None:
+    findings = check_case(case, osmesa, points=200, seed=1)
     assert not [f.failure.example for f in findings if f.failure]
 
 
