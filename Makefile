@@ -7,7 +7,7 @@ WORKERS ?= auto
 ENVIRONMENT := PYTHONUNBUFFERED=1
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check gl bench lint golden docs clean
+.PHONY: help demo figures test check gl bench lint golden docs clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
@@ -27,6 +27,9 @@ demo: $(READY)  ## compile examples/specimen.pore to out/specimen.stl and out/sp
 	@$(BIN)/pore render examples/specimen.pore -o out/specimen.png --size 900x1100 \
 	  || { echo "== no picture through OpenGL: drawing the mesh with NumPy"; \
 	       $(BIN)/python examples/picture.py out/specimen.stl out/specimen.png; }
+
+figures: gl  ## draw every figure of the paper, examples/figures/*.pore, into docs/figures
+	@$(BIN)/python examples/figures/draw.py docs/figures
 
 gl: $(READY)
 	@PATH="$(CURDIR)/$(BIN):$$PATH" sh .ci/gl

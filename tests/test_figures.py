@@ -1,0 +1,318 @@
+"""The figures of the paper: programs that keep the law on both backends, samples that are half void, their pictures."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import re
+import sys
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+import porelang
+from porelang.backends.error import judge
+from porelang.cli.notation import steps
+from porelang.ir import order
+
+ROOT = Path(__file__).parent.parent
+FOLDER = ROOT / "examples" / "figures"
+FIGURES = {path.stem: porelang.compile(path=path) for path in sorted(FOLDER.glob("*.pore"))}
+OUTPUTS = [(name, output) for name, program in FIGURES.items() for output in program.outputs]
+#: Those that the paper gives half of their volume, and how far they reach.
+CUBES = [name for name in FIGURES if name.startswith("fig04")]
+CYLINDERS = [name for name in FIGURES if re.match(r"fig(08|09|10)", name)]
+#: What section 2.3 writes for what a figure shows. A shell's (O,T), offset and thickness, are one constant of ours.
+NOTATION = {
+    "fig04a_regular": "(F)(C)(W)(F)",
+    "fig04b_polar": "(F)(V)(S)(F)",
+    "fig04c_wavelength": "(F)(F)(W)(F)",
+    "fig04d_thickness": "(F_A)(F_B)(D)(F)",
+    "fig04e_blend": "(F_A, F_B)(F_C)(R)(F_R)",
+    "fig04f_diamond": "(F)(C)(T)(F)",
+    "fig04g_shell": "(F)(C)(D)(F)",
+    "fig07_local_frame": "(F)(V)(S)(F)",
+    "fig08b_shell": "(F)(C)(D)(F)",
+    "fig08c_polar": "(F)(V)(S)(F)",
+    "fig09a_blend": "(F_A, F_B)(F_C)(R)(F_R)",
+    "fig09b_polar_diamond": "(F)(V)(S)(F)",
+    "fig09c_turned_diamond": "(F)(L)(S)(F)",
+    "fig10b_thickness": "(F_A)(F_B)(D)(F)",
+    "fig10c_wavelength": "(F)(F)(W)(F)",
+}
+Points = NDArray[np.float64]
+
+
+def cube(count: int, side: float = 120.0, seed: int = 1) -> Points:
+    """Random points in a cube, with coordinates that are float32 numbers."""
+    points = np.random.default_rng(seed).uniform(-side / 2, side / 2, (count, 3))
+    return points.astype(np.float32).astype(np.float64)
+
+
+def cylinder(count: int, seed: int = 1) -> Points:
+    """Random points in the paper's specimen: about pi/4 of `count`."""
+    points = np.random.default_rng(seed).uniform([-75, -75, -150], [75, 75, 150], (count, 3))
+    inside: Points = points[np.hypot(points[:, 0], points[:, 1]) < 75]
+    return inside
+
+
+@cache
+def void(name: str) -> tuple[float, float]:
+    """The share of void among random points, and its standard deviation: an estimate that knows nothing of ours."""
+    points = cube(400_000) if name in CUBES else cylinder(500_000)
+    outside = FIGURES[name].field()(points) > 0
+    return float(np.mean(outside)), 0.5 / math.sqrt(len(points))
+
+
+def gyroid(points: Points, w: float = 30.0) -> Points:
+    x, y, z = (points * (math.tau / w)).T
+    return np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
+
+
+def polar(points: Points, turn: float) -> Points:
+    x, y, z = points.T
+    return np.stack([np.hypot(x, y), np.arctan2(y, x) / math.tau * turn, z], axis=1)
+
+
+def test_every_figure_is_there() -> None:
+    letters = {"fig01": "g", "fig04": "abcdefg", "fig05": "abcdef", "fig08": "abc", "fig09": "abc", "fig10": "bc"}
+    wanted = {number + letter for number, all_of_it in letters.items() for letter in all_of_it}
+    assert {name.partition("_")[0] for name in FIGURES} == wanted | {"fig06", "fig07", "fig11"}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figure_is_explained_and_every_param_matters(name: str) -> None:
+    program = FIGURES[name]
+    assert program.warnings == ()
+    number, letter = re.match(r"fig0?(\d+)([a-z]?)_", name).groups()  # type: ignore[union-attr]
+    assert program.source.text.startswith(f"# Figure {number} ({letter})" if letter else f"# Figure {number}:")
+    assert all(info.doc for info in program.params.values())
+    read = {str(n.value) for n in order([*program.graph.roots.values(), *(r for _, r in program.graph.reductions)])}
+    assert set(program.params) <= read
+
+
+@pytest.mark.parametrize(("name", "output"), OUTPUTS)
+def test_both_backends_keep_the_law(name: str, output: str) -> None:
+    program = FIGURES[name]
+    params = program.settle()
+    (root,) = program.roots(output)
+    points = cube(3000)
+    for backend in ("numpy", "glsl"):
+        values = program.field(output, backend=backend, dtype="f32")(points)
+        verdict = judge(root, points, params, values)
+        assert not verdict.broken.any()
+        # the law allows either side of a jump; nearly all points lie off any
+        off = np.abs(values - verdict.reference) / (1 + np.abs(verdict.reference))
+        assert np.quantile(off, 0.99) < 1e-3
+
+
+@pytest.mark.parametrize("name", [*CUBES, *CYLINDERS])
+def test_sample_is_half_void(name: str) -> None:
+    assert FIGURES[name].failed_checks(True) == []
+    porosity, deviation = void(name)
+    assert deviation < 1e-3
+    assert porosity == pytest.approx(0.5, abs=0.005)
+
+
+@pytest.mark.parametrize("name", CYLINDERS)
+def test_cylinder_is_the_papers(name: str) -> None:
+    """Section 2.3: d 150 mm, h 300 mm, 5.3 dm3, of which 2.65 are solid."""
+    assert FIGURES[name].bounds().size == pytest.approx((150, 150, 300), rel=1e-3)
+    envelope = math.pi * 0.75**2 * 3  # dm3
+    assert envelope == pytest.approx(5.3, abs=0.05)
+    assert envelope * (1 - void(name)[0]) == pytest.approx(2.65, abs=0.03)
+
+
+@pytest.mark.parametrize("name", [n for n in FIGURES if re.match(r"fig(01|04|08|09|10)", n)])
+def test_the_check_of_a_sample_can_fail(name: str) -> None:
+    """With two thirds of the material offset away, a check that measures has to complain."""
+    text = FIGURES[name].source.text
+    if "check" not in text:
+        assert name == "fig01g_tpms"
+        return
+    broken = re.sub(r"^check abs\(porosity\(infill, ", "check abs(porosity(infill + 0.5, ", text, flags=re.MULTILINE)
+    assert broken != text
+    broken = broken.replace('"fig06_field.pore"', f'"{(FOLDER / "fig06_field.pore").as_posix()}"')
+    assert porelang.compile(broken).failed_checks(True) != []
+
+
+@pytest.mark.parametrize("name", NOTATION)
+def test_notation_is_the_papers(name: str) -> None:
+    assert NOTATION[name] in [step.notation for step in steps(FIGURES[name])]
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_notation_in_the_comment_is_what_the_program_does(name: str) -> None:
+    found = re.search(r"^# Notation: ([^;\n]*)", FIGURES[name].source.text, re.MULTILINE)
+    written = re.findall(r"(?:\([^)]*\)){4}", found[1]) if found else []
+    assert set(written) <= {step.notation for step in steps(FIGURES[name])}
+    assert written or name not in NOTATION
+
+
+def test_thickness_follows_the_distance_to_the_edge() -> None:
+    points = cube(200_000)
+    solid = FIGURES["fig04d_thickness"].field()(points) <= 0
+    edge = np.hypot(points[:, 0] - 60, points[:, 2] - 60)
+    shares = [solid[(edge >= lo) & (edge < lo + 40)].mean() for lo in (0, 40, 80, 120)]
+    assert all(b < a - 0.1 for a, b in pairwise(shares))
+
+
+def test_transition_has_schwarz_p_at_the_bottom_and_the_gyroid_at_the_top() -> None:
+    program = FIGURES["fig04e_blend"]
+    (shift,) = (r.value for text, r in program.reduced().items() if text.startswith("to_porosity"))
+    points = cube(20_000, side=119)
+    values = program.field()(points)
+    bottom, top = points[:, 2] < -30, points[:, 2] > 30
+    p = np.cos(points[bottom] * (math.tau / 30)).sum(axis=1)
+    inside = np.abs(points).max(axis=1) - 60  # the cube's own distance is below the lattice's nearly everywhere
+    assert values[bottom] == pytest.approx(np.maximum(p - shift, inside[bottom]), abs=1e-9)
+    assert values[top] == pytest.approx(np.maximum(gyroid(points[top]) - shift, inside[top]), abs=1e-9)
+
+
+def test_shell_has_the_thickness_that_the_paper_found() -> None:
+    for name in ("fig04g_shell", "fig08b_shell"):
+        (t,) = (r for text, r in FIGURES[name].reduced().items() if text.startswith("shell_to_porosity"))
+        assert t.value == pytest.approx(1.53, abs=0.005 + t.error)
+
+
+def test_polar_specimen_is_the_gyroid_at_polar_coordinates() -> None:
+    points = cylinder(20_000) * 0.98
+    expected = np.maximum(gyroid(polar(points, 360)), np.hypot(points[:, 0], points[:, 1]) - 75)
+    expected = np.maximum(expected, np.abs(points[:, 2]) - 150)
+    assert FIGURES["fig08c_polar"].field()(points) == pytest.approx(expected, abs=1e-9)
+
+
+def test_blended_specimen_is_cartesian_at_the_centre_and_polar_at_the_periphery() -> None:
+    program = FIGURES["fig09a_blend"]
+    (shift,) = (r.value for text, r in program.reduced().items() if text.startswith("to_porosity"))
+    points = cylinder(40_000) * 0.95
+    values, rho = program.field()(points), np.hypot(points[:, 0], points[:, 1])
+    envelope = np.maximum(rho - 75, np.abs(points[:, 2]) - 150)
+    for where, lattice in ((rho < 30, gyroid(points)), (rho > 60, gyroid(polar(points, 360)))):
+        assert where.any()
+        assert values[where] == pytest.approx(np.maximum(lattice - shift, envelope)[where], abs=1e-9)
+
+
+def test_turned_diamond_repeats_along_the_normal() -> None:
+    """Moved by a period along n = (0, -1, 1) the lattice is the same; by as much along y or z it is not."""
+    points = cylinder(20_000) * 0.4
+    field = FIGURES["fig09c_turned_diamond"].field()
+    steps_along = 30 / math.sqrt(2) * np.array([[0, -1, 1], [0, math.sqrt(2), 0], [0, 0, math.sqrt(2)]])
+    normal, y, z = (np.abs(field(points + step) - field(points)).max() for step in steps_along)
+    assert normal < 1e-9
+    assert min(y, z) > 0.5
+
+
+def figure6(points: Points) -> Points:
+    """Eq 8 for the torus and the two spheres of Figure 6, in NumPy."""
+    x, y, z = points.T
+    ring = np.hypot(np.hypot(x, y) - 200, z) - 110
+    a, b = (np.sqrt(x * x + y * y + (z - at) ** 2) - 80 for at in (180, -180))
+    ends = np.minimum(a, b) - np.maximum(40 - np.abs(a - b), 0) ** 2 / 160
+    field: Points = (ring - ends) / (ring + ends)
+    return field
+
+
+def test_field_of_figure_6_is_equation_8_and_has_no_pole() -> None:
+    points = cylinder(100_000)
+    values = FIGURES["fig06_field"].field("modifier")(points)
+    assert values == pytest.approx(figure6(points), abs=1e-12)
+    assert np.abs(values).max() < 3
+    assert FIGURES["fig06_field"].failed_checks(True) == []
+
+
+def test_the_x_of_figure_6_runs_from_the_centre_to_the_flanks() -> None:
+    field = FIGURES["fig06_field"].field("modifier")
+    assert field([[0, 0, 0]]) == pytest.approx(0, abs=1e-12)
+    # above the arm the spheres are nearer, below it the torus is
+    rho = np.array([20.0, 40.0, 60.0, 75.0])
+    above = np.stack([rho, 0 * rho, 1.5 * rho], axis=1)
+    below = np.stack([rho, 0 * rho, 0.6 * rho], axis=1)
+    assert (field(above) > 0).all()
+    assert (field(below) < 0).all()
+    assert (field(below * [1, 1, -1]) < 0).all()
+
+
+def test_material_gathers_where_the_stress_is_high() -> None:
+    points = cylinder(300_000)
+    stress = np.clip(1 - np.abs(figure6(points)), 0, 1)
+    solid = FIGURES["fig10b_thickness"].field()(points) <= 0
+    shares = [solid[(stress >= lo) & (stress <= lo + 0.25)].mean() for lo in (0, 0.25, 0.5, 0.75)]
+    assert all(b > a + 0.1 for a, b in pairwise(shares))
+
+
+def test_figures_5_are_the_fields_they_are_named_after() -> None:
+    points = cube(5000, side=100)
+    x, y, z = points.T
+    tilt = math.radians(35)
+    along = x * math.sin(tilt) + z * math.cos(tilt)
+    rho = np.hypot(x, y)
+    outside = np.hypot(np.maximum(rho - 25, 0), np.maximum(np.abs(z) - 35, 0))
+    expected = {
+        "fig05a_plane": along,
+        "fig05b_cylinder": outside + np.minimum(np.maximum(rho - 25, np.abs(z) - 35), 0),
+        "fig05c_sphere": np.linalg.norm(points, axis=1) - 30,
+        "fig05d_sine_wave": 50 / math.tau * np.sin(math.tau * along / 50),
+        "fig05e_torus": np.hypot(rho - 30, z) - 10,
+        "fig05f_schwarz_p": np.cos(points * (math.tau / 100)).sum(axis=1),
+    }
+    assert set(expected) == {name for name in FIGURES if name.startswith("fig05")}
+    for name, values in expected.items():
+        assert FIGURES[name].field()(points) == pytest.approx(values, abs=1e-9), name
+
+
+def test_local_frames_turn_the_lattice_with_the_curve() -> None:
+    """At the crest of the curve its normal is the y axis: there the cells are the plain lattice's, turned upright."""
+    field, away = (FIGURES["fig07_local_frame"].field(name) for name in ("lattice", "distance"))
+    y = np.linspace(50, 70, 100)  # on the outside of the bend, where the crest at y = 25 is nearest
+    points = np.stack([0 * y, y, 5 + 0 * y], axis=1)
+    assert away(points) == pytest.approx(y - 26, abs=1e-6)
+    assert field(points) == pytest.approx(np.cos(math.tau * y / 20) + 1 + 0 * y, abs=1e-6)
+
+
+def draw() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("draw_figures", FOLDER / "draw.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_grid_search_has_the_papers_samples() -> None:
+    program = FIGURES["fig11_grid_search"]
+    steps_of = draw().steps_of
+    assert steps_of(program, "w") == [10, 15, 20, 25, 30, 35, 40]
+    assert steps_of(program, "d") == pytest.approx([-0.7, -0.3, 0.1, 0.5, 0.9])
+    points = cube(20_000, side=40)
+    for w in (10, 40):
+        shares = [np.mean(program.field(w=w, d=d)(points) > 0) for d in steps_of(program, "d")]
+        assert all(b > a + 0.05 for a, b in pairwise(shares))
+
+
+def test_a_figure_is_drawn(tmp_path: Path) -> None:
+    draw().main(tmp_path, "fig05c*")
+    (path,) = tmp_path.glob("*.png")
+    pixels = np.asarray(Image.open(path).convert("RGB")).reshape(-1, 3)
+    assert len(np.unique(pixels, axis=0)) > 20
+
+
+def test_the_page_shows_every_figure_with_its_measure() -> None:
+    page = (ROOT / "docs" / "figures.md").read_text(encoding="utf-8")
+    for name in FIGURES:
+        assert f"figures/{name}.png" in page
+        assert f"../examples/figures/{name}.pore" in page
+        assert (ROOT / "docs" / "figures" / f"{name}.png").stat().st_size < 150_000
+    measured = dict(re.findall(r"^\|.*?figures/(\w+)\.png.*\| (0\.\d+ ± 0\.\d+)", page, re.MULTILINE))
+    assert set(measured) == {*CUBES, *CYLINDERS}
+    for name, text in measured.items():
+        value, error = (float(v) for v in text.split(" ± "))
+        porosity, deviation = void(name)
+        assert abs(value - porosity) < error + 4 * deviation, name
