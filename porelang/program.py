@@ -226,6 +226,23 @@ class Program:
 
         return mesh_output(self, name, voxel, resolution, bounds, backend, dtype, settings).to_trimesh()
 
+    def measure(
+        self,
+        name: str | None = None,
+        /,
+        within: str | None = None,
+        voxel: float | None = None,
+        resolution: int | None = None,
+        **settings: Setting,
+    ) -> dict[str, Any]:
+        """Volume, porosity, area, components and topology of an output, each with its error under `"error"`.
+
+        `within` names the envelope: an output or a let. The keys are those of `pore measure`; mm, mm^2, mm^3.
+        """
+        from porelang.measure import measure
+
+        return measure(self, name, within, voxel, resolution, settings=settings)
+
 
 class Field:
     """A field ready to be evaluated. `backend` is the one that runs; `note` says why, where `auto` had to choose."""

@@ -83,3 +83,10 @@ def test_the_command_prints_the_keys_of_the_contract(capsys: pytest.CaptureFixtu
     assert abs(found["porosity"] - 0.5) < 0.02
     assert main(["check", path, "-q"]) == 0
     assert main(["check", path, "-q", "--measure"]) == 1
+
+
+def test_from_python() -> None:
+    found = porelang.compile("param r = 5 in 1..9\nlet b = box([20, 20, 20])\nsphere(r) & b").measure(
+        "part", within="b", r=6
+    )
+    assert abs(found["porosity"] - (1 - 4 / 3 * math.pi * 216 / 8000)) <= found["error"]["porosity"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +24,8 @@ Points = NDArray[np.float64]
 Solid = Callable[[Points, Points], NDArray[np.bool_]]
 
 
-@dataclass(frozen=True, slots=True)
-class Box:
-    """An axis-aligned box, in mm."""
+class Box(NamedTuple):
+    """An axis-aligned box, in mm: `lo, hi = box`."""
 
     lo: tuple[float, float, float]
     hi: tuple[float, float, float]
