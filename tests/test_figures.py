@@ -72,7 +72,8 @@ def void(name: str) -> tuple[float, float]:
 
 def gyroid(points: Points, w: float = 30.0) -> Points:
     x, y, z = (points * (math.tau / w)).T
-    return np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
+    value: Points = np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
+    return value
 
 
 def polar(points: Points, turn: float) -> Points:
