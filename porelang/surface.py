@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from porelang.backends.numpy import Dtype, workers
+import numpy as np
+
+from porelang.backends.numpy import Dtype, NumpyField, workers
 from porelang.diagnostics import fail
-from porelang.mesh import Grid, Surface, extract
-from porelang.passes.bounds import box_test
+from porelang.ir import Node
+from porelang.mesh import Grid, Surface, extract, project
+from porelang.mesh.grid import Point
+from porelang.mesh.project import Floats, Slope
+from porelang.mesh.sharpen import sharpen
+from porelang.mesh.simplify import simplify
+from porelang.passes.bounds import box_test, slopes
 from porelang.passes.box import Box
 from porelang.passes.enclose import F32, F64
 from porelang.program import Backend, Program, make_field
@@ -46,16 +54,7 @@ def mesh_output(
     """
     root = program.solid(name)
     values = program.settle(**(settings or {}))
-    box = checked_bounds(bounds) if bounds is not None else found_bounds(program, name, settings or {})
-    if voxel is None and resolution is None:
-        resolution = RESOLUTION
-    grid = Grid.cover(box.lo, box.hi, voxel, resolution)
-    cut = (box.lo, box.hi)
-    if bounds is None:  # the part ends of itself: its surface is not to be cut by a plane through it
-        h = grid.spacing
-        lo, hi = tuple(a - h for a in box.lo), tuple(b + h for b in box.hi)
-        cut = ((lo[0], lo[1], lo[2]), (hi[0], hi[1], hi[2]))
-        grid = Grid.cover(*cut, spacing=h)
+    grid, cut = grid_of(program, name, voxel, resolution, bounds, settings)
     field = make_field((root,), values, program.graph.ranges, backend, dtype, threads=1)
     sampled = field.on_grid(grid.axes())
     return extract(
@@ -68,6 +67,81 @@ def mesh_output(
         progress=progress,
         cancel=cancel,
     )
+
+
+def grid_of(
+    program: Program,
+    name: str | None = None,
+    voxel: float | None = None,
+    resolution: int | None = None,
+    bounds: Bounds | None = None,
+    settings: Mapping[str, Setting] | None = None,
+) -> tuple[Grid, tuple[Point, Point]]:
+    """The grid that an output is sampled on, and the box that its surface is cut at."""
+    box = checked_bounds(bounds) if bounds is not None else found_bounds(program, name, settings or {})
+    if voxel is None and resolution is None:
+        resolution = RESOLUTION
+    grid = Grid.cover(box.lo, box.hi, voxel, resolution)
+    if bounds is not None:
+        return grid, (box.lo, box.hi)
+    # The part ends of itself: its surface is not to be cut by a plane through it.
+    h = grid.spacing
+    lo, hi = tuple(a - h for a in box.lo), tuple(b + h for b in box.hi)
+    cut = ((lo[0], lo[1], lo[2]), (hi[0], hi[1], hi[2]))
+    return Grid.cover(*cut, spacing=h), cut
+
+
+def slope_of(root: Node, values: Mapping[str, float], threads: int | None = None) -> Slope:
+    """A flat root and its gradient at points, in float64."""
+    fields = [NumpyField(n, values, "f64", threads) for n in (root, *slopes(root))]
+
+    def slope(points: Floats) -> tuple[Floats, Floats]:
+        return fields[0].at(points), np.stack([f.at(points) for f in fields[1:]], axis=1)
+
+    return slope
+
+
+@dataclass(frozen=True, slots=True)
+class Refined:
+    """A surface that was refined, and what is to be said about it."""
+
+    surface: Surface
+    facts: dict[str, float | int]
+
+
+def refine(
+    surface: Surface,
+    program: Program,
+    name: str | None,
+    grid: Grid,
+    cut: tuple[Point, Point],
+    settings: Mapping[str, Setting] | None = None,
+    *,
+    smooth: bool = False,
+    sharp: bool = False,
+    deviation: float | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> Refined:
+    """A meshed output with its vertices on the field, its rims sharp, and no more triangles than `deviation` (mm) asks.
+
+    `sharp` includes `smooth`: a rim is found from tangent planes, and they are those of points on the surface.
+    `grid` and `cut` are those of `grid_of`.
+    """
+    facts: dict[str, float | int] = {}
+    if smooth or sharp:
+        slope = slope_of(program.solid(name), program.settle(**(settings or {})))
+        smoothed = project.smooth(surface, slope, grid.spacing, cut)
+        surface = smoothed.surface
+        facts |= {"off_surface": smoothed.off, "kept": smoothed.kept}
+        if sharp:
+            sharpened = sharpen(surface, slope, grid.spacing, cut)
+            surface = sharpened.surface
+            facts |= {"rim_edges": sharpened.rims, "corners": sharpened.corners}
+    if deviation is not None:
+        simplified = simplify(surface, deviation, cancel)
+        facts |= {"triangles_before": len(surface.faces), "deviation": simplified.deviation}
+        surface = simplified.surface
+    return Refined(surface, facts)
 
 
 def notes_of(program: Program, name: str | None, settings: Mapping[str, Setting]) -> dict[str, str]:

@@ -24,6 +24,7 @@ class Command:
 
 
 ASK = ("file", "set", "out")
+REFINE = ("smooth", "sharp", "simplify")
 COMMANDS: dict[str, Command] = {
     c.name: c
     for c in (
@@ -36,7 +37,7 @@ COMMANDS: dict[str, Command] = {
         Command(
             "mesh",
             "write the surface of the part, watertight, in mm: .stl .obj .ply .3mf .glb .vtp",
-            (*ASK, "output", "voxel", "resolution", "bounds", "backend", "dtype", "json", "quiet"),
+            (*ASK, "output", "voxel", "resolution", "bounds", *REFINE, "backend", "dtype", "json", "quiet"),
             "pore mesh specimen.pore -o part.stl --voxel 1mm --set w=25mm",
         ),
         Command(
@@ -196,6 +197,16 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "resolution": (
         ("--resolution",),
         {"metavar": "N", "type": count, "help": "samples along the longest side (default: 128)"},
+    ),
+    "smooth": (("--smooth",), {"action": "store_true", "help": "move the vertices onto the field"}),
+    "sharp": (("--sharp",), {"action": "store_true", "help": "sharp rims where surfaces meet; includes --smooth"}),
+    "simplify": (
+        ("--simplify",),
+        {
+            "metavar": "DEVIATION",
+            "type": length,
+            "help": "as few triangles as stay within this distance of the mesh, as in 0.05mm",
+        },
     ),
     "bounds": (
         ("--bounds",),

@@ -18,7 +18,7 @@ from porelang.diagnostics import PoreError, fail
 from porelang.mesh import Surface, write
 from porelang.mesh.export import writer_of
 from porelang.mesh.surface import AT_ONCE
-from porelang.surface import checked_bounds, found_bounds, mesh_output, notes_of
+from porelang.surface import checked_bounds, found_bounds, grid_of, mesh_output, notes_of, refine
 
 if TYPE_CHECKING:
     from porelang.program import Program
@@ -59,8 +59,20 @@ def mesh(options: Namespace) -> int:
         folder=Path(folder),
         progress=progress,
     )
+    refined = refine(
+        surface,
+        program,
+        options.out,
+        *grid_of(program, options.out, options.voxel, options.resolution, options.bounds, settings),
+        settings,
+        smooth=options.smooth,
+        sharp=options.sharp,
+        deviation=options.simplify,
+    )
+    surface = refined.surface
     write(surface, options.output, notes_of(program, options.out, settings))
-    found = facts(surface) | {"seconds": round(time.perf_counter() - start, 3), "backend": backend, "dtype": dtype}
+    seconds = round(time.perf_counter() - start, 3)
+    found = facts(surface) | refined.facts | {"seconds": seconds, "backend": backend, "dtype": dtype}
     if options.json:
         report.put({"file": options.output, "output": program.output(options.out)} | found)
     elif not options.quiet:
@@ -132,4 +144,11 @@ def _text(path: str, found: dict[str, Any]) -> str:
         "surfaces": f"{found['components']}{'' if found['components'] == 1 else ' that are not joined'}",
         "time": f"{found['seconds']:.2f} s ({found['backend']}, {found['dtype']})",
     }
+    if "off_surface" in found:
+        stayed = f"; {found['kept']} vertices stayed where they were" if found["kept"] else ""
+        lines["vertices"] = f"at most {found['off_surface']:.2g} mm off the field{stayed}"
+    if "rim_edges" in found:
+        lines["rims"] = f"{found['rim_edges']:,} edges cut, {found['corners']:,} corners"
+    if "deviation" in found:
+        lines["simplified"] = f"from {found['triangles_before']:,} triangles, {found['deviation']:.3g} mm off at most"
     return "\n".join([path, *(f"  {name:<10} {value}" for name, value in lines.items())])

@@ -89,7 +89,7 @@ class Surface:
 
         With `scale` those that the surface has when it is scaled and then rounded to float32, as files store it.
         """
-        places, hashes = self.vertices, np.empty(len(self.vertices), np.int64)
+        places: NDArray[np.floating[Any]] = self.vertices
         if scale is not None:
             places = np.empty((len(places), 3), np.float32)
         for i in range(0, len(places), AT_ONCE):
@@ -97,14 +97,12 @@ class Surface:
             if not np.isfinite(rows).all():
                 return ["a vertex is not a number"]
             if scale is not None:
-                rows = (scale * rows).astype(np.float32)
-                places[i : i + AT_ONCE] = rows
-            hashes[i : i + AT_ONCE] = _hashes(rows)
+                places[i : i + AT_ONCE] = (scale * rows).astype(np.float32)
         defects = []
         flat = sum(int((~_normals(places, faces).any(axis=1)).sum()) for faces in self._pieces())
         if flat:
             defects.append(f"{flat} triangles have no area")
-        same = len(places) - _distinct(places, hashes)
+        same = len(places) - _distinct(places)
         if same:
             defects.append(f"{same} vertices lie exactly on another")
         return defects
@@ -154,12 +152,15 @@ def _hashes(rows: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
     return hashes
 
 
-def _distinct(places: NDArray[np.floating[Any]], hashes: NDArray[np.int64]) -> int:
+def _distinct(places: NDArray[np.floating[Any]]) -> int:
     """The number of different places."""
-    ordered = np.sort(hashes)
-    twice = np.unique(ordered[:-1][ordered[1:] == ordered[:-1]])
+    pieces = [slice(i, i + AT_ONCE) for i in range(0, len(places), AT_ONCE)]
+    hashes = np.empty(len(places), np.int64)
+    for piece in pieces:
+        hashes[piece] = _hashes(places[piece])
+    hashes.sort()
+    twice = np.unique(hashes[:-1][hashes[1:] == hashes[:-1]])
     if not len(twice):
         return len(places)
-    del ordered
-    suspects = np.isin(hashes, twice)
-    return int(len(places) - suspects.sum()) + len(np.unique(places[suspects] + 0.0, axis=0))
+    suspects = np.concatenate([places[piece][np.isin(_hashes(places[piece]), twice)] for piece in pieces])
+    return len(places) - len(suspects) + len(np.unique(suspects + 0.0, axis=0))
