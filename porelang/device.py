@@ -20,6 +20,8 @@ Values = NDArray[Any]
 GROUP = 64
 #: Drivers take minutes over shaders longer than this; NumPy does not mind.
 LONGEST = 6000
+#: Samples of a row in one run: Mesa ends loops of more than 65 535 rounds.
+LONGEST_ROW = 1 << 20
 
 
 def gpu() -> Gpu:
@@ -90,13 +92,13 @@ class DeviceGrid:
         shape = tuple(b - a for a, b in zip(lo, hi, strict=True))
         made = _shader(self.field.root, self.field.ranges, "grid")
         most = self.field.device.info.max_buffer_bytes // 4
-        nz = min(shape[2], most)
+        nz = min(shape[2], most, LONGEST_ROW)
         ny = min(shape[1], max(1, most // nz), 65535)
         nx = min(shape[0], max(1, most // (nz * ny)), 65535)
         for start in product(range(0, shape[0], nx), range(0, shape[1], ny), range(0, shape[2], nz)):
             size = tuple(min(n, s - o) for n, s, o in zip((nx, ny, nz), shape, start, strict=True))
             cut = [a[b + o : b + o + n] for a, b, o, n in zip(self.axes, lo, start, size, strict=True)]
-            groups = (-(-size[2] // GROUP), size[1], size[0])
+            groups = (size[1], size[0], 1)
             values = self.field._compute(made, int(np.prod(size)), np.concatenate(cut), {"shape": size}, groups)
             if size == shape and out is None:
                 return values.reshape(size)
