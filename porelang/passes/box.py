@@ -123,24 +123,27 @@ def _search(root: Node, ranges: Mapping[str, Interval], lo: Points, hi: Points) 
         return np.broadcast_to(r.lo <= 0, len(lo))
 
     finest = 32 if cost < 300 else 16 if cost < 3000 else 8
+    steps = 22 if cost < 300 else 14 if cost < 1000 else 7 if cost < 5000 else 3
     cells = 8
     for _ in range(60):
         cell_lo, cell_hi = _split(lo, hi, (cells, cells, cells))
         keep = maybe_solid(cell_lo, cell_hi)
         if not keep.any():
             return None
-        new_lo, new_hi = cell_lo[keep].min(axis=0), cell_hi[keep].max(axis=0)
-        shrunk = np.prod(new_hi - new_lo) < 0.9 * np.prod(hi - lo)
-        lo, hi = new_lo, new_hi
-        if not shrunk:
-            if cells >= finest:
-                break
-            cells *= 2
-    steps = 22 if cost < 300 else 14 if cost < 1000 else 7 if cost < 5000 else 3
-    for axis in range(3):
-        for side in (-1, 1):
-            _shave(lo, hi, axis, side, steps, maybe_solid)
-            _snap(lo, hi, axis, side, maybe_solid)
+        before = np.prod(hi - lo)
+        lo, hi = cell_lo[keep].min(axis=0), cell_hi[keep].max(axis=0)
+        if np.prod(hi - lo) < 0.9 * before:
+            continue
+        for axis in range(3):
+            for side in (-1, 1):
+                _shave(lo, hi, axis, side, min(steps, 8), maybe_solid)
+                _snap(lo, hi, axis, side, 2, maybe_solid)
+                _shave(lo, hi, axis, side, steps, maybe_solid)
+                _snap(lo, hi, axis, side, 4, maybe_solid)
+        # where coarse cells and the faces agree, as for shapes along the axes, finer cells find no more
+        if cells >= finest or (cells > 8 and np.prod(hi - lo) > 0.98 * before):
+            break
+        cells *= 2
     return lo, hi
 
 
@@ -161,8 +164,8 @@ def _shave(lo: Points, hi: Points, axis: int, side: int, steps: int, maybe_solid
     """Move one face of the box inward as far as bisection proves the layer before it void."""
     width = hi[axis] - lo[axis]
     proven, failed = 0.0, width
-    for _ in range(steps):
-        depth = (proven + failed) / 2
+    for step in range(steps):
+        depth = (proven + failed) / 2 if step else 1e-6 * width  # most often the face is where it should be
         layer_lo, layer_hi = lo.copy(), hi.copy()
         if side > 0:
             layer_lo[axis] = hi[axis] - depth
@@ -170,6 +173,8 @@ def _shave(lo: Points, hi: Points, axis: int, side: int, steps: int, maybe_solid
             layer_hi[axis] = lo[axis] + depth
         if maybe_solid(*_split(layer_lo, layer_hi, _sheet(axis))).any():
             failed = depth
+            if not step:
+                break
         else:
             proven = depth
     if side > 0:
@@ -178,13 +183,13 @@ def _shave(lo: Points, hi: Points, axis: int, side: int, steps: int, maybe_solid
         lo[axis] += proven
 
 
-def _snap(lo: Points, hi: Points, axis: int, side: int, maybe_solid: Solid) -> None:
+def _snap(lo: Points, hi: Points, axis: int, side: int, figures: int, maybe_solid: Solid) -> None:
     """Move one face to a rounder number, if nothing lies beyond that: a radius of 75 mm should end at 75."""
     end = hi if side > 0 else lo
     width = hi[axis] - lo[axis]
     if not width > 0:
         return
-    digits = 4 - int(np.floor(np.log10(width)))
+    digits = figures - int(np.floor(np.log10(width)))
     rounder = round(float(end[axis]), digits)
     if (rounder - end[axis]) * side >= 0:
         return
