@@ -215,16 +215,26 @@ class Program:
         bounds: tuple[float, float, float, float, float, float] | None = None,
         backend: Backend = "numpy",
         dtype: Dtype = "f32",
+        smooth: bool = False,
+        sharp: bool = False,
+        simplify: float | None = None,
         **settings: Setting,
     ) -> Any:
         """The surface of an output as a `trimesh.Trimesh` in mm, watertight, normals outward.
 
         `voxel` is the grid spacing in mm; or `resolution` counts samples along the longest side (128 if neither is
-        given).
+        given). `smooth` moves vertices onto the field, `sharp` makes rims edges of the mesh, `simplify` (mm) takes
+        out triangles that matter less than that.
         """
-        from porelang.surface import mesh_output
+        from porelang.surface import grid_of, mesh_output, refine
 
-        return mesh_output(self, name, voxel, resolution, bounds, backend, dtype, settings).to_trimesh()
+        surface = mesh_output(self, name, voxel, resolution, bounds, backend, dtype, settings)
+        if smooth or sharp or simplify is not None:
+            grid, cut = grid_of(self, name, voxel, resolution, bounds, settings)
+            surface = refine(
+                surface, self, name, grid, cut, settings, smooth=smooth, sharp=sharp, deviation=simplify
+            ).surface
+        return surface.to_trimesh()
 
     def measure(
         self,

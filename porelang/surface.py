@@ -22,7 +22,7 @@ from porelang.passes.bounds import box_test, slopes
 from porelang.passes.box import Box
 from porelang.passes.enclose import F32, F64
 from porelang.program import Backend, Program, make_field
-from porelang.settings import Setting
+from porelang.settings import Setting, settle
 
 #: Samples along the longest side where neither a voxel nor a resolution is asked for.
 RESOLUTION = 128
@@ -151,7 +151,7 @@ def notes_of(program: Program, name: str | None, settings: Mapping[str, Setting]
         "sha256": hashlib.sha256(program.source.text.encode()).hexdigest(),
         "output": program.output(name),
     }
-    return made | {f"param.{param}": repr(value) for param, value in program.settle(**settings).items()}
+    return made | {f"param.{param}": repr(value) for param, value in settle(program.params, settings).items()}
 
 
 def found_bounds(program: Program, name: str | None, settings: Mapping[str, Setting]) -> Box:

@@ -263,3 +263,14 @@ def test_a_mesh_for_python() -> None:
         porelang.compile("gyroid(30)").mesh()
     with pytest.raises(porelang.PoreError, match="holds no material"):
         porelang.compile("sphere(1) + 5").mesh()
+
+
+def test_a_refined_mesh_for_python() -> None:
+    program = porelang.compile("cylinder(10, 20)")
+    plain, fine = program.mesh(voxel=1.0), program.mesh(voxel=1.0, smooth=True, sharp=True)
+    exact = math.pi * 100 * 20
+    assert abs(fine.volume - exact) < abs(plain.volume - exact)
+    assert fine.is_watertight
+    few = program.mesh(voxel=1.0, sharp=True, simplify=0.05)
+    assert len(few.faces) < len(fine.faces) / 2
+    assert few.is_watertight
