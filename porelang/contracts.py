@@ -130,7 +130,8 @@ def doubtful_contracts(
             points = np.concatenate([low[cells], points])
         holds = NumpyField(condition, settings, "f64", 1).at(points)
         if not holds.all():
-            at = points[int(np.argmin(holds))]
+            broken = points[~holds]
+            at = broken[int(np.argmin(np.abs(broken).max(axis=1)))]  # the one a user is likeliest to look at
             r = contracts[which]
             share = 1 - np.count_nonzero(holds) / len(holds)
             found[which] = Diagnostic(

@@ -15,6 +15,7 @@ from porelang.backends.uniform import uniform_values
 from porelang.diagnostics import PoreError, fail
 from porelang.gpu import Gpu, GpuFailed, GpuMissing, shared_gpu
 from porelang.ir import Node, order
+from porelang.ops import kind
 
 Values = NDArray[Any]
 GROUP = 64
@@ -59,7 +60,7 @@ class DeviceField:
             out[start : start + most] = self._compute(
                 made, len(part), part.reshape(-1), {"count": len(part)}, (across, -(-groups // across), 1)
             )
-        return out
+        return out != 0 if kind(self.root) == "bool" else out
 
     def on_grid(self, axes: Sequence[Values]) -> DeviceGrid:
         """The field on the grid of three coordinate axes, in mm."""

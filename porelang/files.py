@@ -15,6 +15,8 @@ def read_source(path: str | Path) -> Source:
     """The text of a `.pore` file. Errors: E105 where it cannot be read, E106 where it is no text."""
     where = Path(path)
     try:
+        if where.is_char_device() or where.is_block_device():
+            raise fail("E105", f"`{path}` is a device, not a program", hint="name a .pore file")
         if where.is_dir():
             raise fail("E105", f"`{path}` is a folder, not a program", hint="name the .pore file in it")
         if where.stat().st_size > 4 * LARGEST and where.is_file():
@@ -43,7 +45,7 @@ def read_source(path: str | Path) -> Source:
         raise fail(
             "E106",
             f"`{path}` is no text: byte {error.start} is not UTF-8",
-            hint="save it as UTF-8; a mesh or an image is loaded from within a program",
+            hint="save it as UTF-8",
         ) from None
     return Source(str(path), text)
 

@@ -59,7 +59,7 @@ def measure(
     box = checked_bounds(bounds) if bounds is not None else program.bounds(name, **settings)
     envelope = _envelope(program, root, within, values, box)
     if bounds is not None:
-        root, envelope = node("max", root, _block(box)), node("max", envelope, _block(box))
+        root, envelope = node("max", root, block(box)), node("max", envelope, block(box))
     h = voxel or max(box.size) / (resolution or RESOLUTION)
     inside, whole = volume(node("max", root, envelope), values), volume(envelope, values)
     share = porosity(root, envelope, values)
@@ -105,7 +105,7 @@ def _envelope(program: Program, root: Node, within: str | None, values: Mapping[
             continue
         if found.volume > size:
             best, size = part, found.volume
-    return best if best is not None else _block(box)
+    return best if best is not None else block(box)
 
 
 def _conjuncts(root: Node) -> list[Node]:
@@ -140,7 +140,7 @@ def _named(program: Program, name: str) -> Node:
     return graph.roots[name]
 
 
-def _block(box: Box) -> Node:
+def block(box: Box) -> Node:
     """A box as a field: the largest signed distance to its six planes."""
     out: Node | None = None
     for axis, lo, hi in zip("xyz", box.lo, box.hi, strict=True):

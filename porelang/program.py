@@ -127,6 +127,12 @@ class Program:
                 failed.append(check)
         return failed
 
+    def unmeasured_checks(self) -> int:
+        """How many `check` statements are about whole fields, and so are only decided by measuring."""
+        hidden = {name for name, _ in self.graph.reductions}
+        roots = [self.graph.roots[f"check {i}"] for i in range(len(self.elaborated.checks))]
+        return sum(any(n.op == "param" and n.value in hidden for n in order([r])) for r in roots)
+
     def _holds(self, root: str, values: Mapping[str, float]) -> bool:
         condition = self.graph.roots[root]
         return bool(uniform_values([condition], values)[condition])
@@ -168,33 +174,35 @@ class Program:
         name: str | None = None,
         /,
         backend: Backend = "numpy",
-        dtype: Dtype = "f64",
+        dtype: Dtype | None = None,
         threads: int | None = None,
         **settings: Setting,
     ) -> Field:
         """An output as a function of points (n, 3) in mm, with values (n,), or (n, 3) for a vector.
 
-        Settings are params by name: numbers in base units or texts with a unit.
+        Settings are params by name: numbers in base units or texts with a unit. `dtype` is f64 unless told otherwise,
+        and f32 with `backend="glsl"`.
 
         >>> import porelang
         >>> program = porelang.compile("sphere(10)")
         >>> program.field("part")([[0, 0, 0], [10, 0, 0]])
         array([-10.,   0.])
         """
+        dtype = dtype or ("f32" if backend == "glsl" else "f64")
         return make_field(self.roots(name), self.settle(**settings), self.graph.ranges, backend, dtype, threads)
 
     def bounds(self, name: str | None = None, /, **settings: Setting) -> Box:
         """The box that holds an output's solid, in mm. Errors: E102 where it has no end, E103 where it is empty."""
         root, chosen = self.solid(name), self.output(name)
-        box = part_box(root, self.settle(**settings))
+        values = self.settle(**settings)
+        box = part_box(root, values)
         span = self.outputs[chosen].span
         if box is None:
+            raise _empty(chosen, root, values, span)
+        if min(box.size) <= 0:
+            flat = ", ".join(axis for axis, size in zip("xyz", box.size, strict=True) if size <= 0)
             raise fail(
-                "E103",
-                f"`{chosen}` holds no material: its field is above 0 everywhere within 100 m",
-                span,
-                label="positive everywhere",
-                hint="solid is negative: check the sign, or the offset",
+                "E103", f"`{chosen}` holds no material: it has no thickness along {flat}", span, hint="give it some"
             )
         if axes := unbounded_axes(box):
             raise fail(
@@ -252,6 +260,30 @@ class Program:
         from porelang.measure import measure
 
         return measure(self, name, within, voxel, resolution, settings=settings)
+
+
+def _empty(name: str, root: Node, values: Mapping[str, float], span: Span) -> PoreError:
+    """Why a part is empty: the least value of its field that samples find, and where."""
+    spread = np.random.default_rng(1)
+    points = np.concatenate([spread.uniform(-r, r, (4000, 3)) for r in (10, 100, 1000)])
+    found = NumpyField(root, values).at(points)
+    if np.isnan(found).all():
+        return fail(
+            "E103",
+            f"`{name}` holds no material: its field is not a number",
+            span,
+            label="not a number anywhere",
+            hint="look for the square root or the logarithm of something negative",
+        )
+    at = int(np.nanargmin(found))
+    place = ", ".join(f"{v:.4g}" for v in points[at])
+    return fail(
+        "E103",
+        f"`{name}` holds no material: its field is above 0 everywhere within 100 m",
+        span,
+        label=f"at least {found[at]:.4g}, at ({place}), where samples found it nearest to 0",
+        hint="solid is negative: check the sign or the offset, and that shapes which are intersected meet",
+    )
 
 
 class Field:
@@ -312,8 +344,11 @@ def make_field(
     Errors: E120 where GLSL is asked for and there is no OpenGL, E123 where it is asked for in float64.
     """
     note = ""
+    for what, given, known in (("backend", backend, ("auto", "numpy", "glsl")), ("dtype", dtype, ("f32", "f64"))):
+        if given not in known:
+            raise fail("E108", f"there is no {what} `{given}`", hint=f"choose from {', '.join(known)}")
     if backend == "glsl" and dtype == "f64":
-        raise fail("E123", "GLSL computes in float32", hint="use --dtype f32, or --backend numpy for float64")
+        raise fail("E123", "GLSL computes in float32", hint="ask for f32, or for NumPy where float64 is needed")
     if backend == "glsl" or (backend == "auto" and dtype == "f32"):
         from porelang import device
 
@@ -358,23 +393,24 @@ def _compiled(source: Source) -> tuple[Program | None, list[Diagnostic]]:
     out = Elaborator(prelude_scope(), load_used).program(file, lost)
     diagnostics = [*found, *out.diagnostics]
     program: Program | None = None
-    if not any(d.severity == "error" for d in diagnostics):
-        ranges = {name: (info.low, info.high) for name, info in out.params.items()}
-        conditions = {f"require {i}": r.condition for i, r in enumerate(out.requirements)}
-        conditions |= {f"check {i}": c.condition for i, c in enumerate(out.checks)}
-        lowered = Graph(roots_of(out.outputs) | conditions, ranges)
-        try:
-            graph = run(lowered)
-            diagnostics += broken_requirements(graph, out.requirements, out.params)
+    sound = not any(d.severity == "error" for d in diagnostics)
+    ranges = {name: (info.low, info.high) for name, info in out.params.items()}
+    roots = roots_of(out.outputs) if sound else {}
+    roots |= {f"require {i}": r.condition for i, r in enumerate(out.requirements)}
+    if sound:
+        roots |= {f"check {i}": c.condition for i, c in enumerate(out.checks)}
+    lowered = Graph(roots, ranges)
+    try:
+        graph = run(lowered)
+        diagnostics += broken_requirements(graph, out.requirements, out.params)
+        if sound:
             diagnostics += doubtful_contracts(graph, out.contracts, settle(out.params, {}))
             program = Program(source, out.params, out.outputs, tuple(diagnostics), lowered, graph, out)
-        except PoreError as error:
-            span = Span(source, 0, 0)
-            diagnostics += [
-                d if d.span else Diagnostic(d.code, d.message, span, hint=d.hint) for d in error.diagnostics
-            ]
-        if any(d.severity == "error" for d in diagnostics):
-            program = None
+    except PoreError as error:
+        span = Span(source, 0, 0)
+        diagnostics += [d if d.span else replace(d, span=span) for d in error.diagnostics]
+    if any(d.severity == "error" for d in diagnostics):
+        program = None
     diagnostics = diagnostics[:MOST_DIAGNOSTICS]
     diagnostics.sort(key=lambda d: (d.span.source is not source, d.span.start) if d.span else (True, 0))
     return program, diagnostics

@@ -6,6 +6,8 @@ import math
 import re
 from collections.abc import Mapping
 
+import numpy as np
+
 from porelang.diagnostics import PoreError, fail, suggest
 from porelang.language.params import ParamInfo
 from porelang.units import UNITS
@@ -33,6 +35,10 @@ def settle(params: Mapping[str, ParamInfo], given: Mapping[str, Setting]) -> dic
 def _number(info: ParamInfo, setting: Setting) -> float:
     if info.choices and not info.numbers:
         return _choice(info, setting)
+    if not isinstance(setting, str | int | float | np.number):
+        raise fail(
+            "E084", f"`{info.name}` cannot be {setting!r}", info.span, label="declared here", hint="give a number"
+        )
     value = _written(info, setting) if isinstance(setting, str) else float(setting)
     if not math.isfinite(value):
         raise fail("E084", f"`{info.name}` cannot be {setting}", hint="give a finite number")

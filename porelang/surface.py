@@ -166,8 +166,14 @@ def _bounds(program: Program, name: str | None, settings: tuple[tuple[str, Setti
 
 def checked_bounds(bounds: Bounds) -> Box:
     """Six numbers as a box. Errors: E107."""
-    lo, hi = bounds[:3], bounds[3:]
+    try:
+        flat = [float(v) for v in np.ravel(bounds)]
+    except (TypeError, ValueError):
+        flat = []
+    if len(flat) != 6 or not np.isfinite(flat).all():
+        raise fail("E107", "bounds are six finite numbers", hint="give x0, y0, z0, x1, y1, z1 in mm, or two corners")
+    lo, hi = flat[:3], flat[3:]
     if not all(a < b for a, b in zip(lo, hi, strict=True)):
-        raise fail("E107", f"the bounds {', '.join(f'{v:g}' for v in bounds)} hold no volume",
+        raise fail("E107", f"the bounds {', '.join(f'{v:g}' for v in flat)} hold no volume",
                    hint="give x0,y0,z0,x1,y1,z1 with each first corner below the second")  # fmt: skip
     return Box((lo[0], lo[1], lo[2]), (hi[0], hi[1], hi[2]))

@@ -546,5 +546,5 @@ def test_no_opengl_is_a_missing_piece_named_with_its_remedy(tmp_path: Path) -> N
 
 def test_mesh_needs_no_opengl_unless_it_is_asked_for(pore: Pore, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PORELANG_GL", "none")
-    assert pore("mesh", SPECIMEN, "-o", "a.stl", "--resolution", "20", "--json") == 0
+    assert pore("mesh", SPECIMEN, "-o", "a.stl", "--resolution", "20", "--json", "-q") == 0
     assert (pore.json()["backend"], pore.json()["dtype"], pore.err) == ("numpy", "f32", "")

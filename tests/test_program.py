@@ -274,3 +274,74 @@ def test_a_refined_mesh_for_python() -> None:
     few = program.mesh(voxel=1.0, sharp=True, simplify=0.05)
     assert len(few.faces) < len(fine.faces) / 2
     assert few.is_watertight
+
+
+@pytest.mark.parametrize(
+    ("text", "lo", "hi"),
+    [
+        (
+            "def blob(i) = smooth_union(sphere(2), cube(3), 1) |> translate([7 * (i % 10), 7 * floor(i / 10), 0])\n"
+            "union([for i in range(100): blob(i)])",
+            (-2, -2, -2),
+            (65, 65, 2),
+        ),
+        ("union([for i in range(20): cube(2) |> translate([5 * i, 0, 0]) |> rotate([0, 0, 1], i * 0.1)])", None, None),
+        ("cube(10) |> rotate([1, 2, 3], 40deg) |> translate([500, 0, 0])", None, None),
+    ],
+)
+def test_bounds_hold_the_part_and_little_more(text: str, lo: object, hi: object) -> None:
+    """Against the extent of what dense samples find solid."""
+    program = porelang.compile(text)
+    box = program.bounds()
+    spread = np.random.default_rng(0)
+    points = spread.uniform(np.array(box.lo) - 5, np.array(box.hi) + 5, (400_000, 3))
+    solid = points[program.field(dtype="f32")(points) <= 0]
+    assert (solid >= box.lo).all()
+    assert (solid <= box.hi).all()
+    slack = 0.1 * np.array(box.size) + 3.5  # a member's size, where there are many
+    assert (solid.min(axis=0) - box.lo <= slack).all()
+    assert (box.hi - solid.max(axis=0) <= slack).all()
+    if lo is not None:
+        assert (np.array(box.lo) <= lo).all()
+        assert (np.array(box.hi) >= hi).all()
+
+
+def test_a_broken_check_stops_what_relies_on_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from porelang.cli import main
+
+    path = tmp_path / "part.pore"
+    path.write_text('let e = sphere(10)\ncheck porosity(gyroid(5), e) > 80%, "too dense"\ngyroid(5) & e\n')
+    assert main(["mesh", str(path), "-o", str(tmp_path / "part.stl")]) == 1
+    assert not (tmp_path / "part.stl").exists()
+    assert main(["check", str(path)]) == 0
+    assert "--measure looks at it" in capsys.readouterr().err
+    path.write_text('param w = 12mm in 10mm..20mm\ncheck w > 11mm, "too fine"\ngyroid(w)\n')
+    (tmp_path / "points.csv").write_text("1,2,3\n")
+    points = ["--points", str(tmp_path / "points.csv")]
+    assert main(["eval", str(path), *points]) == 0
+    assert main(["eval", str(path), *points, "--set", "w=10.5mm"]) == 1
+    (tmp_path / "points.csv").write_text("x;y;z\n1,5;2;3\n")
+    assert main(["eval", str(path), *points]) == 2
+    assert "decimals with a point" in capsys.readouterr().err
+
+
+def test_walls_thinner_than_a_voxel_are_not_passed_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from porelang.cli import main
+
+    path = tmp_path / "thin.pore"
+    path.write_text("shell(sphere(20), 0.01)\n")
+    assert main(["mesh", str(path), "-o", str(tmp_path / "thin.stl"), "--resolution", "40"]) == 0
+    assert "W202" in capsys.readouterr().err
+    path.write_text("sphere(20)\n")
+    assert main(["mesh", str(path), "-o", str(tmp_path / "thin.stl"), "--resolution", "40"]) == 0
+    assert "W202" not in capsys.readouterr().err
+
+
+def test_what_python_hands_over() -> None:
+    program = porelang.compile("out part = sphere(10)\nout half = x < 0")
+    assert program.mesh("part", bounds=program.bounds("part"), resolution=20).is_watertight
+    assert program.mesh("part", bounds=[[-8] * 3, [8] * 3], resolution=20).bounds.tolist() == [[-8] * 3, [8] * 3]
+    assert program.field("half", backend="glsl")([[1.0, 0, 0], [-1.0, 0, 0]]).tolist() == [False, True]
+    for wrong in ({"dtype": "f16"}, {"backend": "cuda"}):
+        with pytest.raises(porelang.PoreError, match="choose from"):
+            program.field("part", **wrong)  # type: ignore[arg-type]

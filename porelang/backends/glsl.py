@@ -84,11 +84,16 @@ def field_function(root: Node, ranges: Mapping[str, tuple[float, float]]) -> tup
             row = TABLE[n.op]
             form = row.guarded if n in calm else row.glsl
             boolean = kind(n) == "bool"
-            text = form.format(*(names[a] for a in n.args))
+            text = form.format(*(_operand(n, a, names) for a in n.args))
             lines.append(f"    {'bool' if boolean else 'precise float'} {names[n]} = {text};")
     result = f"{names[root]} ? 1.0 : 0.0" if kind(root) == "bool" else names[root]
     # pore_keep: llvmpipe stores lane by lane, and without it would compute the last operations lane by lane too
     return "\n".join(["float field(vec3 p) {", *lines, f"    return pore_keep({result});", "}"]), tuple(uniforms)
+
+
+def _operand(n: Node, a: Node, names: Mapping[Node, str]) -> str:
+    """How an argument is written: a factor of 0 is hidden, for drivers fold x * 0 to 0, also where x is no number."""
+    return "pore_nought" if n.op == "mul" and a.op == "const" and a.value == 0.0 else names[a]
 
 
 def literal(value: float | bool) -> str:

@@ -136,6 +136,11 @@ def check(options: Namespace) -> int:
         found = [*found, *broken]
     if options.json:
         report.put([d.to_json() for d in found])
+    if program is not None and not options.measure:
+        waiting = program.unmeasured_checks()
+        if waiting and not options.quiet:
+            them = "it" if waiting == 1 else "them"
+            report.note(f"{report.plural(waiting, 'check')} about whole fields left out: --measure looks at {them}")
     if not options.quiet:
         errors = sum(d.severity == "error" for d in found)
         warnings = report.plural(len(found) - errors, "warning")

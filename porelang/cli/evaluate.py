@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import stat
 import sys
 from argparse import Namespace
 from collections.abc import Iterable
@@ -23,10 +25,13 @@ AT_ONCE = 2**16
 
 def evaluate(program: Program, options: Namespace) -> int:
     """Values of an output at points. Errors: E104 for points that are none, and what `Program.field` rejects."""
+    from porelang.cli.commands import broken_checks
     from porelang.mesh.export import save
     from porelang.program import make_field
 
     backend, dtype = machine(options, "f64")
+    if broken := broken_checks(program, dict(options.settings)):
+        raise PoreError(broken)
     roots, settings = program.roots(options.out), program.settle(**dict(options.settings))
     points = read_points(options.points)
     values = make_field(roots, settings, program.graph.ranges, backend, dtype)(points)
@@ -83,6 +88,8 @@ def read_points(path: str) -> NDArray[np.float64]:
     try:
         if path == "-":
             return checked_points(_from_csv(sys.stdin, "standard input"))
+        if os.path.exists(path) and stat.S_ISCHR(os.stat(path).st_mode) and path != "/dev/stdin":
+            raise fail("E105", f"`{path}` is a device that never ends", hint="name a file after --points")
         with open(path, "rb") as file:
             magic = file.read(6) == b"\x93NUMPY"
         if magic:
@@ -118,6 +125,9 @@ def _from_csv(lines: Iterable[str], name: str) -> list[list[float]]:
     rows: list[list[float]] = []
     columns: list[int] | None = None
     for number, line in enumerate(lines, 1):
+        if ";" in line and "," in line:
+            raise fail("E104", f"line {number} of {name} has both `;` and `,`: `{line.strip()[:57]}`",
+                       hint="write decimals with a point, and separate numbers by one sign")  # fmt: skip
         words = re.split(r"\s*[,;]\s*|\s+", line.strip())
         if words == [""] or line.lstrip().startswith("#"):
             continue

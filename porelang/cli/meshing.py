@@ -14,7 +14,7 @@ import numpy as np
 from porelang.cli import report
 from porelang.cli.commands import broken_checks, load
 from porelang.cli.evaluate import machine
-from porelang.diagnostics import PoreError, fail
+from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.mesh import Surface, write
 from porelang.mesh.export import writer_of
 from porelang.mesh.surface import AT_ONCE
@@ -41,7 +41,7 @@ def mesh(options: Namespace) -> int:
         raise fail("E108", "--voxel and --resolution say the same thing twice", hint="give one of them")
     program = load(options)
     settings = dict(options.settings)
-    if broken := broken_checks(program, settings):
+    if broken := broken_checks(program, settings, measure=True):
         raise PoreError(broken)
     _refuse_too_fine(program, options, settings)
     backend, dtype = machine(options, "f32")
@@ -70,14 +70,49 @@ def mesh(options: Namespace) -> int:
         deviation=options.simplify,
     )
     surface = refined.surface
+    doubts = too_coarse(program, options, settings, surface)
+    report.say([] if options.quiet else doubts)
     write(surface, options.output, notes_of(program, options.out, settings))
     seconds = round(time.perf_counter() - start, 3)
     found = facts(surface) | refined.facts | {"seconds": seconds, "backend": backend, "dtype": dtype}
     if options.json:
-        report.put({"file": options.output, "output": program.output(options.out)} | found)
+        report.put(
+            {"file": options.output, "output": program.output(options.out), **found}
+            | {"warnings": [d.to_json() for d in doubts]}
+        )
     elif not options.quiet:
         print(_text(options.output, found))
     return 0
+
+
+#: A mesh whose volume is further than this from the part's is not the part.
+COARSE = 0.03
+
+
+def too_coarse(program: Program, options: Namespace, settings: dict[str, str], surface: Surface) -> list[Diagnostic]:
+    """A warning where the mesh does not hold the part's volume: walls thinner than a voxel come out as specks."""
+    from porelang.ir import node
+    from porelang.measure import block
+    from porelang.reduce.integrals import volume
+
+    root, values = program.solid(options.out), program.settle(**settings)
+    if options.bounds:
+        root = node("max", root, block(checked_bounds(options.bounds)))
+    true = volume(root, values, accuracy=2e-3)
+    off = abs(surface.volume - true.value)
+    if off <= COARSE * true.value + true.error:
+        return []
+    return [
+        Diagnostic(
+            "W202",
+            f"the voxel is too coarse: the mesh holds {surface.volume:.4g} mm3, the part "
+            f"{true.value:.4g} +- {true.error:.2g} mm3",
+            program.outputs[program.output(options.out)].span,
+            "what is thinner than a voxel is lost or torn",
+            hint="use a smaller --voxel, a few to the thinnest wall",
+            severity="warning",
+        )
+    ]
 
 
 def _refuse_too_fine(program: Program, options: Namespace, settings: dict[str, str]) -> None:

@@ -1,4 +1,4 @@
-"""E080-E099 and W201: params, their settings, and contracts that depend on them."""
+"""E080-E099, W201 and W202: params, their settings, and contracts that depend on them."""
 
 from __future__ import annotations
 
@@ -65,5 +65,14 @@ PARAMS = (
         "broken; the message names it. The program runs, but at such points its values mean nothing.",
         "gyroid(x) & sphere(20)",
         "gyroid(max(abs(x), 5)) & sphere(20)",
+    ),
+    Code(
+        "W202",
+        "a mesh that is not the part",
+        "The volume of the mesh differs from that of the part by more than 3 % and more than the error of the\n"
+        "latter. Most often walls are thinner than a voxel: they come out torn, as specks, or not at all.\n"
+        "Mesh again with a smaller --voxel; a few voxels to the thinnest wall give a sound mesh.",
+        "",
+        "",
     ),
 )

@@ -152,12 +152,12 @@ def _evaluate(e: Elaborator, function: Function, given: dict[str, Given], site: 
     if known is not None:
         return known
     ensured = _contracts(e, function, bound, scope, kinds, given, site) if sound else []
+    if ensured is None:  # what the body would say about values it does not take is of no use
+        e.memo[memo] = POISON
+        return POISON
     result = e.expr(function.body, scope)
-    if ensured is None:
-        result = POISON
-    else:
-        for which, condition in ensured:
-            result = map_nodes(result, lambda n, c=condition, k=which: node("ensure", n, c, value=k))  # type: ignore[misc]
+    for which, condition in ensured:
+        result = map_nodes(result, lambda n, c=condition, k=which: node("ensure", n, c, value=k))  # type: ignore[misc]
     e.memo[memo] = result
     return result
 
@@ -182,8 +182,8 @@ def _fit(e: Elaborator, function: Function, p: tree.Parameter, value: Value, pla
         return kind, accepted
     wanted = " or ".join(k.words for k in declared) or "something else"
     code = "E062" if isinstance(value, Scalar | Vector) and value.dimension is not None else "E060"
-    others = () if p.span.source.prelude else (Label(p.span, "declared here"),)
-    hint = ""
+    others = (Label(p.span, "declared here"),)
+    hint = f"divide it by a length: `{place.text} / 10mm`" if declared[0].name == "rate" else ""
     if isinstance(value, Function):
         hint = f"`{value.name}` is a function; call it first: `{value.name}(...)`"
     e.error(
@@ -242,6 +242,8 @@ def _contracts(
 def _match(e: Elaborator, function: Function, arguments: Sequence[Given], site: tree.Call) -> dict[str, Given] | None:
     """Arguments by parameter name; None (after a diagnostic) where they do not fit."""
     names = [p.name for p in function.parameters]
+    if len(set(names)) < len(names):  # said where it is defined
+        return None
     given: dict[str, Given] = {}
     position = 0
     for a in arguments:

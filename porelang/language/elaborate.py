@@ -53,6 +53,19 @@ _RECURSION = 60_000
 Loader = Callable[[str, Source], "tuple[tree.File, list[Diagnostic]]"]
 
 
+#: What to do, where nothing better can be said at the place itself.
+HINTS = {
+    "E042": "leave one of the two out",
+    "E045": "leave one of the two out",
+    "E060": "give it what it asks for; `pore explain E060` says how kinds become each other",
+    "E061": "`pore explain E061` shows what can be called and combined",
+    "E062": "change the unit; a bare number fits anywhere",
+    "E064": "change the value, or the contract",
+    "E081": "write `lo..hi` with lo below hi",
+    "E082": "let all choices be of one kind",
+}
+
+
 class TooBig(Exception):  # noqa: N818  # ends one elaboration, never shown
     """The program ran over its budget; the diagnostic has been written."""
 
@@ -145,6 +158,7 @@ class Elaborator:
         if said not in self._said:
             self._said.add(said)
             made = Edit(*edit) if isinstance(edit, tuple) else edit
+            hint = hint or HINTS.get(code, "")
             self.out.diagnostics.append(Diagnostic(code, message, span, label, others, hint, made, severity))
         return POISON
 
@@ -352,6 +366,19 @@ class Elaborator:
     def _try_body(self, s: tree.Def, scope: Scope) -> None:
         """A def that nothing calls is looked at all the same, with arguments about which nothing is known."""
         names: dict[str, Value] = {p.name: POISON for p in s.parameters}
+        for p in s.parameters:
+            if p.default is None or not p.kinds:
+                continue
+            value = self.expr(p.default, Scope(names, scope))
+            kinds = [KINDS[k.name] for k in p.kinds if k.name in KINDS]
+            if not isinstance(value, Poison) and kinds and all(k.accept(value) is None for k in kinds):
+                self.error(
+                    "E062",
+                    f"the default of `{p.name}` is {describe(value)}, not {' or '.join(k.words for k in kinds)}",
+                    p.default.span,
+                    label="this is the default",
+                    others=(Label(p.kinds[0].span, "and this is what it is to be"),),
+                )
         self.expr(s.body, Scope(names, scope))
 
     # ---- expressions ------------------------------------------------------------------------------------------------

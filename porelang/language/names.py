@@ -17,6 +17,11 @@ COORDINATES = ("x", "y", "z", "p")
 Bound = tree.Param | tree.Let | tree.Def | tree.Use
 
 
+#: Names of the language's design that no version has yet.
+_FOAMS = ("perlin", "simplex", "cubic_noise", "worley", "particles", "voronoi_cells", "voronoi_edges", "truss")
+PLANNED = frozenset({*_FOAMS, "metric", "phase", "load", "sample", "blur", "compress", "mesh", "frame"})
+
+
 def bound(statements: Iterable[tree.Statement]) -> tuple[dict[str, Bound], list[Diagnostic]]:
     """The definitions of a file by name, and a diagnostic for each name bound twice or not to be bound."""
     names: dict[str, Bound] = {}
@@ -140,6 +145,14 @@ def _parts(item: object, local: frozenset[str]) -> Iterator[tuple[object, frozen
 
 def unknown(name: str, span: Span, visible: Iterable[str]) -> Diagnostic:
     """The diagnostic for a name that means nothing."""
+    if name in PLANNED:
+        return Diagnostic(
+            "E030",
+            f"`{name}` is not in this version of the language",
+            span,
+            label="planned, and not there yet",
+            hint="docs/language.md lists what there is",
+        )
     near = suggest(name, (v for v in visible if not v.startswith("_")))
     if name.lower() in ("nan", "inf", "infinity"):
         return Diagnostic(

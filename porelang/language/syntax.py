@@ -46,7 +46,7 @@ def parse(source: Source) -> tuple[tree.File, list[Diagnostic]]:
     """The statements of a source that could be read, and one diagnostic for each that could not (50 at most)."""
     if len(source.text) > LARGEST:
         message = f"this file is too large: {len(source.text)} characters, where {LARGEST} are read"
-        hint = "load data with `load` or `mesh`, and share definitions with `use`"
+        hint = "share definitions with `use`"
         return tree.File(source, ()), [Diagnostic("E028", message, Span(source, 0, 0), hint=hint)]
     statements: list[tree.Statement] = []
     diagnostics: list[Diagnostic] = []

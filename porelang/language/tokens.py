@@ -81,7 +81,8 @@ def words(source: Source, lexed: Iterable[LexedToken]) -> Iterator[Token]:
             continue
         if kind == "DOC":
             if fresh:
-                doc = [*doc, text] if line_ends == 1 else [text]
+                doc = doc if line_ends == 1 else []
+                doc.append(text)
                 line_ends = 0
             continue
         said = ""
@@ -197,7 +198,8 @@ def _in_first_column(token: Token) -> bool:
 
 
 def _close(token: Token, opened: list[Token]) -> None:
-    for depth in range(len(opened) - 1, -1, -1):
+    # deeper than brackets may nest there is nothing to save, and looking through it all would take hours
+    for depth in range(len(opened) - 1, max(-1, len(opened) - 2 * NESTING), -1):
         if OPENING[opened[depth].type] == token.type:
             del opened[depth:]
             return

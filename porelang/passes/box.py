@@ -15,11 +15,15 @@ from porelang.passes.enclose import EXACT, enclose, fixed
 
 #: Parts are looked for within this distance of the origin, in mm, along each axis.
 UNIVERSE = 1e5
-#: Members of a union that are looked at closely, at most; the others keep their rough (larger) box.
-MOST_CLOSE = 64
+#: Members of a union that are looked at closely one by one; the others keep their rough (larger) box.
+MOST_CLOSE = 6
+FEW = 8
+#: Unions within smooth unions within ... are followed this deep.
+DEEPEST = 40
 
 
 Points = NDArray[np.float64]
+Rough = tuple[Points, Points]
 #: Whether any material is possible in each of n boxes, given by their corners (n, 3).
 Solid = Callable[[Points, Points], NDArray[np.bool_]]
 
@@ -48,7 +52,9 @@ def part_box(root: Node, params: Mapping[str, float]) -> Box | None:
     reading its formula backwards, and only those that reach the ends of the whole are looked at closely.
     """
     ranges = fixed(params)
-    rough = {m: box for m in _members(root) if (box := _backwards(m, ranges)) is not None}
+    seen: dict[tuple[Node, float], Rough | None] = {}
+    boxes = {m: _backwards(m, 0.0, ranges, seen, 0) for m in _members(root)}
+    rough = {m: box for m, box in boxes.items() if box is not None}
     close: dict[Node, None] = {}
     while rough:
         lo = np.min([box[0] for box in rough.values()], axis=0)
@@ -57,12 +63,22 @@ def part_box(root: Node, params: Mapping[str, float]) -> Box | None:
         # an end is settled where a member that was looked at closely reaches it
         open_lo = ~np.any([rough[m][0] <= lo + near for m in close], axis=0) if close else np.full(3, True)
         open_hi = ~np.any([rough[m][1] >= hi - near for m in close], axis=0) if close else np.full(3, True)
+        # among many members, one that is small beside the whole is not worth a closer look
+        least = 0.2 * (hi - lo) if len(rough) > FEW else np.zeros(3)
         todo = [
             m
             for m, box in rough.items()
-            if m not in close and ((box[0] <= lo + near) & open_lo | (box[1] >= hi - near) & open_hi).any()
+            if m not in close
+            and (((box[0] <= lo + near) & open_lo | (box[1] >= hi - near) & open_hi) & (box[1] - box[0] > least)).any()
         ]
-        if not todo or len(close) >= MOST_CLOSE:
+        if todo and len(close) >= MOST_CLOSE:
+            if (hi - lo).max() >= UNIVERSE:  # some have no rough box: all together is cheaper now than one by one
+                found = _search(root, ranges, lo, hi)
+                if found is None:
+                    return None
+                lo, hi = found
+            todo = []
+        if not todo:
             return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
         member = todo[0]
         found = _search(member, ranges, *rough.pop(member))
@@ -87,18 +103,28 @@ def _members(root: Node) -> list[Node]:
     return out
 
 
-def _backwards(root: Node, ranges: Mapping[str, Interval]) -> tuple[Points, Points] | None:
-    """A rough box of `root <= 0`: ranges pushed from the root back to the coordinates, a few times over."""
+def _backwards(
+    root: Node, most: float, ranges: Mapping[str, Interval], seen: dict[tuple[Node, float], Rough | None], depth: int
+) -> Rough | None:
+    """A rough box of `root <= most`: ranges pushed from the root back to the coordinates, a few times over."""
+    key = (root, most)
+    if key not in seen:
+        seen[key] = _pushed_back(root, most, ranges, seen, depth)
+    return seen[key]
+
+
+def _pushed_back(
+    root: Node, most: float, ranges: Mapping[str, Interval], seen: dict[tuple[Node, float], Rough | None], depth: int
+) -> Rough | None:
     nodes = order([root])
     space = [interval(np.array([-UNIVERSE]), np.array([UNIVERSE])) for _ in range(3)]
+    known: dict[Node, Interval] = {}
     for _ in range(4):
         known = dict(zip(nodes, (e.range for e in enclose(nodes, space, ranges, EXACT)), strict=True))
-        known[root] = meet(known[root], interval(np.array([-np.inf]), np.array([0.0])))
+        known[root] = meet(known[root], interval(np.array([-np.inf]), np.array([most])))
         with np.errstate(all="ignore"):
             for n in reversed(nodes):
-                if n.op not in TABLE or not n.axes:
-                    continue
-                narrow = TABLE[n.op].narrow
+                narrow = TABLE[n.op].narrow if n.op in TABLE and n.axes else None
                 if narrow is None:
                     continue
                 for a, r in zip(n.args, narrow(known[n], *(known[a] for a in n.args)), strict=True):
@@ -106,11 +132,86 @@ def _backwards(root: Node, ranges: Mapping[str, Interval]) -> tuple[Points, Poin
                         known[a] = meet(known[a], r)
         before = space
         space = [meet(s, known[n]) if (n := node(axis)) in known else s for axis, s in zip("xyz", space, strict=True)]
+        space = _solved(nodes, known, space)
         if any(bool((s.lo > s.hi).any()) for s in space):
             return None
         if all(float((s.hi - s.lo)[0]) > 0.95 * float((b.hi - b.lo)[0]) for s, b in zip(space, before, strict=True)):
             break
     lo, hi = np.array([float(s.lo[0]) for s in space]), np.array([float(s.hi[0]) for s in space])
+    if depth < DEEPEST and (hi - lo).max() >= UNIVERSE:
+        return _by_branches(nodes, known, lo, hi, ranges, seen, depth)
+    return lo, hi
+
+
+def _solved(nodes: list[Node], known: Mapping[Node, Interval], space: list[Interval]) -> list[Interval]:
+    """Coordinates from the ranges of turned ones: three linear forms of x, y, z are solved for them.
+
+    A rotated box says that three sums of coordinates are small; one at a time that says nothing about any coordinate.
+    """
+    forms: dict[Node, NDArray[np.float64]] = {}  # of the nodes that are linear: the factors of x, y, z, and the rest
+    for n in nodes:
+        if n.op in ("x", "y", "z"):
+            forms[n] = np.eye(4)["xyz".index(n.op)]
+        elif not n.axes:
+            value = known[n]
+            if value.lo.size == 1 and float(value.lo.flat[0]) == float(value.hi.flat[0]):
+                forms[n] = np.array([0.0, 0.0, 0.0, float(value.lo.flat[0])])
+        elif all(a in forms for a in n.args):
+            f = [forms[a] for a in n.args]
+            if n.op in ("add", "sub"):
+                forms[n] = f[0] + f[1] if n.op == "add" else f[0] - f[1]
+            elif n.op == "neg":
+                forms[n] = -f[0]
+            elif n.op == "mul" and not all(a.axes for a in n.args):
+                forms[n] = f[0] * f[1][3] if n.args[0].axes else f[1] * f[0][3]
+            elif n.op == "div" and not n.args[1].axes and f[1][3] != 0:
+                forms[n] = f[0] / f[1][3]
+    rows: list[tuple[float, NDArray[np.float64], float, float]] = []
+    for n, form in forms.items():
+        size = float(np.linalg.norm(form[:3]))
+        lo, hi = (float(known[n].lo.flat[0]), float(known[n].hi.flat[0])) if n.axes else (0.0, 0.0)
+        if size > 0 and np.isfinite([lo, hi]).all() and hi - lo < UNIVERSE * size:
+            rows.append(((hi - lo) / size, form / size, lo / size, hi / size))
+    picked: list[tuple[float, NDArray[np.float64], float, float]] = []
+    for row in sorted(rows, key=lambda r: r[0]):  # the narrowest three that are independent
+        stack = np.array([r[1][:3] for r in [*picked, row]])
+        if np.linalg.svd(stack, compute_uv=False)[-1] > 1e-3:
+            picked.append(row)
+        if len(picked) == 3:
+            break
+    if len(picked) < 3:
+        return space
+    inverse = np.linalg.inv(np.array([r[1][:3] for r in picked]))
+    low = np.array([r[2] - r[1][3] for r in picked])
+    high = np.array([r[3] - r[1][3] for r in picked])
+    middle, half = inverse @ (low + high) / 2, np.abs(inverse) @ (high - low) / 2
+    half = half * (1 + 1e-12) + 1e-12 * np.abs(middle)
+    return [meet(s, interval(middle[i : i + 1] - half[i], middle[i : i + 1] + half[i])) for i, s in enumerate(space)]
+
+
+def _by_branches(
+    nodes: list[Node],
+    known: Mapping[Node, Interval],
+    lo: Points,
+    hi: Points,
+    ranges: Mapping[str, Interval],
+    seen: dict[tuple[Node, float], Rough | None],
+    depth: int,
+) -> Rough | None:
+    """The box cut to where a lesser of two inside the formula can be as small as it must be, by either branch."""
+    for n in reversed(nodes[:-1]):
+        most = float(known[n].hi.max()) if n.op == "min" and n.axes else np.inf
+        if not np.isfinite(most) or most >= UNIVERSE:
+            continue
+        parts = [box for a in n.args if (box := _backwards(a, most, ranges, seen, depth + 1)) is not None]
+        if not parts:
+            return None
+        lo = np.maximum(lo, np.min([p[0] for p in parts], axis=0))
+        hi = np.minimum(hi, np.max([p[1] for p in parts], axis=0))
+        if (hi < lo).any():
+            return None
+        if (hi - lo).max() < UNIVERSE:
+            break
     return lo, hi
 
 
