@@ -548,3 +548,14 @@ def test_mesh_needs_no_opengl_unless_it_is_asked_for(pore: Pore, monkeypatch: py
     monkeypatch.setenv("PORELANG_GL", "none")
     assert pore("mesh", SPECIMEN, "-o", "a.stl", "--resolution", "20", "--json", "-q") == 0
     assert (pore.json()["backend"], pore.json()["dtype"], pore.err) == ("numpy", "f32", "")
+
+
+def test_show_after_bounds_tells_the_box_and_the_steepness(pore: Pore) -> None:
+    Path("ball.pore").write_text("sphere(5) |> translate([10, 0, 0])\n")
+    assert pore("show", "ball.pore", "--after", "bounds") == 0
+    last = pore.out.strip().splitlines()[-1]
+    assert "within (5, -5, -5) .. (15, 5, 5) mm" in last
+    assert 1 <= float(last.split("<=")[1].split()[0]) < 2  # exactly 1: the enclosure may be loose, never less
+    Path("raw.pore").write_text("gyroid(30)\n")
+    assert pore("show", "raw.pore", "--after", "bounds") == 0
+    assert "no end along x, y, z" in pore.out

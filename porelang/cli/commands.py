@@ -122,7 +122,8 @@ def shown(info: ParamInfo, value: float) -> str:
 def check(options: Namespace) -> int:
     """`pore check`: all diagnostics, the `check` statements included."""
     from porelang.files import read_source
-    from porelang.program import try_compile
+    from porelang.language.syntax import MOST
+    from porelang.program import MOST_DIAGNOSTICS, try_compile
 
     source = read_source(options.file)
     program, found = try_compile(source)
@@ -144,7 +145,8 @@ def check(options: Namespace) -> int:
     if not options.quiet:
         errors = sum(d.severity == "error" for d in found)
         warnings = report.plural(len(found) - errors, "warning")
-        report.note(f"{options.file}: {report.plural(errors, 'error')}, {warnings}")
+        first = "the first " if len(found) in (MOST, MOST_DIAGNOSTICS) else ""
+        report.note(f"{options.file}: {first}{report.plural(errors, 'error')}, {warnings}")
     return report.status(found)
 
 
@@ -168,11 +170,35 @@ def show(options: Namespace) -> int:
     note = PIPELINE[names.index(after)].note
     roots = {name: root for name, root in graph.roots.items() if chosen in (None, name.partition(".")[0])}
     text = ir.show(roots, note and note(graph))
+    if after == "bounds":
+        text += "".join(f"\n; {line}" for line in _boxes(program, chosen))
     if options.json:
         report.put({"after": after, "nodes": len(ir.order(roots.values())), "lines": text.split("\n")})
     else:
         print(text)
     return 0
+
+
+def _boxes(program: Program, chosen: str | None) -> list[str]:
+    """The box of each solid output with the params at their defaults, and a bound on how steep its field is inside."""
+    import numpy as np
+
+    from porelang.language.values import Scalar
+    from porelang.passes.bounds import lipschitz
+
+    lines: list[str] = []
+    for name, output in program.outputs.items():
+        if chosen not in (None, name) or not isinstance(output.value, Scalar):
+            continue
+        try:
+            box = program.bounds(name)
+        except PoreError as error:
+            lines.append(f"{name}: {error.diagnostics[0].message}")
+            continue
+        corners = (", ".join(f"{v:g}" for v in corner) for corner in box)
+        steep = float(lipschitz(program.solid(name), np.array([box.lo]), np.array([box.hi]), program.settle())[0])
+        lines.append(f"{name}: within ({next(corners)}) .. ({next(corners)}) mm, |grad| <= {steep:.4g} there")
+    return lines
 
 
 def glsl(options: Namespace) -> int:
