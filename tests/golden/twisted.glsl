@@ -28,6 +28,9 @@ float pore_sin_turns(float u) {
     precise float folded = (r < 0.0 ? -0.5 : 0.5) - r;
     return pore_sine(abs(r) > 0.25 ? folded : r);
 }
+// Zero, as a uniform that is never set: a factor that the driver cannot see. Drivers fold x * 0.0 to 0.0 in spite of
+// `precise`, also where x is infinite or no number (seen on Mesa 22.3).
+uniform float pore_nought;
 // Whether x is not a number, by its bits: a driver may assume that x != x is never true.
 bool pore_is_nan(float x) {
     return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u;
@@ -56,12 +59,12 @@ float field(vec3 p) {
     precise float v10 = (-v9);
     precise float v11 = (v10 * 5.0e-01);
     precise float v12 = (v6 - v11);
-    precise float v13 = (v5 * 0.0e+00);
-    precise float v14 = (v9 * 0.0e+00);
+    precise float v13 = (v5 * pore_nought);
+    precise float v14 = (v9 * pore_nought);
     precise float v15 = (v13 + v14);
     precise float v16 = (p.z + v15);
     precise float v17 = (v16 * 1.339746e-01);
-    precise float v18 = (v17 * 0.0e+00);
+    precise float v18 = (v17 * pore_nought);
     precise float v19 = (v12 + v18);
     precise float v20 = abs(v19);
     precise float v21 = (v20 - 5.0e+00);
