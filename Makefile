@@ -19,6 +19,7 @@ $(READY): pyproject.toml
 	@$(PYTHON) -m venv $(VENV) || { echo "the venv module is missing: apt-get install python3-venv"; exit 1; }
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@$(BIN)/python -m compileall -q porelang  # so that `pore` starts without compiling itself
 	@touch $@
 
 demo: $(READY)  ## compile examples/specimen.pore to out/specimen.stl and out/specimen.png, and print its report
