@@ -33,7 +33,7 @@ def by_hand() -> Any:
 
 
 def flying_edges() -> Any:
-    import vtk  # type: ignore[import-not-found]
+    import vtk  # type: ignore[import-not-found]  # only where it is installed
     from vtk.util.numpy_support import numpy_to_vtk  # type: ignore[import-not-found]
 
     values = by_hand()

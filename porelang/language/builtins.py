@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from porelang.ir import X, Y, Z, const, node
 from porelang.language import reductions, tree
-from porelang.language.calls import Given, call
+from porelang.language.calls import Given, argument_places, call
 from porelang.language.operators import apply
 from porelang.language.values import (
     POISON,
@@ -35,15 +35,9 @@ _NAMES = ("a", "b")
 Call = Callable[["Elaborator", tree.Call, list[Value]], Value]
 
 
-def _places(site: tree.Call, count: int) -> list[Span]:
-    """The places of the arguments; in `a |> f(b)` the first stands before the call, so the call stands for it."""
-    spans = [a.span for a in site.arguments]
-    return [site.span] * (count - len(spans)) + spans[: count - max(0, count - len(spans))]
-
-
 def _kernel(row: Op, name: str) -> Builtin:
     def call_it(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
-        return apply(e, row, values, _places(site, len(values)), site.span, f"`{name}`")
+        return apply(e, row, values, argument_places(site, len(values)), site.span, f"`{name}`")
 
     count = len(row.args)
     signature = ("y", "x") if name == "atan2" else _NAMES[:count]
@@ -52,7 +46,7 @@ def _kernel(row: Op, name: str) -> Builtin:
 
 def _extreme(row: Op, name: str) -> Builtin:
     def call_it(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
-        places = _places(site, len(values))
+        places = argument_places(site, len(values))
         if len(values) == 1:
             items = as_list(values[0])
             if not items:
@@ -86,7 +80,7 @@ def _extreme(row: Op, name: str) -> Builtin:
 def _grad(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
     (f,) = values
     if not isinstance(f, Scalar):
-        return e.error("E060", f"`grad` needs a field, not {describe(f)}", _places(site, 1)[0])
+        return e.error("E060", f"`grad` needs a field, not {describe(f)}", argument_places(site, 1)[0])
     dx, dy, dz = (node("d", f.node, value=i) for i in range(3))
     return Vector(dx, dy, dz, None if f.dimension is None else f.dimension / LENGTH)
 
@@ -94,7 +88,7 @@ def _grad(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
 def _items(e: Elaborator, site: tree.Call, value: Value, index: int, name: str) -> tuple[Value, ...] | None:
     items = as_list(value)
     if items is None:
-        e.error("E060", f"`{name}` needs a list, not {describe(value)}", _places(site, index + 1)[index])
+        e.error("E060", f"`{name}` needs a list, not {describe(value)}", argument_places(site, index + 1)[index])
     return items
 
 
@@ -105,7 +99,7 @@ def _len(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
 
 def _range(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
     numbers: list[float] = []
-    for v, place in zip(values, _places(site, len(values)), strict=True):
+    for v, place in zip(values, argument_places(site, len(values)), strict=True):
         number = e.need_constant(v, place, "a bound of `range`")
         if number is None:
             return POISON

@@ -63,6 +63,12 @@ def call(e: Elaborator, function: Value, arguments: Sequence[Given], site: tree.
     )
 
 
+def argument_places(site: tree.Call, count: int) -> list[Span]:
+    """The places of the arguments; in `a |> f(b)` the first stands before the call, so the call stands for it."""
+    spans = [a.span for a in site.arguments]
+    return [site.span] * max(0, count - len(spans)) + spans[:count]
+
+
 def _call_builtin(e: Elaborator, function: Builtin, arguments: Sequence[Given], site: tree.Call) -> Value:
     values: list[Value] = []
     slots: dict[str, Given] = {}
@@ -157,7 +163,7 @@ def _evaluate(e: Elaborator, function: Function, given: dict[str, Given], site: 
         return POISON
     result = e.expr(function.body, scope)
     for which, condition in ensured:
-        result = map_nodes(result, lambda n, c=condition, k=which: node("ensure", n, c, value=k))  # type: ignore[misc]
+        result = map_nodes(result, lambda n, c=condition, k=which: node("ensure", n, c, value=k))  # type: ignore[misc]  # a default binds now
     e.memo[memo] = result
     return result
 

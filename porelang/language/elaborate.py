@@ -179,7 +179,7 @@ class Elaborator:
             elif m.op in TABLE:
                 known[m] = computed(m.op, [known[a] for a in m.args])
             else:  # a field at a fixed point
-                known[m] = run(Graph({"value": m}, {}), after="fold").roots["value"].value  # type: ignore[assignment]
+                known[m] = run(Graph({"value": m}, {}), after="fold").roots["value"].value  # type: ignore[assignment]  # folded
         return known[n]
 
     def need_constant(self, value: Value, span: Span, what: str) -> float | None:

@@ -53,7 +53,7 @@ def unary(e: Elaborator, op: str, a: Value, span: Span, at: Span) -> Value:
             "E060", "`~` turns a solid inside out; a condition is turned with `not`", span, edit=(span, "not ")
         )
     if isinstance(a, Scalar):
-        n = const(-a.node.value) if a.node.op == "const" and a.literal else -a.node  # type: ignore[operator]
+        n = const(-a.node.value) if a.node.op == "const" and a.literal else -a.node  # type: ignore[operator]  # a literal is a number
         return Scalar(n, a.dimension, a.literal)
     if isinstance(a, Vector):
         return Vector(-a.x, -a.y, -a.z, a.dimension)

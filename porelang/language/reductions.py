@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 from porelang.ir import Node, Stage, node, param
 from porelang.language import tree
-from porelang.language.calls import Given, call
+from porelang.language.calls import Given, argument_places, call
 from porelang.language.values import POISON, Builtin, Function, Poison, Range, Scalar, Value, describe
-from porelang.source import Span
 from porelang.units import AREA, RATIO, VOLUME, Dimension
 
 if TYPE_CHECKING:
@@ -42,15 +41,10 @@ _SHAPES: tuple[tuple[str, tuple[str, ...], Dimension | str | None, str], ...] = 
 )
 
 
-def _places(site: tree.Call, count: int) -> list[Span]:
-    spans = [a.span for a in site.arguments]
-    return [site.span] * max(0, count - len(spans)) + spans
-
-
 def _reduction(name: str, signature: tuple[str, ...], dimension: Dimension | str | None, doc: str) -> Builtin:
     def call_it(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
         nodes: list[Node] = []
-        for value, parameter, place in zip(values, signature, _places(site, len(values)), strict=True):
+        for value, parameter, place in zip(values, signature, argument_places(site, len(values)), strict=True):
             if not isinstance(value, Scalar):
                 hint = f"call it first: `{value.name}(...)`" if isinstance(value, Function) else ""
                 return e.error(
@@ -83,7 +77,7 @@ def _reduction(name: str, signature: tuple[str, ...], dimension: Dimension | str
 
 def _solve(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
     function, target, ends = values
-    places = _places(site, 3)
+    places = argument_places(site, 3)
     if not isinstance(ends, Range):
         return e.error(
             "E060",
