@@ -20,13 +20,13 @@ STOREYS = {
     "passes": 2,
     "language": 3,
     "backends": 4,
-    "contracts": 5, "program": 5, "settings": 5, "files": 5, "device": 5, "surface": 5, "gpu": 5, "mesh": 5,
+    "contracts": 5, "program": 5, "settings": 5, "files": 5, "device": 5, "compiled": 5, "surface": 5, "gpu": 5, "mesh": 5,
     "measure": 5, "reduce": 5, "render": 5, "slices": 5, "conformance": 5,
     "cli": 6, "__main__": 6,
 }  # fmt: skip
 PURE = 4
 #: What a pure storey does without: files, devices, other programs, and packages that take long to import.
-WORLDLY = {"moderngl", "trimesh", "contourpy", "scipy", "subprocess", "socket", "time", "tempfile", "shutil"}
+WORLDLY = {"moderngl", "numba", "trimesh", "contourpy", "scipy", "subprocess", "socket", "time", "tempfile", "shutil"}
 #: Where the package's own resources and the user's cache are read: the only files of the lower storeys.
 READERS = {"resources", "cache", "language.prelude"}
 
@@ -111,7 +111,7 @@ def test_nothing_is_imported_that_check_does_not_need() -> None:
     """`pore check` is fast because the heavy packages are imported only by those who need them."""
     code = (
         "import sys; from porelang.cli import main; assert main(['check', sys.argv[1], '-q']) == 0;"
-        "print([m for m in ('trimesh', 'contourpy', 'moderngl', 'scipy', 'PIL') if m in sys.modules])"
+        "print([m for m in ('trimesh', 'contourpy', 'moderngl', 'numba', 'scipy', 'PIL') if m in sys.modules])"
     )
     example = PACKAGE.parent / "examples" / "specimen.pore"
     done = subprocess.run([sys.executable, "-c", code, str(example)], capture_output=True, text=True, check=True)
