@@ -1,7 +1,7 @@
 """Loops that NumPy has no word for, compiled by Numba: the one place that knows of it.
 
-A compiled function sees arrays and numbers only, lets other threads run (`nogil`), and is kept on disk, so that only the
-first run after an installation compiles. Arithmetic is IEEE: nothing is fused or reordered (docs/decisions/0007).
+A compiled function sees arrays and numbers only, lets other threads run (`nogil`), and is kept on disk, so that only
+the first run after an installation compiles. Arithmetic is IEEE: nothing is fused or reordered (docs/decisions/0007).
 """
 
 from __future__ import annotations

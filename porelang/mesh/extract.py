@@ -1,4 +1,4 @@
-"""From a field to its closed surface in a box: bricks over threads, welded slab by slab."""
+"""From a field to its closed surface in a box: bricks over threads, welded as they come."""
 
 from __future__ import annotations
 
@@ -62,20 +62,14 @@ def extract(
     bricks = sorted(plan.bricks, key=lambda b: b.lo)
     weld = Weld(memory // 2, folder)
     found: list[Found] = []
-    slab: list[Patch] = []
     for one in _over(bricks, lambda b: _visit(layers, sample, b), threads):
-        if slab and bricks[len(found)].lo[0] != bricks[len(found) - 1].lo[0]:
-            weld.slab(slab)
-            slab = []
         if one.patch is not None:
-            slab.append(one.patch)
+            weld.add(one.patch)
         found.append(replace(one, patch=None))
         if progress is not None:
             progress(len(found), len(bricks))
         if cancel is not None and cancel():
             raise CancelledError
-    if slab:
-        weld.slab(slab)
     if not plan.void and all(f.solid for f in found):
         _reject(layers, sample, plan, found, solid=True)
     if not weld.faces.count:

@@ -1,0 +1,286 @@
+"""The loops of marching cubes over one block of samples, compiled.
+
+A block is walked along x, a layer of cells at a time. The vertices on the grid's edges are numbered before the cells
+that use them, in a small table of the edges at the two planes of nodes in work, so that a cell finds its corners
+without a search. Rows along z are looked at eight nodes at a time, for most hold nothing.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.compiled import compiled
+from porelang.mesh.cells import CENTRE, CORNERS, DIAGONALS, EDGES
+
+Bytes = NDArray[np.uint8]
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Numbers = NDArray[np.int32]
+
+
+class Cases(NamedTuple):
+    """The columns of `cells.Table`."""
+
+    rows: NDArray[np.int16]
+    ambiguous: Bytes
+    starts: Ints
+    counts: Ints
+    edges: Ints
+    centred: NDArray[np.bool_]
+
+
+class Frame(NamedTuple):
+    """Where a block of nodes lies: the coordinates of its nodes along each axis, `at` and `rim` (3, n), its first node,
+    the whole grid's shape, the box (2, 3) that the grid is clipped at, and the least distance of a vertex from the end
+    of its edge. See `layers`."""
+
+    at: Floats
+    rim: Floats
+    lo: tuple[int, int, int]
+    whole: tuple[int, int, int]
+    box: Floats
+    hair: float
+
+
+_AXIS_OF = np.array([axis for _, _, axis in EDGES])
+_STARTS_AT = np.array([CORNERS[k] for k, _, _ in EDGES])
+_DIAGONALS = np.array(DIAGONALS)
+_CENTRE = CENTRE
+_FULL = np.uint64(0xFFFFFFFFFFFFFFFF)
+_HUGE = float(np.finfo(np.float64).max) / 4
+_FIRST = 1 << 12  # rows of output to begin with
+_MOST_TRIANGLES = 12  # of one cell
+
+
+@compiled
+def march(values: NDArray[Any], frame: Frame, cases: Cases) -> tuple[Floats, Numbers, Numbers, Ints]:
+    """The vertices (n, 3) mm and faces (m, 3) of a block, which vertices lie on its border, and the keys of these."""
+    nx, ny, nz = values.shape
+    signs = np.zeros((2, ny, nz), np.uint8)
+    marks = np.zeros(8 * (nz // 8 + 1), np.uint8)
+    number = np.empty(5 * ny * nz, np.int32)
+    shift = _shifts(ny, nz)
+    vertices, total = np.empty((_FIRST, 3)), 0
+    faces, made = np.empty((_FIRST, 3), np.int32), 0
+    border, keys, shared = np.empty(_FIRST, np.int32), np.empty(_FIRST, np.int64), 0
+    for i in range(nx):
+        even = i % 2
+        now, before = signs[even], signs[1 - even]
+        for j in range(ny):
+            for k in range(nz):
+                now[j, k] = values[i, j, k] < 0
+        if total + 4 * ny * nz > len(vertices):
+            vertices = _longer(vertices, total, total + 4 * ny * nz)
+        if shared + 3 * ny * nz > len(border):
+            border = _longer_list(border, shared, shared + 3 * ny * nz)
+            keys = _longer_list(keys, shared, shared + 3 * ny * nz)
+        if i:  # the edges from the plane before to this one, then those in this one
+            total, shared = _cross(
+                0, i - 1, before, now, values[i - 1], values[i], 0, 0, marks, number[: ny * nz],
+                vertices, total, border, keys, shared, nx, frame,
+            )  # fmt: skip
+        for axis, slot in ((1, 1 + even), (2, 3 + even)):
+            total, shared = _cross(
+                axis, i, now, now, values[i], values[i], 2 - axis, axis - 1, marks,
+                number[slot * ny * nz : (slot + 1) * ny * nz], vertices, total, border, keys, shared, nx, frame,
+            )  # fmt: skip
+        if i:
+            if made + _MOST_TRIANGLES * ny * nz > len(faces):
+                faces = _longer(faces, made, made + _MOST_TRIANGLES * ny * nz)
+            total, made = _fill(
+                values[i - 1], values[i], before, now, marks, number, shift[1 - even],
+                vertices, total, faces, made, cases,
+            )  # fmt: skip
+    return vertices[:total].copy(), faces[:made].copy(), border[:shared].copy(), keys[:shared].copy()
+
+
+@compiled
+def _shifts(ny: int, nz: int) -> NDArray[np.int64]:
+    """Where the number of each edge of a cell stands, counted from its first node, for one in an even or odd plane."""
+    out = np.zeros((2, 12), np.int64)
+    for even in range(2):
+        for e in range(12):
+            x, y, z = _STARTS_AT[e]
+            axis = _AXIS_OF[e]
+            slot = 0 if axis == 0 else 2 * axis - 1 + (x ^ even)
+            out[even, e] = (slot * ny + y) * nz + z
+    return out
+
+
+@compiled
+def _longer(rows: NDArray[Any], used: int, least: int) -> NDArray[Any]:
+    out = np.empty((max(least, 2 * len(rows)), 3), rows.dtype)
+    out[:used] = rows[:used]
+    return out
+
+
+@compiled
+def _longer_list(rows: NDArray[Any], used: int, least: int) -> NDArray[Any]:
+    out = np.empty(max(least, 2 * len(rows)), rows.dtype)
+    out[:used] = rows[:used]
+    return out
+
+
+@compiled
+def _cross(
+    axis: int,
+    i: int,
+    begin: Bytes,
+    end: Bytes,
+    near: NDArray[Any],
+    far: NDArray[Any],
+    dj: int,
+    dk: int,
+    marks: Bytes,
+    number: Numbers,
+    vertices: Floats,
+    total: int,
+    border: Numbers,
+    keys: Ints,
+    shared: int,
+    nx: int,
+    frame: Frame,
+) -> tuple[int, int]:
+    """A vertex on every crossed edge along `axis`: from nodes (i, j, k) to those of `end` and `far` `dj, dk` further.
+
+    Gives how many vertices, and how many on the border, there are then.
+    """
+    ny, nz = begin.shape
+    by_eight = marks.view(np.uint64)
+    at, rim, box, lo, whole, hair = frame.at, frame.rim, frame.box, frame.lo, frame.whole, frame.hair
+    index = np.empty(3, np.int64)
+    last = (nx - 1, ny - 1, nz - 1)
+    hits = np.empty(8, np.int64)
+    for j in range(ny - dj):
+        other = end[j + dj, dk:]
+        for k in range(nz - dk):
+            marks[k] = begin[j, k] ^ other[k]
+        for k in range(nz - dk, len(marks)):
+            marks[k] = 0
+        for word in range(len(by_eight)):
+            if by_eight[word] == 0:
+                continue
+            many = 0  # the hits are listed first, without a branch that nobody can predict
+            for k in range(8 * word, 8 * word + 8):
+                hits[many] = k
+                many += marks[k]
+            for hit in range(many):
+                k = hits[hit]
+                index[0], index[1], index[2] = i, j, k
+                first = index[axis] + lo[axis]
+                capped = first == 0 or first == whole[axis] - 2
+                outer = False
+                for n in range(3):
+                    if n == axis:
+                        continue
+                    outer |= index[n] == 0 or index[n] == last[n]
+                    # On a cap the layers next to the bounds of the other axes keep their distance.
+                    vertices[total, n] = at[n, index[n]] if capped else rim[n, index[n]]
+                if capped:
+                    vertices[total, axis] = box[0 if first == 0 else 1, axis]
+                else:
+                    a = min(max(np.float64(near[j, k]), -_HUGE), _HUGE)
+                    b = min(max(np.float64(far[j + dj, k + dk]), -_HUGE), _HUGE)
+                    from_, to = at[axis, index[axis]], at[axis, index[axis] + 1]
+                    least = min(hair / (to - from_), 0.25)
+                    part = min(max(a / (a - b), least), 1 - least)
+                    vertices[total, axis] = from_ + part * (to - from_)
+                number[j * nz + k] = total
+                if outer:
+                    border[shared] = total
+                    node = (i + lo[0]) * whole[1] + j + lo[1]
+                    keys[shared] = 4 * (node * whole[2] + k + lo[2]) + axis
+                    shared += 1
+                total += 1
+    return total, shared
+
+
+@compiled
+def _fill(
+    low: NDArray[Any],
+    high: NDArray[Any],
+    before: Bytes,
+    now: Bytes,
+    marks: Bytes,
+    number: Numbers,
+    shift: Ints,
+    vertices: Floats,
+    total: int,
+    faces: Numbers,
+    made: int,
+    cases: Cases,
+) -> tuple[int, int]:
+    """The triangles of the cells between two planes of nodes; gives how many vertices and triangles there are then."""
+    ny, nz = before.shape
+    by_eight = marks.view(np.uint64)
+    rows, ambiguous, starts, counts, edges, centred = cases
+    corners = np.empty(8)
+    hits = np.empty(8, np.int64)
+    for j in range(ny - 1):
+        a, b, c, d = before[j], before[j + 1], now[j], now[j + 1]
+        for k in range(nz - 1):
+            marks[k] = (
+                a[k] | a[k + 1] << 1 | b[k] << 2 | b[k + 1] << 3
+                | c[k] << 4 | c[k + 1] << 5 | d[k] << 6 | d[k + 1] << 7
+            )  # fmt: skip
+        for k in range(nz - 1, len(marks)):
+            marks[k] = 0
+        for word in range(len(by_eight)):
+            if by_eight[word] == 0 or by_eight[word] == _FULL:
+                continue
+            many = 0
+            for k in range(8 * word, 8 * word + 8):
+                hits[many] = k
+                many += (marks[k] != 0) & (marks[k] != 255)
+            for hit in range(many):
+                k = hits[hit]
+                case = marks[k]
+                joined = 0
+                if ambiguous[case]:
+                    for n in range(4):
+                        corners[n] = np.float64(low[j + (n >> 1), k + (n & 1)])
+                        corners[4 + n] = np.float64(high[j + (n >> 1), k + (n & 1)])
+                    joined = _joined(corners)
+                row = rows[np.int64(case) * 64 + joined]
+                first = j * nz + k
+                start, end = starts[row], starts[row] + counts[row]
+                for t in range(start, end):
+                    for corner in range(3):
+                        e = edges[t, corner]
+                        faces[made, corner] = total if e == _CENTRE else number[shift[e] + first]
+                    made += 1
+                if centred[row]:
+                    _centre(vertices, total, faces[made - (end - start) : made])
+                    total += 1
+    return total, made
+
+
+@compiled
+def _joined(corners: Floats) -> int:
+    """The bits of the faces whose solid corners connect: there the bilinear interpolant is solid at its saddle."""
+    bits = 0
+    for face in range(6):
+        a, b, c, d = _DIAGONALS[face]
+        # Kept from overflow. A product of two float32 is exact here, one of two float64 does not depend on their order.
+        one = min(max(corners[a], -1e150), 1e150) * min(max(corners[b], -1e150), 1e150)
+        other = min(max(corners[c], -1e150), 1e150) * min(max(corners[d], -1e150), 1e150)
+        if (one > other) if corners[a] < 0 else (other > one):
+            bits |= 1 << face
+    return bits
+
+
+@compiled
+def _centre(vertices: Floats, which: int, fan: Numbers) -> None:
+    """Put a vertex in the middle of the loop that its fan of triangles (start, end, centre) spans."""
+    vertices[which] = 0.0
+    many = 0
+    for t in range(len(fan)):
+        if fan[t, 2] == which:
+            many += 1
+            for n in range(3):
+                vertices[which, n] += vertices[fan[t, 0], n]
+    for n in range(3):
+        vertices[which, n] /= many
