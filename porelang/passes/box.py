@@ -235,12 +235,10 @@ def _search(root: Node, ranges: Mapping[str, Interval], lo: Points, hi: Points) 
         lo, hi = cell_lo[keep].min(axis=0), cell_hi[keep].max(axis=0)
         if np.prod(hi - lo) < 0.9 * before:
             continue
-        for axis in range(3):
-            for side in (-1, 1):
-                _shave(lo, hi, axis, side, min(steps, 8), maybe_solid)
-                _snap(lo, hi, axis, side, 2, maybe_solid)
-                _shave(lo, hi, axis, side, steps, maybe_solid)
-                _snap(lo, hi, axis, side, 4, maybe_solid)
+        _shave(lo, hi, min(steps, 8), maybe_solid)
+        _snap(lo, hi, 2, maybe_solid)
+        _shave(lo, hi, steps, maybe_solid)
+        _snap(lo, hi, 4, maybe_solid)
         # where coarse cells and the faces agree, as for shapes along the axes, finer cells find no more
         if cells >= finest or (cells > 8 and np.prod(hi - lo) > 0.98 * before):
             break
@@ -261,46 +259,66 @@ def _split(lo: Points, hi: Points, counts: tuple[int, int, int]) -> tuple[Points
     return low, high
 
 
-def _shave(lo: Points, hi: Points, axis: int, side: int, steps: int, maybe_solid: Solid) -> None:
-    """Move one face of the box inward as far as bisection proves the layer before it void."""
-    width = hi[axis] - lo[axis]
-    proven, failed = 0.0, width
+#: The faces of a box: an axis, and the side it is on.
+_FACES = tuple((axis, side) for axis in range(3) for side in (-1, 1))
+
+
+def _shave(lo: Points, hi: Points, steps: int, maybe_solid: Solid) -> None:
+    """Move the faces of the box inward as far as bisection proves the layers before them void; all six at a time."""
+    width = np.array([side * (hi - lo)[axis] for axis, side in _FACES])
+    proven, failed = np.zeros(6), np.ones(6)  # shares of the width
+    moving = np.arange(6)
     for step in range(steps):
-        depth = (proven + failed) / 2 if step else 1e-6 * width  # most often the face is where it should be
+        share = (proven + failed) / 2 if step else np.full(6, 1e-6)  # most often the face is where it should be
+        solid = _solid_beyond(lo, hi, moving, (_ends(lo, hi) - share * width)[moving], maybe_solid)
+        failed[moving] = np.where(solid, share[moving], failed[moving])
+        proven[moving] = np.where(solid, proven[moving], share[moving])
+        if not step:
+            moving = moving[~solid]
+        if not len(moving):
+            break
+    _move(lo, hi, moving, (_ends(lo, hi) - proven * width)[moving])
+
+
+def _snap(lo: Points, hi: Points, figures: int, maybe_solid: Solid) -> None:
+    """Move faces to rounder numbers, if nothing lies beyond those: a radius of 75 mm should end at 75."""
+    rounder = _ends(lo, hi)
+    for i, (axis, _) in enumerate(_FACES):
+        if hi[axis] > lo[axis]:
+            rounder[i] = round(float(rounder[i]), figures - int(np.floor(np.log10(hi[axis] - lo[axis]))))
+    side = np.array([s for _, s in _FACES])
+    moving = np.flatnonzero((_ends(lo, hi) - rounder) * side > 0)
+    if len(moving):
+        solid = _solid_beyond(lo, hi, moving, np.nextafter(rounder, side * np.inf)[moving], maybe_solid)
+        _move(lo, hi, moving[~solid], rounder[moving[~solid]])
+
+
+def _ends(lo: Points, hi: Points) -> Points:
+    """The coordinate of each face."""
+    return np.array([(hi if side > 0 else lo)[axis] for axis, side in _FACES])
+
+
+def _move(lo: Points, hi: Points, faces: NDArray[np.intp], to: Points) -> None:
+    """Put some faces at other coordinates."""
+    for i, end in zip(faces, to, strict=True):
+        axis, side = _FACES[i]
+        (hi if side > 0 else lo)[axis] = end
+
+
+def _solid_beyond(
+    lo: Points, hi: Points, faces: NDArray[np.intp], planes: Points, maybe_solid: Solid
+) -> NDArray[np.bool_]:
+    """Whether any material is possible between some faces of a box and planes inside it."""
+    lows, highs = [], []
+    for i, plane in zip(faces, planes, strict=True):
+        axis, side = _FACES[i]
         layer_lo, layer_hi = lo.copy(), hi.copy()
-        if side > 0:
-            layer_lo[axis] = hi[axis] - depth
-        else:
-            layer_hi[axis] = lo[axis] + depth
-        if maybe_solid(*_split(layer_lo, layer_hi, _sheet(axis))).any():
-            failed = depth
-            if not step:
-                break
-        else:
-            proven = depth
-    if side > 0:
-        hi[axis] -= proven
-    else:
-        lo[axis] += proven
-
-
-def _snap(lo: Points, hi: Points, axis: int, side: int, figures: int, maybe_solid: Solid) -> None:
-    """Move one face to a rounder number, if nothing lies beyond that: a radius of 75 mm should end at 75."""
-    end = hi if side > 0 else lo
-    width = hi[axis] - lo[axis]
-    if not width > 0:
-        return
-    digits = figures - int(np.floor(np.log10(width)))
-    rounder = round(float(end[axis]), digits)
-    if (rounder - end[axis]) * side >= 0:
-        return
-    layer_lo, layer_hi = lo.copy(), hi.copy()
-    if side > 0:
-        layer_lo[axis] = np.nextafter(rounder, np.inf)
-    else:
-        layer_hi[axis] = np.nextafter(rounder, -np.inf)
-    if not maybe_solid(*_split(layer_lo, layer_hi, _sheet(axis))).any():
-        end[axis] = rounder
+        (layer_lo if side > 0 else layer_hi)[axis] = plane
+        low, high = _split(layer_lo, layer_hi, _sheet(axis))
+        lows.append(low)
+        highs.append(high)
+    solid = maybe_solid(np.concatenate(lows), np.concatenate(highs)).reshape(len(faces), -1)
+    return np.asarray(solid.any(axis=1))
 
 
 def _sheet(axis: int) -> tuple[int, int, int]:
