@@ -51,7 +51,6 @@ _DIAGONALS = np.array(DIAGONALS)
 _CENTRE = CENTRE
 _FULL = np.uint64(0xFFFFFFFFFFFFFFFF)
 _HUGE = float(np.finfo(np.float64).max) / 4
-_FIRST = 1 << 12  # rows of output to begin with
 _MOST_TRIANGLES = 12  # of one cell
 
 
@@ -59,42 +58,43 @@ _MOST_TRIANGLES = 12  # of one cell
 def march(values: NDArray[Any], frame: Frame, cases: Cases) -> tuple[Floats, Numbers, Numbers, Ints]:
     """The vertices (n, 3) mm and faces (m, 3) of a block, which vertices lie on its border, and the keys of these."""
     nx, ny, nz = values.shape
+    plane = ny * nz
     signs = np.zeros((2, ny, nz), np.uint8)
     marks = np.zeros(8 * (nz // 8 + 1), np.uint8)
-    number = np.empty(5 * ny * nz, np.int32)
+    number = np.empty(5 * plane, np.int32)
     shift = _shifts(ny, nz)
-    vertices, total = np.empty((_FIRST, 3)), 0
-    faces, made = np.empty((_FIRST, 3), np.int32), 0
-    border, keys, shared = np.empty(_FIRST, np.int32), np.empty(_FIRST, np.int64), 0
+    vertices, total = np.empty((8 * plane, 3)), 0
+    faces, made = np.empty((24 * plane, 3), np.int32), 0
+    border, keys, shared = np.empty(4 * plane, np.int32), np.empty(4 * plane, np.int64), 0
     for i in range(nx):
         even = i % 2
         now, before = signs[even], signs[1 - even]
         for j in range(ny):
             for k in range(nz):
                 now[j, k] = values[i, j, k] < 0
-        if total + 4 * ny * nz > len(vertices):
-            vertices = _longer(vertices, total, total + 4 * ny * nz)
-        if shared + 3 * ny * nz > len(border):
-            border = _longer_list(border, shared, shared + 3 * ny * nz)
-            keys = _longer_list(keys, shared, shared + 3 * ny * nz)
+        if total + 4 * plane > len(vertices):
+            vertices = _longer(vertices, total, total + 4 * plane)
+        if shared + 3 * plane > len(border):
+            border = _longer_list(border, shared, shared + 3 * plane)
+            keys = _longer_list(keys, shared, shared + 3 * plane)
         if i:  # the edges from the plane before to this one, then those in this one
             total, shared = _cross(
-                0, i - 1, before, now, values[i - 1], values[i], 0, 0, marks, number[: ny * nz],
+                0, i - 1, before, now, values[i - 1], values[i], 0, 0, marks, number[:plane],
                 vertices, total, border, keys, shared, nx, frame,
             )  # fmt: skip
         for axis, slot in ((1, 1 + even), (2, 3 + even)):
             total, shared = _cross(
                 axis, i, now, now, values[i], values[i], 2 - axis, axis - 1, marks,
-                number[slot * ny * nz : (slot + 1) * ny * nz], vertices, total, border, keys, shared, nx, frame,
+                number[slot * plane : (slot + 1) * plane], vertices, total, border, keys, shared, nx, frame,
             )  # fmt: skip
         if i:
-            if made + _MOST_TRIANGLES * ny * nz > len(faces):
-                faces = _longer(faces, made, made + _MOST_TRIANGLES * ny * nz)
+            if made + _MOST_TRIANGLES * plane > len(faces):
+                faces = _longer(faces, made, made + _MOST_TRIANGLES * plane)
             total, made = _fill(
                 values[i - 1], values[i], before, now, marks, number, shift[1 - even],
                 vertices, total, faces, made, cases,
             )  # fmt: skip
-    return vertices[:total].copy(), faces[:made].copy(), border[:shared].copy(), keys[:shared].copy()
+    return vertices[:total], faces[:made], border[:shared], keys[:shared]
 
 
 @compiled

@@ -225,6 +225,8 @@ def _search(root: Node, ranges: Mapping[str, Interval], lo: Points, hi: Points) 
 
     finest = 32 if cost < 300 else 16 if cost < 3000 else 8
     steps = 22 if cost < 300 else 14 if cost < 1000 else 7 if cost < 5000 else 3
+    _shave(lo, hi, 4, 1, maybe_solid)
+    _snap(lo, hi, 2, maybe_solid)
     cells = 8
     for _ in range(60):
         cell_lo, cell_hi = _split(lo, hi, (cells, cells, cells))
@@ -235,10 +237,10 @@ def _search(root: Node, ranges: Mapping[str, Interval], lo: Points, hi: Points) 
         lo, hi = cell_lo[keep].min(axis=0), cell_hi[keep].max(axis=0)
         if np.prod(hi - lo) < 0.9 * before:
             continue
-        _shave(lo, hi, min(steps, 8), maybe_solid)
-        _snap(lo, hi, 2, maybe_solid)
-        _shave(lo, hi, steps, maybe_solid)
-        _snap(lo, hi, 4, maybe_solid)
+        if _shave(lo, hi, min(steps, 8), _ACROSS, maybe_solid):
+            _snap(lo, hi, 2, maybe_solid)
+            _shave(lo, hi, steps, _ACROSS, maybe_solid)
+            _snap(lo, hi, 4, maybe_solid)
         # where coarse cells and the faces agree, as for shapes along the axes, finer cells find no more
         if cells >= finest or (cells > 8 and np.prod(hi - lo) > 0.98 * before):
             break
@@ -252,32 +254,44 @@ def unbounded_axes(box: Box) -> str:
 
 
 def _split(lo: Points, hi: Points, counts: tuple[int, int, int]) -> tuple[Points, Points]:
-    """The corners of the cells of a box."""
-    cuts = [np.linspace(lo[i], hi[i], counts[i] + 1) for i in range(3)]
-    low = np.stack(np.meshgrid(*(c[:-1] for c in cuts), indexing="ij"), axis=-1).reshape(-1, 3)
-    high = np.stack(np.meshgrid(*(c[1:] for c in cuts), indexing="ij"), axis=-1).reshape(-1, 3)
-    return low, high
+    """The corners (m, 3) of the cells of boxes (n, 3)."""
+    index = np.stack(np.meshgrid(*(np.arange(c) for c in counts), indexing="ij"), axis=-1).reshape(-1, 3)
+    lo, hi = np.atleast_2d(lo)[:, None], np.atleast_2d(hi)[:, None]
+    step = (hi - lo) / counts
+    low = lo + index * step
+    high = np.where(index + 1 == counts, hi, lo + (index + 1) * step)
+    return low.reshape(-1, 3), high.reshape(-1, 3)
 
 
+_ACROSS = 16  # cells along a layer that is looked at closely
+_DEPTHS = 32  # layers that are looked at whole in one go
 #: The faces of a box: an axis, and the side it is on.
 _FACES = tuple((axis, side) for axis in range(3) for side in (-1, 1))
 
 
-def _shave(lo: Points, hi: Points, steps: int, maybe_solid: Solid) -> None:
-    """Move the faces of the box inward as far as bisection proves the layers before them void; all six at a time."""
+def _shave(lo: Points, hi: Points, steps: int, across: int, maybe_solid: Solid) -> bool:
+    """Move the faces of the box inward as far as the layers before them are proven void, all six at a time; whether any
+    has moved. Layers are looked at whole, many depths at once, or bisected in `across` by `across` cells."""
+    cuts = _DEPTHS if across == 1 else 1
     width = np.array([side * (hi - lo)[axis] for axis, side in _FACES])
     proven, failed = np.zeros(6), np.ones(6)  # shares of the width
     moving = np.arange(6)
     for step in range(steps):
-        share = (proven + failed) / 2 if step else np.full(6, 1e-6)  # most often the face is where it should be
-        solid = _solid_beyond(lo, hi, moving, (_ends(lo, hi) - share * width)[moving], maybe_solid)
-        failed[moving] = np.where(solid, share[moving], failed[moving])
-        proven[moving] = np.where(solid, proven[moving], share[moving])
+        shares = proven[:, None] + (failed - proven)[:, None] * (np.arange(1, cuts + 1) / (cuts + 1))
+        if not step:  # most often the face is where it should be
+            shares = np.full((6, 1), 1e-6)
+        planes = _ends(lo, hi)[:, None] - shares * width[:, None]
+        solid = _solid_beyond(lo, hi, moving, planes[moving], across, maybe_solid)
+        void = np.where(solid.any(axis=1), solid.argmax(axis=1), shares.shape[1])
+        for i, deepest in zip(moving, void, strict=True):
+            proven[i] = shares[i, deepest - 1] if deepest else proven[i]
+            failed[i] = shares[i, deepest] if deepest < shares.shape[1] else failed[i]
         if not step:
-            moving = moving[~solid]
+            moving = moving[void > 0]
         if not len(moving):
-            break
+            return False
     _move(lo, hi, moving, (_ends(lo, hi) - proven * width)[moving])
+    return True
 
 
 def _snap(lo: Points, hi: Points, figures: int, maybe_solid: Solid) -> None:
@@ -289,8 +303,9 @@ def _snap(lo: Points, hi: Points, figures: int, maybe_solid: Solid) -> None:
     side = np.array([s for _, s in _FACES])
     moving = np.flatnonzero((_ends(lo, hi) - rounder) * side > 0)
     if len(moving):
-        solid = _solid_beyond(lo, hi, moving, np.nextafter(rounder, side * np.inf)[moving], maybe_solid)
-        _move(lo, hi, moving[~solid], rounder[moving[~solid]])
+        planes = np.nextafter(rounder, side * np.inf)[moving, None]
+        void = moving[~_solid_beyond(lo, hi, moving, planes, _ACROSS, maybe_solid)[:, 0]]
+        _move(lo, hi, void, rounder[void])
 
 
 def _ends(lo: Points, hi: Points) -> Points:
@@ -306,21 +321,17 @@ def _move(lo: Points, hi: Points, faces: NDArray[np.intp], to: Points) -> None:
 
 
 def _solid_beyond(
-    lo: Points, hi: Points, faces: NDArray[np.intp], planes: Points, maybe_solid: Solid
+    lo: Points, hi: Points, faces: NDArray[np.intp], planes: Points, across: int, maybe_solid: Solid
 ) -> NDArray[np.bool_]:
-    """Whether any material is possible between some faces of a box and planes inside it."""
+    """Whether any material is possible between some faces of a box and planes (faces, n) inside it."""
     lows, highs = [], []
-    for i, plane in zip(faces, planes, strict=True):
+    for i, inner in zip(faces, planes, strict=True):
         axis, side = _FACES[i]
-        layer_lo, layer_hi = lo.copy(), hi.copy()
-        (layer_lo if side > 0 else layer_hi)[axis] = plane
-        low, high = _split(layer_lo, layer_hi, _sheet(axis))
+        sheet = (1 if axis == 0 else across, 1 if axis == 1 else across, 1 if axis == 2 else across)
+        layer_lo, layer_hi = np.tile(lo, (len(inner), 1)), np.tile(hi, (len(inner), 1))
+        (layer_lo if side > 0 else layer_hi)[:, axis] = inner
+        low, high = _split(layer_lo, layer_hi, sheet)
         lows.append(low)
         highs.append(high)
-    solid = maybe_solid(np.concatenate(lows), np.concatenate(highs)).reshape(len(faces), -1)
-    return np.asarray(solid.any(axis=1))
-
-
-def _sheet(axis: int) -> tuple[int, int, int]:
-    """How a layer across `axis` is cut into cells."""
-    return (1 if axis == 0 else 16, 1 if axis == 1 else 16, 1 if axis == 2 else 16)
+    solid = maybe_solid(np.concatenate(lows), np.concatenate(highs)).reshape(*planes.shape, -1)
+    return np.asarray(solid.any(axis=2))
