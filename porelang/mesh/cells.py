@@ -59,7 +59,7 @@ class Table:
     ambiguous: NDArray[np.uint8]
     start: NDArray[np.int64]
     count: NDArray[np.int64]
-    edges: NDArray[np.int64]
+    edges: NDArray[np.uint8]
     centred: NDArray[np.bool_]
 
 
@@ -81,7 +81,7 @@ def table() -> Table:
                 triangles.append([t for loop in _loops(solid, kept) for t in _span(loop)])
             row[corners * 64 + joined] = rows[kept]
     count = np.array([len(t) for t in triangles], np.int64)
-    edges = np.array([t for ts in triangles for t in ts], np.int64)
+    edges = np.array([t for ts in triangles for t in ts], np.uint8)
     centred = np.array([any(CENTRE in t for t in ts) for ts in triangles])
     return Table(row, ambiguous, np.cumsum(count) - count, count, edges, centred)
 

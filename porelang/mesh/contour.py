@@ -35,12 +35,13 @@ class Patch:
 
 def contour(values: Values, layers: Layers, lo: Index) -> Patch:
     """The surface where `values`, the field at the layers from `lo` on, passes zero; negative is solid."""
-    at, rim = np.zeros((2, 3, max(values.shape)))
+    seats, least = np.zeros((2, 3, max(values.shape))), np.zeros((3, max(values.shape)))
     for n, (axis, start, count) in enumerate(zip(layers.axes, lo, values.shape, strict=True)):
-        at[n, :count] = axis.at[start : start + count]
-        rim[n, :count] = axis.rim[start : start + count]
+        seats[0, n, :count] = axis.at[start : start + count]
+        seats[1, n, :count] = axis.rim[start : start + count]
+        least[n, : count - 1] = np.minimum(layers.hair / np.diff(seats[0, n, :count]), 0.25)
     box = np.array([[axis.lo for axis in layers.axes], [axis.hi for axis in layers.axes]])
-    frame = Frame(at, rim, lo, layers.shape, box, layers.hair)
+    frame = Frame(seats, least, box, lo, layers.shape)
     return Patch(*march(np.ascontiguousarray(values), frame, _cases()), 4 * lo[0] * layers.shape[1] * layers.shape[2])
 
 

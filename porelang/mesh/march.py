@@ -28,21 +28,23 @@ class Cases(NamedTuple):
     ambiguous: Bytes
     starts: Ints
     counts: Ints
-    edges: Ints
+    edges: Bytes
     centred: NDArray[np.bool_]
 
 
 class Frame(NamedTuple):
-    """Where a block of nodes lies: the coordinates of its nodes along each axis, `at` and `rim` (3, n), its first node,
-    the whole grid's shape, the box (2, 3) that the grid is clipped at, and the least distance of a vertex from the end
-    of its edge. See `layers`."""
+    """Where a block of nodes lies.
 
-    at: Floats
-    rim: Floats
+    `seats` (2, 3, n) are the coordinates of its nodes along each axis, as the field has them (`Axis.at`) and as
+    vertices do (`Axis.rim`); `least` (3, n) is how near, as a part of the edge that starts there, a vertex comes to
+    a node; `lo` is the block's first node in a grid of the shape `whole`, which is clipped at the `box` (2, 3).
+    """
+
+    seats: Floats
+    least: Floats
+    box: Floats
     lo: tuple[int, int, int]
     whole: tuple[int, int, int]
-    box: Floats
-    hair: float
 
 
 _AXIS_OF = np.array([axis for _, _, axis in EDGES])
@@ -77,15 +79,18 @@ def march(values: NDArray[Any], frame: Frame, cases: Cases) -> tuple[Floats, Num
         if shared + 3 * plane > len(border):
             border = _longer_list(border, shared, shared + 3 * plane)
             keys = _longer_list(keys, shared, shared + 3 * plane)
-        if i:  # the edges from the plane before to this one, then those in this one
+        for axis in range(3):
+            slot, back = 0, 0
+            if axis:  # the edges in this plane; along x, those from the plane before to this one
+                slot = 2 * axis - 1 + even
+            elif i:
+                back = 1
+            else:
+                continue
             total, shared = _cross(
-                0, i - 1, before, now, values[i - 1], values[i], 0, 0, marks, number[:plane],
+                axis, i - back, signs[(i - back) % 2], now, values[i - back], values[i],
+                int(axis == 1), int(axis == 2), marks, number[slot * plane : (slot + 1) * plane],
                 vertices, total, border, keys, shared, nx, frame,
-            )  # fmt: skip
-        for axis, slot in ((1, 1 + even), (2, 3 + even)):
-            total, shared = _cross(
-                axis, i, now, now, values[i], values[i], 2 - axis, axis - 1, marks,
-                number[slot * plane : (slot + 1) * plane], vertices, total, border, keys, shared, nx, frame,
             )  # fmt: skip
         if i:
             if made + _MOST_TRIANGLES * plane > len(faces):
@@ -112,15 +117,19 @@ def _shifts(ny: int, nz: int) -> NDArray[np.int64]:
 
 @compiled
 def _longer(rows: NDArray[Any], used: int, least: int) -> NDArray[Any]:
+    """An array with room for `least` rows that begins with those `used` of this one."""
     out = np.empty((max(least, 2 * len(rows)), 3), rows.dtype)
-    out[:used] = rows[:used]
+    for i in range(used):  # a loop, for Numba takes seconds to compile the assignment of a slice
+        for n in range(3):
+            out[i, n] = rows[i, n]
     return out
 
 
 @compiled
 def _longer_list(rows: NDArray[Any], used: int, least: int) -> NDArray[Any]:
     out = np.empty(max(least, 2 * len(rows)), rows.dtype)
-    out[:used] = rows[:used]
+    for i in range(used):
+        out[i] = rows[i]
     return out
 
 
@@ -150,12 +159,13 @@ def _cross(
     """
     ny, nz = begin.shape
     by_eight = marks.view(np.uint64)
-    at, rim, box, lo, whole, hair = frame.at, frame.rim, frame.box, frame.lo, frame.whole, frame.hair
-    index = np.empty(3, np.int64)
-    last = (nx - 1, ny - 1, nz - 1)
+    seats, least, box, lo, whole = frame.seats, frame.least[axis], frame.box, frame.lo, frame.whole
+    cap_lo, cap_hi = -lo[axis], whole[axis] - 2 - lo[axis]
+    outer_i = i == 0 or i == nx - 1
     hits = np.empty(8, np.int64)
     for j in range(ny - dj):
         other = end[j + dj, dk:]
+        outer_j = j == 0 or j == ny - 1
         for k in range(nz - dk):
             marks[k] = begin[j, k] ^ other[k]
         for k in range(nz - dk, len(marks)):
@@ -169,27 +179,23 @@ def _cross(
                 many += marks[k]
             for hit in range(many):
                 k = hits[hit]
-                index[0], index[1], index[2] = i, j, k
-                first = index[axis] + lo[axis]
-                capped = first == 0 or first == whole[axis] - 2
-                outer = False
-                for n in range(3):
-                    if n == axis:
-                        continue
-                    outer |= index[n] == 0 or index[n] == last[n]
-                    # On a cap the layers next to the bounds of the other axes keep their distance.
-                    vertices[total, n] = at[n, index[n]] if capped else rim[n, index[n]]
+                from_ = i if axis == 0 else j if axis == 1 else k
+                capped = from_ in (cap_lo, cap_hi)
+                seat = 0 if capped else 1
+                # On a cap the layers next to the bounds of the other axes keep their distance.
+                vertices[total, 0] = seats[seat, 0, i]
+                vertices[total, 1] = seats[seat, 1, j]
+                vertices[total, 2] = seats[seat, 2, k]
                 if capped:
-                    vertices[total, axis] = box[0 if first == 0 else 1, axis]
+                    vertices[total, axis] = box[0 if from_ == cap_lo else 1, axis]
                 else:
                     a = min(max(np.float64(near[j, k]), -_HUGE), _HUGE)
                     b = min(max(np.float64(far[j + dj, k + dk]), -_HUGE), _HUGE)
-                    from_, to = at[axis, index[axis]], at[axis, index[axis] + 1]
-                    least = min(hair / (to - from_), 0.25)
-                    part = min(max(a / (a - b), least), 1 - least)
-                    vertices[total, axis] = from_ + part * (to - from_)
+                    start, length = seats[0, axis, from_], seats[0, axis, from_ + 1] - seats[0, axis, from_]
+                    part = min(max(a / (a - b), least[from_]), 1 - least[from_])
+                    vertices[total, axis] = start + part * length
                 number[j * nz + k] = total
-                if outer:
+                if (axis and outer_i) or (axis != 1 and outer_j) or (axis != 2 and (k == 0 or k == nz - 1)):
                     border[shared] = total
                     node = (i + lo[0]) * whole[1] + j + lo[1]
                     keys[shared] = 4 * (node * whole[2] + k + lo[2]) + axis
