@@ -7,10 +7,10 @@ WORKERS ?= auto
 ENVIRONMENT := PYTHONUNBUFFERED=1
 
 .DEFAULT_GOAL := help
-.PHONY: help demo figures test check gl bench lint golden docs clean
+.PHONY: help demo figures test check gl bench bench-peers lint golden docs clean
 
 help:  ## list the targets
-	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
 
 $(READY): pyproject.toml
 	@echo "== making $(VENV) and installing porelang with what its tests need"
@@ -47,6 +47,9 @@ lint: $(READY)  ## ruff and mypy --strict
 bench: $(READY)  ## time the compiler, the evaluation and the meshing of the examples
 	@$(BIN)/python benchmarks
 
+bench-peers: $(READY)  ## install what the benchmark compares with (VTK, scikit-image, PoreSpy, microgen) into .peers, and run it
+	@$(BIN)/python benchmarks --peers
+
 golden: $(READY)  ## rewrite the texts that tests compare with; look at the diff before you keep it
 	@PORELANG_GOLDEN=1 $(BIN)/python -m pytest tests/test_errors.py
 	@git --no-pager diff --stat -- tests/errors
@@ -55,5 +58,5 @@ docs: $(READY)  ## write the generated parts of docs/language.md anew
 	@$(BIN)/python docs/generate.py
 
 clean:  ## remove the environment, caches and out/
-	rm -rf $(VENV) out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) .peers out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find porelang tests docs examples benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
