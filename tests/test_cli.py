@@ -16,7 +16,6 @@ import pytest
 
 from porelang.cli import main
 from porelang.cli.arguments import COMMANDS
-from porelang.cli.meshing import components
 from porelang.mesh import Surface
 
 ROOT = Path(__file__).parent.parent
@@ -178,12 +177,12 @@ def test_components_are_counted() -> None:
     joined = Surface(
         np.concatenate([s.vertices for s in many]), np.concatenate([s.faces + 4 * i for i, s in enumerate(many)])
     )
-    assert components(many[0]) == 1
-    assert components(joined) == 17
+    assert many[0].components == 1
+    assert joined.components == 17
     # a long ring of triangles is one, however its vertices are numbered
     names = np.random.default_rng(3).permutation(1000)
     ring = np.stack([names, np.roll(names, 1), np.roll(names, 2)], axis=1).astype(np.int32)
-    assert components(Surface(np.zeros((1000, 3)), ring)) == 1
+    assert Surface(np.zeros((1000, 3)), ring).components == 1
 
 
 @pytest.mark.parametrize(

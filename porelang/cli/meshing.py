@@ -9,15 +9,12 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from porelang.cli import report
 from porelang.cli.commands import broken_checks, load
 from porelang.cli.evaluate import machine
 from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.mesh import Surface, write
 from porelang.mesh.export import writer_of
-from porelang.mesh.surface import AT_ONCE
 from porelang.surface import checked_bounds, found_bounds, grid_of, mesh_output, notes_of, refine
 
 if TYPE_CHECKING:
@@ -143,27 +140,8 @@ def facts(surface: Surface) -> dict[str, Any]:
         "volume": surface.volume,
         "area": surface.area,
         "bounds": [lo.tolist(), hi.tolist()],
-        "components": components(surface),
+        "components": surface.components,
     }
-
-
-def components(surface: Surface) -> int:
-    """The number of surfaces that are not joined: each island and each closed cavity is one."""
-    root = np.arange(len(surface.vertices), dtype=np.int32)
-    open_ = [slice(i, i + AT_ONCE) for i in range(0, len(surface.faces), AT_ONCE)]
-    while open_:  # each round links the roots of a triangle's corners to the least of them, then follows the links
-        apart = []
-        for piece in open_:
-            roots = root.take(surface.faces[piece])
-            least = roots.min(axis=1)
-            split = np.flatnonzero((roots != least[:, None]).any(axis=1))
-            if len(split):
-                apart.append(piece)
-                np.minimum.at(root, roots[split].ravel(), np.repeat(least[split], 3))
-        open_ = apart
-        while not np.array_equal(further := root.take(root), root):
-            root = further
-    return int(np.count_nonzero(root == np.arange(len(root))))
 
 
 def _text(path: str, found: dict[str, Any]) -> str:

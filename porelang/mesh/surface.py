@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.mesh import topology
+
 if TYPE_CHECKING:
     import trimesh
 
@@ -42,6 +44,11 @@ class Surface:
         """Vertices - edges + triangles: 2 (components - handles) for a closed surface."""
         return self._used() - len(self.faces) // 2
 
+    @cached_property
+    def components(self) -> int:
+        """The number of surfaces that are not joined: each island and each closed cavity is one."""
+        return topology.components(np.ascontiguousarray(self.faces, np.int32), len(self.vertices))
+
     def normals(self) -> NDArray[np.float64]:
         """The outward normal of each triangle, (m, 3), as long as twice its area, mm2."""
         return np.concatenate([np.zeros((0, 3)), *(_normals(self.vertices, faces) for faces in self._pieces())])
@@ -66,20 +73,13 @@ class Surface:
         if self.faces.min() < 0 or self.faces.max() >= len(self.vertices):
             return ["a triangle names a vertex that does not exist"]
         defects = self.check_vertices()
-        n = len(self.vertices)
-        starts, ends = self.faces.ravel().astype(np.int64), np.roll(self.faces, -1, axis=1).ravel()
-        forward, backward = starts * n + ends, ends.astype(np.int64) * n + starts
-        order, reverse = np.argsort(forward), np.argsort(backward)
-        repeated = int((np.diff(forward[order]) == 0).sum())
+        repeated, unmatched, fans = topology.joints(np.ascontiguousarray(self.faces, np.int32), len(self.vertices))
         if repeated:
             defects.append(f"{repeated} edges have two triangles on the same side")
-        unmatched = int((forward[order] != backward[reverse]).sum())
         if unmatched:
-            defects.append(f"about {unmatched} edges have no triangle on one side")
-        if not repeated and not unmatched:
-            pinched = self._fans(order, reverse) - self._used()
-            if pinched:
-                defects.append(f"the surface touches itself at {pinched} vertices")
+            defects.append(f"{unmatched} edges have no triangle on one side")
+        if not repeated and not unmatched and fans != self._used():
+            defects.append(f"the surface touches itself at {fans - self._used()} vertices")
         if self.volume <= 0:
             defects.append(f"it is inside out (its volume is {self.volume:g} mm3)")
         return defects
@@ -112,19 +112,6 @@ class Surface:
         used = np.zeros(len(self.vertices), np.bool_)
         used[self.faces] = True
         return int(used.sum())
-
-    def _fans(self, order: NDArray[np.intp], reverse: NDArray[np.intp]) -> int:
-        """The number of closed fans of triangles round vertices: one for each vertex of a manifold."""
-        # The half-edge that starts the next triangle round the same vertex: the twin of the previous one in this.
-        twin = np.empty_like(order)
-        twin[order] = reverse
-        step = twin.reshape(-1, 3)[:, [2, 0, 1]].ravel()
-        label = np.arange(len(step))
-        while True:
-            lower = np.minimum(label, label[step])
-            if np.array_equal(lower, label):
-                return int((label == np.arange(len(label))).sum())
-            label, step = lower, step[step]
 
     def to_trimesh(self) -> trimesh.Trimesh:
         """The same surface as a `trimesh.Trimesh`, vertices and faces in the same order."""
