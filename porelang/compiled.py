@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core import event
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -31,3 +32,22 @@ def compiled(function: Function) -> Function:
         return cast(Function, numba.njit(nogil=True, error_model="numpy", cache=True)(function))
     except RuntimeError:  # no folder where what was compiled could be kept: it is compiled in every process
         return cast(Function, numba.njit(nogil=True, error_model="numpy")(function))
+
+
+def on_compiling(say: Callable[[], None]) -> None:
+    """Have `say` called once if a function has to be compiled from now on, for that takes seconds."""
+
+    class Listener(event.Listener):  # type: ignore[misc]  # Numba has no types
+        def on_start(self, event: object) -> None:
+            nonlocal say
+            say()
+            say = _nothing
+
+        def on_end(self, event: object) -> None:
+            pass
+
+    event.register("numba:compile", Listener())
+
+
+def _nothing() -> None:
+    pass

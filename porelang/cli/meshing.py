@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from porelang.cli import report
 from porelang.cli.commands import broken_checks, load
 from porelang.cli.evaluate import machine
+from porelang.compiled import on_compiling
 from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.mesh import Surface, write
 from porelang.mesh.export import writer_of
@@ -44,6 +45,8 @@ def mesh(options: Namespace) -> int:
     backend, dtype = machine(options, "f32")
     start = time.perf_counter()
     progress = report.progress("meshing", options.quiet)
+    if progress is not None:
+        on_compiling(lambda: report.note("compiling the loops of meshing, once after an installation"))
     surface = mesh_output(
         program,
         options.out,
