@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 from concurrent.futures import CancelledError
 from pathlib import Path
@@ -190,6 +191,26 @@ def test_noise_of_any_kind_gives_a_sound_mesh_whatever_the_bricks(kind):
     whole = sound(of_array(values, brick=1000))
     for brick, threads in ((5, 1), (16, 2), (17, 1)):  # 17 leaves bricks of one cell, at the bounds
         assert np.array_equal(triangles(whole), triangles(of_array(values, brick=brick, threads=threads)))
+
+
+def test_what_outgrows_the_memory_goes_to_disk_and_is_the_same(tmp_path: Path):
+    values = NOISE["normal"]((31, 29, 37))
+    kept = of_array(values, brick=8)
+    spilled = of_array(values, brick=8, memory=4096, folder=tmp_path)
+    assert isinstance(spilled.vertices.base, np.memmap) or isinstance(spilled.vertices, np.memmap)
+    assert np.array_equal(kept.vertices, spilled.vertices)
+    assert np.array_equal(kept.faces, spilled.faces)
+    assert list(tmp_path.iterdir()) == []  # the file has no name: it goes however the run ends
+
+
+def test_a_disk_that_is_full_is_an_error_not_a_wrong_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    class Full(io.BytesIO):
+        def write(self, piece):
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("porelang.mesh.weld.tempfile.TemporaryFile", lambda dir: Full())
+    with pytest.raises(OSError, match="No space"):
+        of_array(NOISE["normal"]((19, 17, 23)), brick=8, memory=4096, folder=tmp_path)
 
 
 @pytest.mark.parametrize("seed", range(5))
