@@ -11,7 +11,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from porelang.diagnostics import fail
+from porelang.diagnostics import PoreError, fail
 from porelang.mesh.bricks import Brick, Enclose, Plan, split
 from porelang.mesh.contour import Patch, contour
 from porelang.mesh.grid import Grid, Point, place
@@ -59,7 +59,7 @@ def extract(
     `progress(done, all)` and `cancel()` are called between bricks; a cancelled run raises `CancelledError`.
     A surface of more than `memory` bytes is kept in files without names in `folder` (the system's own if None).
     The surface does not depend on `brick`, the cells a side of a piece, `threads` or `enclose` (its order does).
-    Errors: E110 the field is not a number somewhere; E111 no surface in the box.
+    Errors: E110 the field is not a number somewhere; E111 no surface in the box; E113 the disk is full.
     """
     layers = clip(grid, *box)
     plan = split(layers, brick, enclose)
@@ -68,7 +68,10 @@ def extract(
     found: list[Found] = []
     for one in _over(bricks, lambda b: _visit(layers, sample, b), threads):
         if one.patch is not None:
-            weld.add(one.patch)
+            try:
+                weld.add(one.patch)
+            except OSError as error:
+                raise _no_room(folder, error) from error
         found.append(replace(one, patch=None))
         if progress is not None:
             progress(len(found), len(bricks))
@@ -97,6 +100,16 @@ def _over(bricks: list[Brick], visit: Callable[[Brick], Found], threads: int) ->
             yield flying.popleft().result()
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _no_room(folder: Path | None, error: OSError) -> PoreError:
+    """Why a surface that outgrew the memory could not be kept on disk either."""
+    return fail(
+        "E113",
+        f"cannot write to {folder or 'the temporary folder'}: {(error.strerror or str(error)).lower()}; a surface larger "
+        "than the memory is kept there while it is made",
+        hint="write the mesh to a folder on a disk with more room, or use a larger voxel",
+    )
 
 
 def _visit(layers: Layers, sample: Sample, brick: Brick) -> Found:
