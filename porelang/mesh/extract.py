@@ -106,8 +106,8 @@ def _no_room(folder: Path | None, error: OSError) -> PoreError:
     """Why a surface that outgrew the memory could not be kept on disk either."""
     return fail(
         "E113",
-        f"cannot write to {folder or 'the temporary folder'}: {(error.strerror or str(error)).lower()}; a surface larger "
-        "than the memory is kept there while it is made",
+        f"cannot write to {folder or 'the temporary folder'}: {(error.strerror or str(error)).lower()}; a surface "
+        "larger than the memory is kept there while it is made",
         hint="write the mesh to a folder on a disk with more room, or use a larger voxel",
     )
 
