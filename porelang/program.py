@@ -127,6 +127,16 @@ class Program:
                 failed.append(check)
         return failed
 
+    def doubtful_contracts(self, /, **settings: Setting) -> list[Diagnostic]:
+        """Warnings about contracts on fields that need numbers found from fields; all others are among `warnings`."""
+        hidden = {name for name, _ in self.graph.reductions}
+        late = [c for c in self.graph.contracts if any(n.value in hidden for n in order([c[1]]) if n.op == "param")]
+        if not late:
+            return []
+        values = settle(self.params, settings)
+        values |= self._found([condition for _, condition in late], values)
+        return doubtful_contracts(replace(self.graph, contracts=tuple(late)), self.elaborated.contracts, values)
+
     def unmeasured_checks(self) -> int:
         """How many `check` statements are about whole fields, and so are only decided by measuring."""
         hidden = {name for name, _ in self.graph.reductions}

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from porelang.cli import report
 from porelang.cli.arguments import parse
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
+from porelang.watch import watched
 
 if TYPE_CHECKING:
     from porelang.language.params import ParamInfo
@@ -31,7 +32,8 @@ def run(argv: Sequence[str]) -> int:
     try:
         options = parse(argv)
         command = options.command or "help"
-        return RUN[command](options)
+        with watched(report.busy("finding numbers from fields", getattr(options, "quiet", False))):
+            return RUN[command](options)
     except PoreError as error:
         found = list(error.diagnostics)
     except SystemExit as asked:  # argparse has printed help or the version
@@ -131,9 +133,11 @@ def check(options: Namespace) -> int:
     if program is not None:  # what was found so far is said first: a check may have to measure the whole part
         try:
             broken = broken_checks(program, dict(options.settings), options.measure)
+            if options.measure:
+                broken = [*broken, *program.doubtful_contracts(**dict(options.settings))]
         except PoreError as error:
             broken = list(error.diagnostics)
-        report.say(broken)
+        report.say([d for d in broken if d.severity == "error" or not options.quiet])
         found = [*found, *broken]
     if options.json:
         report.put([d.to_json() for d in found])

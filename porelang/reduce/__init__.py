@@ -19,7 +19,6 @@ from porelang.reduce.integrals import mean, porosity, volume
 from porelang.reduce.memory import remembered
 from porelang.reduce.quantiles import offset_for
 from porelang.reduce.region import Reduced as Reduced
-from porelang.reduce.region import watched as watched
 from porelang.reduce.roots import root_of
 
 Found = Mapping[Node, float]

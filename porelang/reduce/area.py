@@ -3,7 +3,7 @@
 A surface element dA with unit normal n shows |n_i| dA to a line along axis i, and n.n = 1. So the area is the sum over
 the axes of the integral, over lines, of |n_i| at their crossings (after Cauchy and Crofton, whose lines run anywhere):
 weights between 0 and 1 that vanish where the line touches, so that no silhouette, rim or thin wall is special. Lines
-are stratified in pairs, as points are for volumes; the error is three standard deviations.
+are stratified in pairs, as points are for volumes; the error is four standard deviations.
 """
 
 from __future__ import annotations
@@ -18,8 +18,10 @@ from porelang.passes.bounds import Points
 from porelang.reduce.region import Reduced, finer, region
 from porelang.reduce.rods import Count, Crossings, Rods, Values, along
 
-#: Three standard deviations, relative to the area; three times that where it would take many lines, as in lattices.
+#: Four standard deviations, relative to the area; three times that where it would take many lines, as in lattices.
 ACCURACY = 1e-3
+#: Pairs of lines differ little or by a whole crossing: their spread has longer tails than that of points.
+_DEVIATIONS = 4
 _CHEAP, _MOST = 300_000, 800_000  # pieces of lines; beyond the most, the error says what was reached
 #: Where the field jumps the surface has no normal: |n_x| + |n_y| + |n_z| lies between 1 and sqrt(3), and the
 #: crossings along all axes together count between 1 / sqrt(3) and 1 each.
@@ -38,7 +40,7 @@ def area(root: Node, params: Mapping[str, float], accuracy: float = ACCURACY) ->
         found = [along(rods, where, sure, axis, m, _shown(rods, axis)) for axis in range(3)]
         without = sum(f.uncounted for f in found)
         value, doubt = sum(f.total for f in found) + _NO_NORMAL * without, _DOUBT * without
-        spread = 3 * math.sqrt(sum(f.variance for f in found))
+        spread = _DEVIATIONS * math.sqrt(sum(f.variance for f in found))
         pieces = 6 * len(where.undecided)
         most = max(1, int(math.sqrt(_MOST / pieces)))
         wanted = math.ceil(1.1 * m * math.sqrt(spread / (accuracy * value))) if value > 0 else most

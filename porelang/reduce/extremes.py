@@ -23,7 +23,8 @@ from porelang.passes.box import Box
 from porelang.passes.enclose import EXACT, enclose, fixed
 from porelang.passes.simplify import share, simplify
 from porelang.reduce.periods import one_period, periods
-from porelang.reduce.region import Reduced, Region, finer_throughout, halves, region, tell
+from porelang.reduce.region import Reduced, Region, finer_throughout, halves, region
+from porelang.watch import tell
 
 #: The proven gap, relative to the range of values met.
 ACCURACY = 1e-4

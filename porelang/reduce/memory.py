@@ -17,6 +17,7 @@ from pathlib import Path
 from porelang import __version__, cache, resources
 from porelang.ir import Node, order, show
 from porelang.reduce.region import Reduced
+from porelang.watch import tell
 
 _KEPT = 512
 _FILES = 4096
@@ -51,7 +52,10 @@ def _on_disk(key: str, compute: Callable[[], Reduced]) -> Reduced:
     kept = cache.get(name)
     found = _read(kept) if kept is not None else None
     if found is None:
-        found = compute()
+        try:
+            found = compute()
+        finally:
+            tell(1, 1)
         cache.put(name, _written(found), most=_FILES, prefix=_PREFIX)
     return found
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +14,7 @@ from porelang.ir import Node
 from porelang.passes.bounds import Points, box_test
 from porelang.passes.box import Box, part_box, unbounded_axes
 from porelang.passes.enclose import EXACT
+from porelang.watch import tell
 
 _CELLS = 24  # along the longest side of the box
 #: Cells are halved while there are fewer: a thin part gets cells of its own thickness.
@@ -24,9 +23,6 @@ _LEVELS = 16
 _AT_ONCE = 1 << 19  # points
 _DOUBTFUL = 20_000
 SEED = 20230611
-#: What is called between pieces of work with (done, all): a bar, or nothing. An exception in it ends the search.
-Watch = Callable[[int, int], None]
-_watch: ContextVar[Watch | None] = ContextVar("watch", default=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,23 +60,6 @@ class Region:
 def seed(round_: int) -> int:
     """The seed of a round of samples: the same in every run, so that a program has the same numbers every time."""
     return SEED + round_
-
-
-@contextmanager
-def watched(watch: Watch | None) -> Iterator[None]:
-    """While this lasts, `watch(done, all)` is called between pieces of work."""
-    token = _watch.set(watch)
-    try:
-        yield
-    finally:
-        _watch.reset(token)
-
-
-def tell(done: int, total: int) -> None:
-    """Say how far the work at hand has come."""
-    watch = _watch.get()
-    if watch is not None:
-        watch(done, total)
 
 
 def region(root: Node, params: Mapping[str, float], what: str = "the region", apart: bool = False) -> Region:

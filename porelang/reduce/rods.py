@@ -18,7 +18,8 @@ from porelang.interval import Interval, interval
 from porelang.ir import Node
 from porelang.passes.bounds import Points, slopes
 from porelang.passes.enclose import EXACT, enclose, fixed
-from porelang.reduce.region import Region, seed, tell
+from porelang.reduce.region import Region, seed
+from porelang.watch import tell
 
 _HALVINGS = 10  # of a piece of which nothing is proven; what is left is a touch, where the surface runs along the line
 _BISECTIONS = 14
