@@ -2,8 +2,8 @@
 
 A good value is sought first, by climbing from samples, so that most cells are cut at once. A cell goes when its natural
 enclosure, the centred form, or a quadratic with its enclosed curvature shows that it holds nothing greater, or when it
-lies inside the solid and the field rises across it. Of a field that repeats, one period is searched for what the field
-can be at all: if that is attained within the solid, nothing is left to do.
+lies inside the solid and the field rises across it. Of a lattice one turn of its phases is searched for what it can
+be at all: if that is attained within the solid, nothing is left to do.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from porelang.passes.bounds import Points, box_test, slopes
 from porelang.passes.box import Box
 from porelang.passes.enclose import EXACT, enclose, fixed
 from porelang.passes.simplify import share, simplify
-from porelang.reduce.periods import one_period, periods
+from porelang.reduce.phases import over_phases
 from porelang.reduce.region import Reduced, Region, finer_throughout, halves, region
 from porelang.watch import tell
 
@@ -51,12 +51,11 @@ def maximum(root: Node, within: Node, params: Mapping[str, float]) -> Reduced:
     where = finer_throughout(within, params, region(within, params, "the region `within`"))
     hill = Hill(root, params)
     fence = NumpyField(within, params, "f64")
-    best, least, _ = hill.climb(where, fence)
+    best, least = hill.climb(where, fence)
     goal = ACCURACY * max(best - least, 1e-12 * abs(best))
-    moves = periods(root, params)
-    if moves is not None:
-        ceiling, at = _over_a_period(root, moves, params)
-        best = max(best, hill.best_of(_copies(at, moves, where), fence))
+    phases = over_phases(root, params)
+    if phases is not None:
+        ceiling = _over_a_turn(phases, params)
         if ceiling <= best + goal:
             return Reduced(best, max(ceiling - best, 0.0))
     best, top = _search(hill, Fence(within, params, fence), where, best, goal)
@@ -104,8 +103,8 @@ class Hill:
             )
         return values
 
-    def climb(self, where: Region, fence: NumpyField | None) -> tuple[float, float, Points]:
-        """The greatest value that climbers reach from the best of many samples, the least sampled, and where they end.
+    def climb(self, where: Region, fence: NumpyField | None) -> tuple[float, float]:
+        """The greatest value that climbers reach from the best of many samples, and the least that was sampled.
 
         A climber tries random steps and one up the slope, and takes the best; its stride grows when it gets on and
         shrinks when not. Errors: E092 where no sample is in the solid, E093.
@@ -147,7 +146,7 @@ class Hill:
             points = np.where(better[:, None], tried.reshape(-1, _TRIES, 3)[rows, choice], points)
             values = np.where(better, heights[rows, choice], values)
             stride = np.where(better, 1.5 * stride, 0.5 * stride)
-        return float(values.max()), least, points[values >= values.max() - 1e-9 * max(values.max() - least, 0.0)]
+        return float(values.max()), least
 
     def highs(self, low: Points, size: Values, enough: float) -> tuple[Values, NDArray[np.bool_]]:
         """The greatest that the field can be in each cell, and whether it may be flat somewhere in it.
@@ -263,24 +262,10 @@ def _search(hill: Hill, fence: Fence | None, where: Region, best: float, goal: f
     return best, max(best + goal, float(highs.max()))
 
 
-def _over_a_period(root: Node, moves: Values, params: Mapping[str, float]) -> tuple[float, Points]:
-    """A bound on a field that repeats, and the places (shares of its moves) where climbers came nearest to it."""
-    unit = share(simplify({"": one_period(root, moves)}))[""]
-    hill = Hill(unit, params)
+def _over_a_turn(phases: Node, params: Mapping[str, float]) -> float:
+    """A bound on a field of phases, over one turn of each."""
+    hill = Hill(phases, params)
     steps = np.stack(np.meshgrid(*(np.arange(8) / 8,) * 3, indexing="ij"), -1).reshape(-1, 3)
     whole = Region(Box((0.0,) * 3, (1.0,) * 3), np.full(3, 1 / 8), steps, np.empty((0, 3)))
-    best, least, at = hill.climb(whole, None)
-    goal = ACCURACY / 2 * max(best - least, 1e-12 * abs(best))
-    return _search(hill, None, whole, best, goal)[1], at
-
-
-def _copies(at: Points, moves: Values, where: Region) -> Points:
-    """Places (shares of moves) carried to every period that reaches into a box, at most some hundred thousand."""
-    corners = np.stack(np.meshgrid(*zip(where.box.lo, where.box.hi, strict=True), indexing="ij"), -1).reshape(-1, 3)
-    shares = corners @ np.linalg.inv(moves)
-    first, last = np.floor(shares.min(0)).astype(int) - 1, np.ceil(shares.max(0)).astype(int) + 1
-    middle = (first + last) // 2
-    first, last = np.maximum(first, middle - 16), np.minimum(last, middle + 16)
-    whole = np.stack(np.meshgrid(*(np.arange(a, b) for a, b in zip(first, last, strict=True)), indexing="ij"), -1)
-    points = ((whole.reshape(-1, 1, 3) + at[:8]).reshape(-1, 3)) @ moves
-    return points[((points >= where.box.lo) & (points <= where.box.hi)).all(1)]
+    best, least = hill.climb(whole, None)
+    return _search(hill, None, whole, best, ACCURACY / 2 * max(best - least, 1e-12 * abs(best)))[1]
