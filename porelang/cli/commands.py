@@ -19,6 +19,7 @@ from porelang.watch import watched
 if TYPE_CHECKING:
     from porelang.language.params import ParamInfo
     from porelang.program import Program
+    from porelang.reduce import Reduced
 
 Command = Callable[[Namespace], int]
 
@@ -108,12 +109,18 @@ def broken_checks(program: Program, settings: dict[str, str], measure: bool = Fa
         params = {str(n.value) for n in order([check.condition]) if n.op == "param"} & program.params.keys()
         read = {str(n.value) for n in order([program.graph.roots[f"check {i}"]]) if n.op == "param"}
         measured = {str(n.value) for name, n in program.graph.reductions if name in read}
-        numbers = {text: r.value for text, r in program.reduced(**settings).items()} if measured else {}
-        label = ", ".join(f"{text} is {numbers[text]:.4g}" for text in sorted(measured)) or "does not hold"
+        numbers = program.reduced(**settings) if measured else {}
+        label = ", ".join(_told(text, numbers[text]) for text in sorted(measured)) or "does not hold"
         with_these = ", ".join(f"{name} = {shown(program.params[name], values[name])}" for name in sorted(params))
         label += f" with {with_these}" if params else ""
         found.append(Diagnostic("E068", check.message, check.span, label, check.others))
     return found
+
+
+def _told(text: str, found: Reduced) -> str:
+    """A number found from fields, with its error where that shows in four figures."""
+    error = f" +- {found.error:.1g}" if found.error > 5e-5 * abs(found.value) else ""
+    return f"{text} is {found.value:.4g}{error}"
 
 
 def shown(info: ParamInfo, value: float) -> str:

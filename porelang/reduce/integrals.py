@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import fail
-from porelang.ir import Node, node
+from porelang.ir import Node, node, order
 from porelang.passes.bounds import Points
 from porelang.reduce.region import (
     Reduced,
@@ -110,8 +111,8 @@ def more_strata(m: int, error: float, goal: float, cells: int, most_samples: int
 
 def porosity(root: Node, within: Node, params: Mapping[str, float], accuracy: float = ACCURACY) -> Reduced:
     """1 - volume(root & within) / volume(within)."""
-    where = region(within, params, "the region `within`")
-    envelope = _share(within, finer(within, params, where), params, 0.3 * accuracy, 0.0)
+    read = {str(n.value) for n in order([within]) if n.op == "param"}
+    where, envelope = _envelope(within, tuple((k, v) for k, v in params.items() if k in read), 0.3 * accuracy)
     if envelope.value <= 0:
         raise empty("the region `within`")
     part = node("max", root, within)
@@ -120,6 +121,13 @@ def porosity(root: Node, within: Node, params: Mapping[str, float], accuracy: fl
     share = solid.value / envelope.value
     error = (solid.error + share * envelope.error) / envelope.value
     return Reduced(1 - share, error)
+
+
+@lru_cache(maxsize=16)
+def _envelope(within: Node, params: tuple[tuple[str, float], ...], accuracy: float) -> tuple[Region, Reduced]:
+    """Where a solid is, and its volume: a `solve` asks for the same many times."""
+    where = region(within, dict(params), "the region `within`")
+    return where, _share(within, finer(within, dict(params), where), dict(params), accuracy, 0.0)
 
 
 def mean(root: Node, within: Node, params: Mapping[str, float], accuracy: float = MEAN_ACCURACY) -> Reduced:

@@ -9,7 +9,7 @@ from porelang.diagnostics import PoreError, fail
 from porelang.reduce.region import Reduced
 
 _STEPS = 60
-_PROBES = 7
+_PROBES = 3
 #: The narrowest range of t that is looked at, relative to the whole.
 _NARROW = 1e-12
 
@@ -54,7 +54,7 @@ def root_of(function: Callable[[float], Reduced], target: float, low: float, hig
     t, (ft, error) = (a, (fa, ea)) if abs(fa) < abs(fb) else (b, (fb, eb))
     side = 0
     for _ in range(_STEPS):
-        if fa * fb >= 0 or abs(ft) <= 0.02 * error or b - a <= _NARROW * (high - low):
+        if fa * fb >= 0 or abs(ft) <= 0.1 * error or b - a <= _NARROW * (high - low):
             break
         t = (fa * b - fb * a) / (fa - fb)
         if not a < t < b:
