@@ -191,6 +191,6 @@ def _counts(part: Any, envelope: Any, box: Box, h: float) -> Counts:
     rim: NDArray[np.bool_] = within & ~ndimage.binary_erosion(within)
     touching = np.unique(labels[rim & void])
     total = int(np.count_nonzero(void))
-    share = np.count_nonzero(np.isin(labels, touching[touching > 0])) / total if total else 0.0
+    share = float(np.count_nonzero(np.isin(labels, touching[touching > 0]))) / total if total else 0.0
     edge = np.count_nonzero(void & ~ndimage.binary_erosion(void)) if 0 < share < 1 else 0
     return Counts(int(pieces), int(holes), share, math.sqrt(edge) / max(total, 1))

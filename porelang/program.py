@@ -111,7 +111,9 @@ class Program:
         values = settle(self.params, settings)
         values |= self._found([r for name, r in self.graph.roots.items() if not name.startswith("check ")], values)
         # a contract on what `solve` looks for (`t => sphere(t)`) is kept to where it is kept by what was found
-        solved = {f"?{n.value}": values[name] for name, n in self.graph.reductions if n.op == "solve" and name in values}
+        solved = {
+            f"?{n.value}": values[name] for name, n in self.graph.reductions if n.op == "solve" and name in values
+        }
         known = {**values, **solved}
         broken = [r for i, r in enumerate(self.elaborated.requirements) if not self._holds(f"require {i}", known)]
         if broken:

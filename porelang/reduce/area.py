@@ -22,7 +22,7 @@ from porelang.reduce.rods import Count, Crossings, Rods, Values, along
 ACCURACY = 1e-3
 #: Pairs of lines differ little or by a whole crossing: their spread has longer tails than that of points.
 _DEVIATIONS = 4
-_CHEAP, _MOST = 300_000, 800_000  # pieces of lines; beyond the most, the error says what was reached
+_CHEAP, _MOST = 300_000, 1_500_000  # pieces of lines; beyond the most, the error says what was reached
 #: Where the field jumps the surface has no normal: |n_x| + |n_y| + |n_z| lies between 1 and sqrt(3), and the
 #: crossings along all axes together count between 1 / sqrt(3) and 1 each.
 _NO_NORMAL, _DOUBT = (1 + 1 / math.sqrt(3)) / 2, (1 - 1 / math.sqrt(3)) / 2
