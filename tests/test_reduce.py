@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 import porelang
+from porelang.backends.numpy import NumpyField
 from porelang.program import Program
 from porelang.reduce import memory, region
+from porelang.reduce.extremes import Hill
+from porelang.reduce.phases import over_phases
 
 
 def numbers(text: str, **settings: float) -> list[tuple[float, float]]:
@@ -330,3 +333,66 @@ def test_misuse_is_an_error_when_the_program_is_compiled(text: str, code: str) -
     with pytest.raises(porelang.PoreError) as caught:
         porelang.compile(text)
     assert code in {d.code for d in caught.value.diagnostics}
+
+
+FIELDS = (
+    "gyroid(10)",
+    "abs(gyroid(10)) - x / 30",
+    "neovius(10) * exp(-length(p) / 20)",
+    "twist(diamond(10), 0.05)",
+    "x * y - z^3 / 10",
+    "box([10, 20, 30])",
+    "hypot(x, y) - max(z, x)^2",
+    "exp(-length(p - [1, 2, 3])^2)",
+)
+
+
+@pytest.mark.parametrize("text", FIELDS)
+def test_no_cell_holds_more_than_its_bound(text: str) -> None:
+    """What cuts cells away, put to the test by samples of small cells about the peaks, where it is sharpest."""
+    program = porelang.compile(text)
+    root = program.solid()
+    hill, field, random = Hill(root, {}), program.field(), np.random.default_rng(3)
+    peaks = random.uniform(-15, 15, (4000, 3))
+    peaks = peaks[np.argsort(-field(peaks))[:150]]
+    phases = over_phases(root, {})
+    for size in (0.05, 0.3, 1.0, 4.0):
+        low = peaks - random.random(peaks.shape) * size
+        sides = np.full(3, size)
+        high, flat = hill.highs(low, sides, -np.inf)
+        inside = low[:, None, :] + random.random((len(low), 200, 3)) * size
+        values = field(inside.reshape(-1, 3)).reshape(len(low), -1)
+        assert (values.max(1) <= high + 1e-12).all()
+        if size == 0.05 and text != "box([10, 20, 30])":
+            assert np.median(high - values.max(1)) < 0.05 * (np.ptp(field(peaks)) + np.abs(field(peaks)).max())
+        if phases is not None:
+            anywhere = NumpyField(phases, {}).at(random.random((100_000, 3))).max()
+            assert values.max() <= anywhere + 0.05 * abs(anywhere)
+        # where a slope is said to keep its sign the greatest value lies on a side of the cell
+        for i in np.nonzero(~flat)[0][:5]:
+            steps = np.linspace(0, 1, 13)
+            grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1)
+            v = field(low[i] + grid.reshape(-1, 3) * size).reshape(13, 13, 13)
+            assert v.max() > v[1:-1, 1:-1, 1:-1].max()
+
+
+@pytest.mark.parametrize(
+    ("text", "some"),
+    [
+        ("gyroid(10)", True),
+        ("lidinoid(10)", True),
+        ("polar(gyroid(10), turn=160)", True),
+        ("sin(x + 1) * cos(2 * x) + cos(y)", True),
+        ("gyroid(10) + x / 100", False),
+        ("sin(x) + sin(2.5 * x)", False),  # a turn of x is none of 2.5 x
+        ("sin(x) + sin(x * pi) + sin(y) + sin(z)", False),  # four quantities
+    ],
+)
+def test_phases_are_those_of_lattices_alone(text: str, some: bool) -> None:
+    assert (over_phases(porelang.compile(text).solid(), {}) is not None) == some
+
+
+def test_a_peak_that_no_sample_meets_is_within_the_error() -> None:
+    """A spike of a hundredth of a mm: it is found, or the error says that it may be there."""
+    ((value, error),) = numbers("x + maximum(exp(-1e5 * length(p - [1.234, -3.21, 2.345])^2), sphere(10))")
+    assert value + error >= 1
