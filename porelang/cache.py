@@ -32,10 +32,11 @@ def get(key: str) -> bytes | None:
         return None
 
 
-def put(key: str, content: bytes) -> None:
+def put(key: str, content: bytes, most: int | None = None, prefix: str = "") -> None:
     """Keep `content` under `key` (a file name); silently nothing where the folder cannot be written.
 
-    The file appears whole or not at all: another process never reads half of it.
+    The file appears whole or not at all: another process never reads half of it. Of the files that begin with `prefix`
+    no more than about `most` are kept, the newest.
     """
     where = folder()
     if where is None:
@@ -47,5 +48,18 @@ def put(key: str, content: bytes) -> None:
             with os.fdopen(handle, "wb") as file:
                 file.write(content)
             os.replace(temporary, where / key)
-        except OSError:
+        except BaseException:  # an interrupt too leaves nothing behind
             os.unlink(temporary)
+            raise
+        if most is not None and key.endswith("0"):  # now and then: to list the folder at each file would cost more
+            _trim(where, prefix, most)
+
+
+def _trim(where: Path, prefix: str, most: int) -> None:
+    """Delete the oldest of the files that begin with `prefix`, beyond `most`."""
+    ages: list[tuple[float, Path]] = []
+    for path in where.glob(f"{prefix}*"):
+        with suppress(OSError):  # another process may be trimming too
+            ages.append((path.stat().st_mtime, path))
+    for _, path in sorted(ages, reverse=True)[most:]:
+        path.unlink(missing_ok=True)

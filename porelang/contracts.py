@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic
 from porelang.interval import interval
-from porelang.ir import Node, Stage, order
+from porelang.ir import Node, Stage, node, order
 from porelang.language.elaborate import Requirement
 from porelang.language.params import ParamInfo
 from porelang.ops import TABLE
@@ -105,8 +105,12 @@ def _shown(info: ParamInfo, value: float) -> str:
 def doubtful_contracts(
     graph: Graph, contracts: Sequence[Requirement], settings: Mapping[str, float]
 ) -> list[Diagnostic]:
-    """A warning, with a place that shows it, for each contract on a field that breaks inside the part's box."""
-    if not graph.contracts or graph.reductions:  # the latter are found when the program runs, not when it is checked
+    """A warning, with a place that shows it, for each contract on a field that breaks inside the part's box.
+
+    Contracts about a number that `settings` lacks, as it is yet to be found from fields, wait until it is there.
+    """
+    known = [(which, condition) for which, condition in graph.contracts if _reads(condition) <= settings.keys()]
+    if not known:
         return []
     lo, hi = _region(graph, settings)
     cuts = [np.linspace(lo[i], hi[i], _CELLS + 1) for i in range(3)]
@@ -115,7 +119,7 @@ def doubtful_contracts(
     box = [interval(low[:, i], high[:, i]) for i in range(3)]
     random = np.random.default_rng(1)
     found: dict[int, Diagnostic] = {}
-    for which, condition in graph.contracts:
+    for which, condition in known:
         if which in found:
             continue
         if condition.stage is not Stage.FIELD:
@@ -146,14 +150,30 @@ def doubtful_contracts(
     return list(found.values())
 
 
+def _reads(root: Node) -> set[str]:
+    """The params that a node reads."""
+    return {str(n.value) for n in order([root]) if n.op == "param"}
+
+
+def _known_part(root: Node, settings: Mapping[str, float]) -> Node | None:
+    """A solid that holds this one and needs no number that is yet to be found: what it is cut out of."""
+    if _reads(root) <= settings.keys():
+        return root
+    if root.op != "max":
+        return None
+    parts = [part for a in root.args if (part := _known_part(a, settings)) is not None]
+    return parts[0] if len(parts) == 1 else node("max", *parts) if parts else None
+
+
 def _region(graph: Graph, settings: Mapping[str, float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The box of all outputs that have one, cut to what is near where they do not end."""
     los, his = [], []
     for name, root in graph.roots.items():
         if name.startswith(("require ", "check ")):
             continue
-        if TABLE.get(root.op) is not None and TABLE[root.op].result != "bool":
-            box = part_box(root, settings)
+        solid = _known_part(root, settings)
+        if solid is not None and TABLE.get(solid.op) is not None and TABLE[solid.op].result != "bool":
+            box = part_box(solid, settings)
             if box is not None:
                 los.append(box.lo)
                 his.append(box.hi)

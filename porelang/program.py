@@ -110,7 +110,12 @@ class Program:
         """
         values = settle(self.params, settings)
         values |= self._found([r for name, r in self.graph.roots.items() if not name.startswith("check ")], values)
-        broken = [r for i, r in enumerate(self.elaborated.requirements) if not self._holds(f"require {i}", values)]
+        # a contract on what `solve` looks for (`t => sphere(t)`) is kept to where it is kept by what was found
+        solved = {
+            f"?{n.value}": values[name] for name, n in self.graph.reductions if n.op == "solve" and name in values
+        }
+        known = {**values, **solved}
+        broken = [r for i, r in enumerate(self.elaborated.requirements) if not self._holds(f"require {i}", known)]
         if broken:
             raise PoreError(
                 [Diagnostic("E064", r.message, r.span, "not with these settings", r.others) for r in broken]
@@ -127,6 +132,16 @@ class Program:
                 failed.append(check)
         return failed
 
+    def doubtful_contracts(self, /, **settings: Setting) -> list[Diagnostic]:
+        """Warnings about contracts on fields that need numbers found from fields; all others are among `warnings`."""
+        hidden = {name for name, _ in self.graph.reductions}
+        late = [c for c in self.graph.contracts if any(n.value in hidden for n in order([c[1]]) if n.op == "param")]
+        if not late:
+            return []
+        values = settle(self.params, settings)
+        values |= self._found([condition for _, condition in late], values)
+        return doubtful_contracts(replace(self.graph, contracts=tuple(late)), self.elaborated.contracts, values)
+
     def unmeasured_checks(self) -> int:
         """How many `check` statements are about whole fields, and so are only decided by measuring."""
         hidden = {name for name, _ in self.graph.reductions}
@@ -135,6 +150,8 @@ class Program:
 
     def _holds(self, root: str, values: Mapping[str, float]) -> bool:
         condition = self.graph.roots[root]
+        if any(n.op == "param" and str(n.value) not in values for n in order([condition])):
+            return True  # about a guess of a `solve` within another number: nothing of it is left
         return bool(uniform_values([condition], values)[condition])
 
     def reduced(self, /, **settings: Setting) -> dict[str, Reduced]:

@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING
 from porelang.cli import report
 from porelang.cli.arguments import parse
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
+from porelang.watch import watched
 
 if TYPE_CHECKING:
     from porelang.language.params import ParamInfo
     from porelang.program import Program
+    from porelang.reduce import Reduced
 
 Command = Callable[[Namespace], int]
 
@@ -31,7 +33,8 @@ def run(argv: Sequence[str]) -> int:
     try:
         options = parse(argv)
         command = options.command or "help"
-        return RUN[command](options)
+        with watched(report.busy("finding numbers from fields", getattr(options, "quiet", False))):
+            return RUN[command](options)
     except PoreError as error:
         found = list(error.diagnostics)
     except SystemExit as asked:  # argparse has printed help or the version
@@ -106,12 +109,18 @@ def broken_checks(program: Program, settings: dict[str, str], measure: bool = Fa
         params = {str(n.value) for n in order([check.condition]) if n.op == "param"} & program.params.keys()
         read = {str(n.value) for n in order([program.graph.roots[f"check {i}"]]) if n.op == "param"}
         measured = {str(n.value) for name, n in program.graph.reductions if name in read}
-        numbers = {text: r.value for text, r in program.reduced(**settings).items()} if measured else {}
-        label = ", ".join(f"{text} is {numbers[text]:.4g}" for text in sorted(measured)) or "does not hold"
+        numbers = program.reduced(**settings) if measured else {}
+        label = ", ".join(_told(text, numbers[text]) for text in sorted(measured)) or "does not hold"
         with_these = ", ".join(f"{name} = {shown(program.params[name], values[name])}" for name in sorted(params))
         label += f" with {with_these}" if params else ""
         found.append(Diagnostic("E068", check.message, check.span, label, check.others))
     return found
+
+
+def _told(text: str, found: Reduced) -> str:
+    """A number found from fields, with its error where that shows in four figures."""
+    error = f" +- {found.error:.1g}" if found.error > 5e-5 * abs(found.value) else ""
+    return f"{text} is {found.value:.4g}{error}"
 
 
 def shown(info: ParamInfo, value: float) -> str:
@@ -131,9 +140,11 @@ def check(options: Namespace) -> int:
     if program is not None:  # what was found so far is said first: a check may have to measure the whole part
         try:
             broken = broken_checks(program, dict(options.settings), options.measure)
+            if options.measure:
+                broken = [*broken, *program.doubtful_contracts(**dict(options.settings))]
         except PoreError as error:
             broken = list(error.diagnostics)
-        report.say(broken)
+        report.say([d for d in broken if d.severity == "error" or not options.quiet])
         found = [*found, *broken]
     if options.json:
         report.put([d.to_json() for d in found])

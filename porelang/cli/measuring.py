@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from argparse import Namespace
 from typing import Any
 
@@ -56,7 +57,10 @@ def _text(path: str, found: dict[str, Any]) -> str:
     for key, (name, unit) in _WORDS.items():
         error = found["error"][key]
         value = f"{found[key]:.6g}" if isinstance(found[key], float) else f"{found[key]}"
-        lines.append(f"  {name:<16} {value} +- {error:.2g} {unit}".rstrip())
+        told = (
+            f"{value} +- {error:.2g} {unit}".rstrip() if math.isfinite(error) else "not known: the voxel is too coarse"
+        )
+        lines.append(f"  {name:<16} {told}")
     lines.extend(f"  {text} = {r['value']:.6g} +- {r['error']:.2g}" for text, r in found["reduced"].items())
-    lines.append(f"  counts and area at a voxel of {found['voxel']:.4g} mm; errors from one 1.5 times as large")
+    lines.append(f"  counts at a voxel of {found['voxel']:.4g} mm; their errors from one 1.5 times as large")
     return "\n".join(lines)

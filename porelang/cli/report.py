@@ -100,6 +100,28 @@ def progress(what: str, quiet: bool) -> Callable[[int, int], None] | None:
     return show
 
 
+def busy(what: str, quiet: bool) -> Callable[[int, int], None] | None:
+    """For searches of unknown length: what is done and for how long, on standard error, once it takes over a second."""
+    if quiet or not sys.stderr.isatty():
+        return None
+    start = last = 0.0
+
+    def show(done: int, total: int) -> None:
+        nonlocal start, last
+        now = time.monotonic()
+        if done >= total:
+            if last:
+                print("\r\033[K", end="", file=sys.stderr, flush=True)
+            start = last = 0.0
+        elif not start:
+            start = now
+        elif now - start > 1 and now - last > 0.2:
+            last = now
+            print(f"\r{what}: {now - start:.0f} s (Ctrl-C ends it)", end="", file=sys.stderr, flush=True)
+
+    return show
+
+
 def plural(count: int, thing: str) -> str:
     """`1 warning`, `2 warnings`, `no errors`."""
     return f"{count or 'no'} {thing}{'' if count == 1 else 's'}"

@@ -10,205 +10,170 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import fail
-from porelang.ir import Node, node
-from porelang.passes.bounds import Points, box_test
-from porelang.passes.box import Box, part_box, unbounded_axes
-from porelang.passes.enclose import EXACT
+from porelang.ir import Node, node, order
+from porelang.passes.bounds import Points
+from porelang.reduce.region import (
+    Reduced,
+    Region,
+    empty,
+    fast_enough,
+    finer,
+    finer_throughout,
+    pairs,
+    region,
+    sorted_out,
+)
+from porelang.reduce.rods import Count, Crossings, Rods, along
 
-#: Three standard deviations of a porosity, or of a volume relative to that of its region, unless asked otherwise.
+#: Three standard deviations of a porosity, or of a volume relative to itself, unless asked otherwise.
 ACCURACY = 5e-4
-_CELLS = 24  # along the longest side of the box
-_PILOT = 2  # strata along a cell's side, to begin with
-_MOST = 200_000_000  # samples
-
-
-@dataclass(frozen=True, slots=True)
-class Reduced:
-    """A number found from fields, and its error: the true value lies within `value +- error`."""
-
-    value: float
-    error: float
-
-
-@dataclass(frozen=True, slots=True)
-class Region:
-    """The cells of a box, of equal size: corners of those decided to be inside, and of those undecided."""
-
-    box: Box
-    size: NDArray[np.float64]
-    inside: Points
-    undecided: Points
-
-    @property
-    def cell(self) -> float:
-        return float(np.prod(self.size))
-
-
-def region(root: Node, params: Mapping[str, float], what: str = "the region") -> Region:
-    """Where a solid is. Errors: E091 where it has no end, E092 where it is empty."""
-    box = part_box(root, params)
-    if box is None:
-        raise fail("E092", f"{what} of this number holds no material", hint="solid is negative: check its sign")
-    if axes := unbounded_axes(box):
-        raise fail(
-            "E091",
-            f"{what} of this number has no end along {axes}",
-            hint="intersect it with a shape: `... & cylinder(75, 300)`",
-        )
-    size = np.array(box.size)
-    counts = np.maximum(1, np.ceil(_CELLS * size / size.max())).astype(int)
-    step = size / counts
-    index = np.stack(np.meshgrid(*(np.arange(c) for c in counts), indexing="ij"), -1).reshape(-1, 3)
-    low = np.array(box.lo) + index * step
-    least, most = box_test(root, params, EXACT)(low, low + step)
-    return Region(box, step, low[most < 0], low[(least <= 0) & (most >= 0)])
+#: The same of a mean, relative to the standard deviation of the field.
+MEAN_ACCURACY = 2e-4
+_PILOT = 1  # strata along a cell's side, to begin with
+_MOST = 30_000_000  # samples; beyond it the error says what was reached
+_MOST_PIECES = 2_000_000
+MOST_VALUES = 8_000_000  # samples whose values are kept
+Values = NDArray[np.float64]
 
 
 def volume(root: Node, params: Mapping[str, float], accuracy: float = ACCURACY) -> Reduced:
     """The volume of a solid in mm^3."""
-    where = region(root, params, "the solid")
-    share = _share(root, where, params, accuracy * _whole(where))
-    return share
+    where = finer(root, params, region(root, params, "the solid"))
+    return _share(root, where, params, accuracy, 0.0)
 
 
-def _whole(where: Region) -> float:
-    """The volume in sight: what the accuracy is relative to."""
-    return where.cell * (len(where.inside) + len(where.undecided))
-
-
-def _share(root: Node, where: Region, params: Mapping[str, float], goal: float) -> Reduced:
-    """The volume of a solid in its cells, to within `goal` mm^3."""
-    certain = where.cell * len(where.inside)
+def _share(root: Node, where: Region, params: Mapping[str, float], relative: float, goal: float) -> Reduced:
+    """The volume of a solid in its cells, to within the greater of `relative` of itself and `goal` mm^3."""
+    certain = where.certain + where.cell * len(where.inside)
     if not len(where.undecided):
         return Reduced(certain, 0.0)
-    field = NumpyField(root, params, "f32")
-    m = _PILOT
+    field = NumpyField(root, params, fast_enough(root, params, where))
+    m, by_lines = _PILOT, None
     while True:
-        a, b = (_inside(field, p) for p in _pairs(where.undecided, where.size, m))
+        hits = differ = 0
+        for first, second in pairs(where.undecided, where.size, m):
+            a, b = field.at(first) <= 0, field.at(second) <= 0
+            hits += int(np.count_nonzero(a)) + int(np.count_nonzero(b))
+            differ += int(np.count_nonzero(a != b))
         weight = where.cell / m**3 / 2
-        value = certain + weight * float(np.count_nonzero(a) + np.count_nonzero(b))
-        error = 3 * weight * math.sqrt(max(float(np.count_nonzero(a != b)), 9.0))
-        finer = _finer(m, error, goal, len(where.undecided))
-        if finer is None:
-            return Reduced(value, error)
-        m = finer
+        value = certain + weight * hits
+        error = 3 * weight * math.sqrt(max(differ, 9))
+        wanted = max(goal, relative * value)
+        more = more_strata(m, error, wanted, len(where.undecided))
+        if more is None:
+            return by_lines if by_lines is not None and by_lines.error < error else Reduced(value, error)
+        if by_lines is None and 2 * len(where.undecided) * (m * math.sqrt(error / wanted)) ** 3 > _MOST:
+            by_lines = _by_lines(root, where, params, certain, wanted)
+            if by_lines.error <= wanted:
+                return by_lines
+        m = more
 
 
-def _inside(field: NumpyField, points: Points) -> NDArray[np.bool_]:
-    return np.asarray(field.at(points) <= 0)
+def _by_lines(root: Node, where: Region, params: Mapping[str, float], certain: float, goal: float) -> Reduced:
+    """The volume from how long lines along an axis are inside: of walls that random points hardly ever hit."""
+    rods = Rods(root, params)
+    sure = rods.rising(where.undecided, where.size)
+    axis = int(np.argmax(sure.sum(0)))
+    m = 1
+    while True:
+        found = along(rods, where, sure, axis, m, _lengths(axis, float(where.size[axis])))
+        error = 3 * math.sqrt(found.variance)
+        if error <= goal or 2 * len(where.undecided) * (2 * m) ** 2 > _MOST_PIECES:
+            return Reduced(certain + found.total, error)
+        m *= 2
 
 
-def _finer(m: int, error: float, goal: float, cells: int) -> int | None:
+def _lengths(axis: int, length: float) -> Count:
+    """How long each piece is inside: from its start to where the line leaves, less to where it enters."""
+
+    def count(met: Crossings, starts: Points) -> tuple[Values, Values]:
+        along_it = met.points[:, axis] - starts[met.piece, axis]
+        return np.where(met.ends_inside, length, 0.0), np.where(met.leaves, along_it, -along_it)
+
+    return count
+
+
+def more_strata(m: int, error: float, goal: float, cells: int, most_samples: int = _MOST) -> int | None:
     """How finely to cut the cells next (the error falls as the square of it), or None where it is fine enough."""
     if error <= goal:
         return None
-    most = int((_MOST / 2 / cells) ** (1 / 3))
-    wanted = max(m + 1, math.ceil(1.1 * m * math.sqrt(error / goal)))
+    most = max(1, int((most_samples / 2 / cells) ** (1 / 3)))
+    wanted = max(m + 1, math.ceil(1.1 * m * math.sqrt(error / goal))) if goal > 0 else most
     return None if m >= most else min(wanted, most)
-
-
-def _pairs(low: Points, size: NDArray[np.float64], m: int) -> tuple[Points, Points]:
-    """Two independent random points in each of the m^3 strata of every cell; the same in every run."""
-    random = np.random.default_rng(20230611 + m)
-    index = np.stack(np.meshgrid(*(np.arange(m),) * 3, indexing="ij"), -1).reshape(1, -1, 3)
-    count = (len(low), m**3, 3)
-    step = size / m
-    base = low[:, None, :] + index * step
-    first = (base + random.random(count) * step).reshape(-1, 3)
-    second = (base + random.random(count) * step).reshape(-1, 3)
-    return first, second
 
 
 def porosity(root: Node, within: Node, params: Mapping[str, float], accuracy: float = ACCURACY) -> Reduced:
     """1 - volume(root & within) / volume(within)."""
-    where = region(within, params, "the region `within`")
-    envelope = _share(within, where, params, 0.3 * accuracy * _whole(where))
+    read = {str(n.value) for n in order([within]) if n.op == "param"}
+    where, envelope = _envelope(within, tuple((k, v) for k, v in params.items() if k in read), 0.3 * accuracy)
     if envelope.value <= 0:
-        raise fail("E092", "the region `within` of this porosity holds no material")
+        raise empty("the region `within`")
     part = node("max", root, within)
-    cells = np.concatenate([where.inside, where.undecided])
-    least, most = box_test(part, params, EXACT)(cells, cells + where.size)
-    parted = Region(where.box, where.size, cells[most < 0], cells[(least <= 0) & (most >= 0)])
-    solid = _share(part, parted, params, 0.7 * accuracy * envelope.value)
+    seen = sorted_out(part, params, Region(where.box, where.size, np.empty((0, 3)), where.cells))
+    solid = _share(part, finer(part, params, seen), params, 0.0, 0.7 * accuracy * envelope.value)
     share = solid.value / envelope.value
     error = (solid.error + share * envelope.error) / envelope.value
     return Reduced(1 - share, error)
 
 
-def mean(root: Node, within: Node, params: Mapping[str, float], accuracy: float = 1e-4) -> Reduced:
+@lru_cache(maxsize=16)
+def _envelope(within: Node, params: tuple[tuple[str, float], ...], accuracy: float) -> tuple[Region, Reduced]:
+    """Where a solid is, and its volume: a `solve` asks for the same many times."""
+    where = region(within, dict(params), "the region `within`")
+    return where, _share(within, finer(within, dict(params), where), dict(params), accuracy, 0.0)
+
+
+def mean(root: Node, within: Node, params: Mapping[str, float], accuracy: float = MEAN_ACCURACY) -> Reduced:
     """The mean of a field within a solid; the accuracy is relative to the field's standard deviation there."""
-    where = region(within, params, "the region `within`")
+    where = finer_throughout(within, params, region(within, params, "the region `within`"))
     m = _PILOT
     while True:
-        a, b = _values(root, within, where, params, m)
-        everything = np.concatenate([a[np.isfinite(a)], b[np.isfinite(b)]])
-        middle = float(np.mean(everything))
-        rest = [np.where(np.isfinite(v), v - middle, 0.0) for v in (a, b)]
-        error = 3 * math.sqrt(float(np.sum((rest[0] - rest[1]) ** 2))) / len(everything)
-        finer = _finer(m, error, accuracy * float(np.std(everything)), len(where.inside) + len(where.undecided))
-        if finer is None:
-            return Reduced(middle, error)
-        m = finer
+        values, inside = sampled(root, within, where, params, m)
+        here = values[inside]
+        middle, scatter = float(np.mean(here)), float(np.std(here))
+        rest = np.where(inside, values - middle, 0.0)
+        error = 3 * math.sqrt(float(np.sum((rest[0] - rest[1]) ** 2))) / len(here)
+        rounding = 2.0**-50 * float(np.abs(here).max())
+        more = more_strata(m, error, accuracy * scatter + rounding, len(where.cells), MOST_VALUES)
+        if more is None:
+            return Reduced(middle, error + rounding)
+        m = more
 
 
-def _values(
+def sampled(
     root: Node, within: Node, where: Region, params: Mapping[str, float], m: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Values of a field at the two random points of each stratum; infinite where the point is outside the solid."""
-    cells = np.concatenate([where.inside, where.undecided])
-    fence, field = NumpyField(within, params, "f32"), NumpyField(root, params, "f32")
-    out: list[NDArray[np.float64]] = []
-    for points in _pairs(cells, where.size, m):
-        values = field.at(points).astype(np.float64)
-        inside = _inside(fence, points)
-        if np.isnan(values[inside]).any():
-            raise fail(
-                "E093", "the field of this number is not a number in places", hint="`pore mesh` names the first place"
-            )
-        out.append(np.where(inside, values, np.inf))
-    if not any(np.isfinite(v).any() for v in out):
+) -> tuple[Values, NDArray[np.bool_]]:
+    """Values of a field at the two random points of each stratum, (2, n), and which of them lie within the solid.
+
+    In float64: values have no bounds that float32 would be sure to hold. Outside the solid the values are 0.
+    Errors: E092 where no point is inside, E093 where a value there is no number.
+    """
+    fence, field = NumpyField(within, params, "f64"), NumpyField(root, params, "f64")
+    values: list[list[Values]] = [[], []]
+    inside: list[list[NDArray[np.bool_]]] = [[], []]
+    for both in pairs(where.cells, where.size, m):
+        for k, points in enumerate(both):
+            within_it = np.asarray(fence.at(points) <= 0)
+            found = np.where(within_it, field.at(points), 0.0)
+            if not np.isfinite(found).all():
+                what = "not a number" if np.isnan(found).any() else "infinite"
+                raise fail(
+                    "E093", f"the field of this number is {what} in places", hint="`pore mesh` names the first place"
+                )
+            values[k].append(found)
+            inside[k].append(within_it)
+    mask = np.stack([np.concatenate(part) for part in inside])
+    if not mask.any():
         raise fail(
             "E092",
             "the region `within` of this number holds no material that can be sampled",
             hint="it is far thinner than it is wide",
         )
-    return out[0], out[1]
-
-
-def offset_for(
-    root: Node, phi: float, within: Node, params: Mapping[str, float], accuracy: float = ACCURACY
-) -> Reduced:
-    """The offset d for which {root <= d} fills 1 - phi of a solid: a quantile of the field's values there.
-
-    The error is that of the offset; the porosity it gives is within `accuracy` (three standard deviations) of phi.
-    """
-    where = region(within, params, "the region `within`")
-    m = _PILOT
-    while True:
-        a, b = _values(root, within, where, params, m)
-        values = np.concatenate([a[np.isfinite(a)], b[np.isfinite(b)]])
-        d = float(np.quantile(values, 1 - phi))
-        rest = [np.where(np.isfinite(v), (v <= d) - (1 - phi), 0.0) for v in (a, b)]
-        error = 3 * math.sqrt(max(float(np.sum((rest[0] - rest[1]) ** 2)), 9.0)) / len(values)
-        finer = _finer(m, error, accuracy, len(where.inside) + len(where.undecided))
-        if finer is None:
-            low, high = (float(np.quantile(values, min(max(1 - phi + s * error, 0.0), 1.0))) for s in (-1, 1))
-            flat = float(np.mean(values == d))
-            if flat > 2 * accuracy:
-                raise fail(
-                    "E094",
-                    f"a porosity of {phi:g} cannot be reached: the field is {d:g} in {flat:.1%} of the region",
-                    hint="offset a field that varies everywhere",
-                )
-            return Reduced(d, max(high - d, d - low))
-        m = finer
-
-
-__all__ = ["ACCURACY", "Reduced", "Region", "mean", "offset_for", "porosity", "region", "volume"]
+    return np.stack([np.concatenate(part) for part in values]), mask
