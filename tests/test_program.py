@@ -345,3 +345,26 @@ def test_what_python_hands_over() -> None:
     for wrong in ({"dtype": "f16"}, {"backend": "cuda"}):
         with pytest.raises(porelang.PoreError, match="choose from"):
             program.field("part", **wrong)  # type: ignore[arg-type]
+
+
+def test_an_output_can_be_referred_to_by_its_name() -> None:
+    program = porelang.compile('out solid = box([20, 20, 20])\nout skin = shell(solid, 2, side="inside")\n')
+    assert program.field("skin")([[9, 0, 0], [7, 0, 0]]).tolist() == pytest.approx([-1, 1])
+    bare = porelang.compile('check volume(part) > 100000, "too small"\nsphere(10)')
+    (failed,) = bare.failed_checks(True)
+    assert failed.message == "too small"
+
+
+def test_an_output_named_like_a_function_leaves_the_function_alone() -> None:
+    program = porelang.compile("out cylinder = cylinder(10, 20)\nout two = cylinder(5, 40)\n")
+    assert program.field("two")([[0, 0, 0]])[0] == pytest.approx(-5)
+
+
+def test_a_let_wins_over_an_output_of_its_name() -> None:
+    program = porelang.compile("let skin = sphere(10)\nout skin = skin\nout core = offset(skin, -1)\n")
+    assert program.field("core")([[0, 0, 0]])[0] == pytest.approx(-9)
+
+
+def test_an_output_that_refers_to_itself_is_a_ring() -> None:
+    assert codes("out a = b & x\nout b = a\n") == ["E033"]
+    assert codes("part & sphere(5)") == ["E033"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from porelang.diagnostics import Edit, Label, suggest
 from porelang.ir import Node, Stage, node
-from porelang.language import tree
+from porelang.language import operators, tree
 from porelang.language.kinds import KINDS, Kind
 from porelang.language.values import (
     POISON,
@@ -106,7 +106,7 @@ def _call_choice(e: Elaborator, choice: Choice, arguments: Sequence[Given], site
     out = results[-1]
     for i in range(len(results) - 2, -1, -1):
         condition = node("eq", choice.index, node("const", value=float(i)))
-        out = e.either(condition, results[i], out, site.span)
+        out = operators.either(e, condition, results[i], out, site.span)
     return out
 
 

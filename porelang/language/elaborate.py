@@ -15,10 +15,10 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 
 from porelang.diagnostics import Diagnostic, Edit, Label, PoreError, Severity, suggest
-from porelang.ir import Node, Stage, const, node, order
-from porelang.language import dimensions, operators, tree
+from porelang.ir import Node, Stage, const, order
 from porelang.language import names as resolution
-from porelang.language.calls import Given, call
+from porelang.language import operators, tree
+from porelang.language.expressions import evaluate
 from porelang.language.kinds import KINDS
 from porelang.language.params import ParamInfo, declare
 from porelang.language.values import (
@@ -27,14 +27,11 @@ from porelang.language.values import (
     Function,
     ListValue,
     Poison,
-    Range,
     Record,
     Scalar,
     Scope,
-    Text,
     Value,
     Vector,
-    as_list,
     as_vector,
     describe,
 )
@@ -42,7 +39,6 @@ from porelang.ops import TABLE
 from porelang.passes import Graph, run
 from porelang.passes.simplify import computed
 from porelang.source import Source, Span
-from porelang.units import UNITS, Dimension
 
 #: More expressions than this are not a design but an accident (a doubling of a doubling ...).
 MOST_STEPS = 1_000_000
@@ -126,7 +122,7 @@ class Elaborator:
         self._said: set[tuple[object, ...]] = set()
         self._constants: dict[Node, float | bool] = {}
         self._files: list[str] = []
-        self._called: set[tree.Def] = set()
+        self.called: set[tree.Def] = set()
 
     # ---- saying what is wrong ---------------------------------------------------------------------------------------
 
@@ -243,8 +239,9 @@ class Elaborator:
 
     def _file(self, file: tree.File, prefix: str) -> dict[str, Value]:
         """The definitions of a file as values; `prefix` names the params of a used file."""
-        bound, twice = resolution.bound(file.statements)
-        uses, unknown = resolution.resolve(file.statements, dict.fromkeys(self.base.visible()))
+        known = frozenset(self.base.visible())
+        bound, twice = resolution.bound(file.statements, known)
+        uses, unknown = resolution.resolve(file.statements, bound.keys() | known)
         index = {s: i for i, s in enumerate(file.statements)}
         order, rings = resolution.evaluation_order(bound, {n: uses[index[s]] for n, s in bound.items()})
         self.out.diagnostics += [*twice, *unknown, *rings]
@@ -256,11 +253,11 @@ class Elaborator:
             members[name] = POISON if binding.name_span in in_ring else self._define(binding, scope, prefix)
         for s in file.statements:
             if isinstance(s, tree.Out) and not prefix:
-                self._output(s, scope)
+                self._output(s, members[s.name] if bound.get(s.name) is s else self.expr(s.value, scope))
             elif isinstance(s, tree.Check):
                 self._check(s, scope)
         for d in bound.values():
-            if isinstance(d, tree.Def) and d not in self._called and members.get(d.name) is not POISON:
+            if isinstance(d, tree.Def) and d not in self.called and members.get(d.name) is not POISON:
                 self._try_body(d, scope)
         return members
 
@@ -273,15 +270,17 @@ class Elaborator:
                 if isinstance(value, Scalar) and not prefix:
                     self.out.lets[s.name] = value
                 return value
+            case tree.Out():
+                return self.expr(s.value, scope)
             case tree.Def():
-                self._declared_kinds(s)
+                self.declared_kinds(s)
                 return Function(s.name, s.parameters, s.body, scope, s)
             case tree.Param():
                 return declare(self, s, scope, prefix)
             case tree.Use():
                 return self._use(s)
 
-    def _declared_kinds(self, s: tree.Def) -> None:
+    def declared_kinds(self, s: tree.Def) -> None:
         first: dict[str, Span] = {}
         for p in s.parameters:
             if p.name in first:
@@ -325,8 +324,7 @@ class Elaborator:
         self._files.pop()
         return Record(s.name, members)
 
-    def _output(self, s: tree.Out, scope: Scope) -> None:
-        value = self.expr(s.value, scope)
+    def _output(self, s: tree.Out, value: Value) -> None:
         if isinstance(value, ListValue) and (vector := as_vector(value)) is not None:
             value = vector
         if isinstance(value, Scalar | Vector | Bool):
@@ -400,288 +398,7 @@ class Elaborator:
     def expr(self, t: tree.Expr, scope: Scope) -> Value:
         """The value of an expression."""
         self.spend(1, t.span)
-        match t:
-            case tree.Name():
-                return self._name(t, scope)
-            case tree.Number():
-                return self._number(t)
-            case tree.Call():
-                return self._call(t, scope, ())
-            case tree.Chain():
-                return self._chain(t, scope)
-            case tree.Unary():
-                return operators.unary(self, t.op, self.expr(t.operand, scope), t.span, t.operand.span)
-            case tree.ListOf():
-                return self._list(t, scope)
-            case tree.Member():
-                return self._member(t, scope)
-            case tree.Index():
-                return self._index(t, scope)
-            case tree.If():
-                return self._if(t, scope)
-            case tree.Block():
-                return self._block(t, scope)
-            case tree.Lambda():
-                parameters = tuple(tree.Parameter(p.span, p.name, p.span, (), None, None, None) for p in t.parameters)
-                return Function("lambda", parameters, t.body, scope)
-            case tree.Comprehension():
-                items: list[Value] = []
-                sound = self._comprehend(t, 0, scope, items)
-                return ListValue(tuple(items)) if sound else POISON
-            case tree.Text():
-                return Text(t.value)
-            case tree.Truth():
-                return Bool(const(t.value))
-
-    def _name(self, t: tree.Name, scope: Scope) -> Value:
-        value = scope.find(t.name)
-        if value is None:  # said by the walk over names, or the unused one of a pair of parameters
-            if self.frames and not self.out.diagnostics:
-                return self.error("E043", f"`{t.name}` is not given here", t.span)
-            return POISON
-        if isinstance(value, Function) and value.definition is not None:
-            self._called.add(value.definition)
-        return value
-
-    def _number(self, t: tree.Number) -> Value:
-        if not t.unit:
-            return Scalar(const(t.value), None, True)
-        unit = UNITS[t.unit]
-        return Scalar(const(t.value * unit.scale), unit.dimension)
-
-    def _call(self, t: tree.Call, scope: Scope, piped: tuple[Given, ...]) -> Value:
-        function = self.expr(t.function, scope)
-        given = [*piped, *(Given(a.name, self.expr(a.value, scope), a.span) for a in t.arguments)]
-        return call(self, function, given, t)
-
-    def _chain(self, t: tree.Chain, scope: Scope) -> Value:
-        value, span = self.expr(t.first, scope), t.first.span
-        for (op, right), op_span in zip(t.rest, t.op_spans, strict=True):
-            if op == "|>":
-                value = self._pipe(value, span, right, scope)
-            elif op == "..":
-                value = self._range(value, span, self.expr(right, scope), right.span)
-            elif op == "@":
-                value = self._at(value, span, self.expr(right, scope), right.span)
-            else:
-                value = operators.binary(self, op, value, self.expr(right, scope), (span, op_span, right.span))
-            span = span.to(right.span)
-        return value
-
-    def _range(self, low: Value, low_span: Span, high: Value, high_span: Span) -> Value:
-        for end, at in ((low, low_span), (high, high_span)):
-            if isinstance(end, Poison):
-                return POISON
-            if not isinstance(end, Scalar):
-                return self.error("E060", f"an end of a range is a number, not {describe(end)}", at)
-        assert isinstance(low, Scalar)
-        assert isinstance(high, Scalar)
-        if None not in (low.dimension, high.dimension) and low.dimension != high.dimension:
-            return self.error(
-                "E062",
-                f"a range from {low.dimension} to {high.dimension}",
-                low_span,
-                label="one end",
-                others=(Label(high_span, "the other"),),
-            )
-        return Range(low, high)
-
-    def _pipe(self, value: Value, span: Span, right: tree.Expr, scope: Scope) -> Value:
-        piped = (Given(None, value, span),)
-        if isinstance(right, tree.Call):
-            return self._call(right, scope, piped)
-        return call(self, self.expr(right, scope), piped, tree.Call(right.span, right, ()))
-
-    def _at(self, value: Value, span: Span, point: Value, at: Span) -> Value:
-        if isinstance(value, Poison) or isinstance(point, Poison):
-            return POISON
-        q = as_vector(point)
-        if q is None:
-            return self.error(
-                "E060",
-                f"`@` needs a point, not {describe(point)}",
-                at,
-                label=f"this is {describe(point)}",
-                hint="a point is a vector: `f @ [x + 5, y, z]`",
-            )
-        if not isinstance(value, Scalar | Vector | Bool):
-            return self.error(
-                "E060",
-                f"`@` evaluates a field, not {describe(value)}",
-                span,
-                label=f"this is {describe(value)}",
-                hint=operators._call_it(value),
-            )
-
-        def moved(n: Node) -> Node:
-            return node("at", n, *q.nodes) if n.axes else n
-
-        match value:
-            case Scalar():
-                return Scalar(moved(value.node), value.dimension)
-            case Bool():
-                return Bool(moved(value.node))
-        return Vector(moved(value.x), moved(value.y), moved(value.z), value.dimension)
-
-    def _list(self, t: tree.ListOf, scope: Scope) -> Value:
-        items = [self.expr(i, scope) for i in t.items]
-        if any(isinstance(i, Poison) for i in items):
-            return POISON
-        if len(items) == 3 and all(isinstance(i, Scalar) for i in items):
-            return self._vector(items, [i.span for i in t.items])
-        return ListValue(tuple(items))
-
-    def _vector(self, items: list[Value], spans: list[Span]) -> Value:
-        known: dict[int, Dimension] = {}
-        for i, item in enumerate(items):
-            assert isinstance(item, Scalar)
-            if item.dimension is not None:
-                known[i] = item.dimension
-        first = next(iter(known), None)
-        for i, d in known.items():
-            if first is not None and d != known[first]:
-                return self.error(
-                    "E062",
-                    f"a vector of {known[first]} and {d}",
-                    spans[first],
-                    label=f"this is {known[first]}",
-                    others=(Label(spans[i], f"this is {d}"),),
-                )
-        nodes = [i.node for i in items if isinstance(i, Scalar)]
-        return Vector(nodes[0], nodes[1], nodes[2], None if first is None else known[first])
-
-    def _member(self, t: tree.Member, scope: Scope) -> Value:
-        target = self.expr(t.target, scope)
-        if isinstance(target, Poison):
-            return POISON
-        if (vector := as_vector(target)) is not None and t.name in ("x", "y", "z"):
-            return Scalar(vector.nodes["xyz".index(t.name)], vector.dimension)
-        if isinstance(target, Record):
-            value = target.members.get(t.name)
-            if value is not None:
-                if isinstance(value, Function) and value.definition is not None:
-                    self._called.add(value.definition)
-                return value
-            near = suggest(t.name, target.members)
-            return self.error(
-                "E036",
-                f"`{target.name}` has no `{t.name}`",
-                t.name_span,
-                label="nothing is called this there",
-                hint=f"did you mean `{near}`?" if near else f"it has {', '.join(sorted(target.members))}",
-                edit=Edit(t.name_span, near) if near else None,
-            )
-        hint = "a vector has the members x, y and z"
-        return self.error(
-            "E036", f"{describe(target)} has no `{t.name}`", t.name_span, label="no such member", hint=hint
-        )
-
-    def _index(self, t: tree.Index, scope: Scope) -> Value:
-        target, index = self.expr(t.target, scope), self.expr(t.index, scope)
-        if isinstance(target, Poison):
-            return POISON
-        items = as_list(target)
-        if items is None:
-            return self.error("E060", f"{describe(target)} has no items", t.target.span, label="this is no list")
-        number = self.need_constant(index, t.index.span, "an index")
-        if number is None:
-            return POISON
-        if number != int(number) or not 0 <= number < len(items):
-            last = f"0 to {len(items) - 1}" if items else "none"
-            return self.error(
-                "E065",
-                f"there is no item {number:g} in {describe(target)}",
-                t.index.span,
-                label="out of reach",
-                hint=f"the items are numbered from 0: {last}",
-            )
-        return items[int(number)]
-
-    def _if(self, t: tree.If, scope: Scope) -> Value:
-        out = self.expr(t.otherwise, scope)
-        for condition, then in reversed(t.branches):
-            test, value = self.expr(condition, scope), self.expr(then, scope)
-            if isinstance(test, Poison):
-                out = POISON
-                continue
-            if not isinstance(test, Bool):
-                out = self.error(
-                    "E060",
-                    f"`if` needs a condition, not {describe(test)}",
-                    condition.span,
-                    label=f"this is {describe(test)}",
-                    hint="compare it with something: `if a > 0`",
-                )
-                continue
-            out = self.either(test.node, value, out, t.span)
-        return out
-
-    def either(self, condition: Node, a: Value, b: Value, span: Span) -> Value:
-        """`a` where the condition holds, else `b`."""
-        if isinstance(a, Poison) or isinstance(b, Poison):
-            return POISON
-        known = self.constant(condition)
-        if known is not None:
-            return a if known else b
-        if isinstance(a, ListValue) and isinstance(b, ListValue) and len(a.items) == len(b.items):
-            return ListValue(tuple(self.either(condition, p, q, span) for p, q in zip(a.items, b.items, strict=True)))
-        if isinstance(a, Bool) and isinstance(b, Bool):
-            return Bool(node("select", condition, a.node, b.node))
-        if isinstance(a, Scalar | Vector) and isinstance(b, Scalar | Vector) and type(a) is type(b):
-            try:
-                dimension = dimensions.same([a, b])
-            except dimensions.Clash:
-                return self.error(
-                    "E062",
-                    f"one branch is {a.dimension}, the other {b.dimension}",
-                    span,
-                    label="both must be of one kind",
-                )
-            return operators.lift(lambda p, q: node("select", condition, p, q), [a, b], dimension)
-        return self.error(
-            "E060",
-            f"one branch is {describe(a)}, the other {describe(b)}",
-            span,
-            label="both must be of one kind",
-            hint="only numbers, vectors and conditions can be chosen in space",
-        )
-
-    def _block(self, t: tree.Block, scope: Scope) -> Value:
-        for b in t.bindings:
-            names: dict[str, Value] = {}
-            inner = Scope(names, scope)
-            if isinstance(b, tree.Let):
-                names[b.name] = self.expr(b.value, scope)
-            else:
-                self._declared_kinds(b)
-                names[b.name] = Function(b.name, b.parameters, b.body, scope, b)
-            scope = inner
-        return self.expr(t.value, scope)
-
-    def _comprehend(self, t: tree.Comprehension, depth: int, scope: Scope, into: list[Value]) -> bool:
-        """Collect the values of a comprehension; False if one of them is poison."""
-        if depth == len(t.clauses):
-            into.append(self.expr(t.value, scope))
-            return not isinstance(into[-1], Poison)
-        name, source = t.clauses[depth]
-        value = self.expr(source, scope)
-        if isinstance(value, Poison):
-            return False
-        items = as_list(value)
-        if items is None:
-            hint = (
-                f"count with `range`: `for {name.name} in range({source.span.text})`"
-                if isinstance(value, Scalar)
-                else ""
-            )
-            self.error(
-                "E060", f"`for` needs a list, not {describe(value)}", source.span, label="this is no list", hint=hint
-            )
-            return False
-        sound = True
-        for item in items:
-            sound &= self._comprehend(t, depth + 1, Scope({name.name: item}, scope), into)
-        return sound
+        return evaluate(self, t, scope)
 
 
 @contextmanager

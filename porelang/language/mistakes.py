@@ -246,7 +246,7 @@ def _comparison(f: Failure) -> Diagnostic | None:
             return None
         if depth == 0 and token.type == "COMPARE":
             middle = token.span.source.text[token.span.end : f.found.span.start].strip()
-            joint = next((t for t in f.tokens[i:f.at] if t.text in ("&", "|")), None)
+            joint = next((t for t in f.tokens[i : f.at] if t.text in ("&", "|")), None)
             if joint is not None:  # `a > 0 & b > 0`: meant as conditions, read as solids
                 word = {"&": "and", "|": "or"}[joint.text]
                 others = (Label(joint.span, "this joins solids, before anything is compared"),)

@@ -6,7 +6,7 @@ evaluated (they may stand in any order) or the ring in which they refer to each 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 
 from porelang.diagnostics import Diagnostic, Edit, Label, suggest
@@ -14,7 +14,7 @@ from porelang.language import tree
 from porelang.source import Span
 
 COORDINATES = ("x", "y", "z", "p")
-Bound = tree.Param | tree.Let | tree.Def | tree.Use
+Bound = tree.Param | tree.Let | tree.Def | tree.Use | tree.Out
 
 
 #: Names of the language's design that no version has yet.
@@ -22,8 +22,14 @@ _FOAMS = ("perlin", "simplex", "cubic_noise", "worley", "particles", "voronoi_ce
 PLANNED = frozenset({*_FOAMS, "metric", "phase", "load", "sample", "blur", "compress", "mesh", "frame"})
 
 
-def bound(statements: Iterable[tree.Statement]) -> tuple[dict[str, Bound], list[Diagnostic]]:
-    """The definitions of a file by name, and a diagnostic for each name bound twice or not to be bound."""
+def bound(
+    statements: Iterable[tree.Statement], known: Collection[str] = ()
+) -> tuple[dict[str, Bound], list[Diagnostic]]:
+    """The definitions of a file by name, and a diagnostic for each name bound twice or not to be bound.
+
+    An output can be referred to by its name too, unless the file binds that name or it is `known` outside:
+    `out cylinder = cylinder(75, 300)` is the function's.
+    """
     names: dict[str, Bound] = {}
     outs: dict[str, tree.Out] = {}
     found: list[Diagnostic] = []
@@ -48,6 +54,9 @@ def bound(statements: Iterable[tree.Statement]) -> tuple[dict[str, Bound], list[
             found.append(_twice(s.name, s.name_span, names[s.name].name_span, "name"))
         else:
             names[s.name] = s
+    for name, out in outs.items():
+        if name not in names and name not in known and name not in COORDINATES:
+            names[name] = out
     return names, found
 
 
@@ -74,15 +83,13 @@ def children(item: object) -> Iterator[object]:
 
 
 def resolve(
-    statements: Iterable[tree.Statement], known: Mapping[str, object]
+    statements: Iterable[tree.Statement], names: Collection[str]
 ) -> tuple[dict[int, set[str]], list[Diagnostic]]:
-    """For each statement (by index) the names it uses that it does not bind itself, and a diagnostic for each
-    unknown."""
-    statements = list(statements)
-    names = {s.name for s in statements if isinstance(s, tree.Param | tree.Let | tree.Def | tree.Use)}
+    """For each statement (by index) the names it uses that it does not bind itself, and a diagnostic for each that is
+    not among those that can be seen."""
     uses: dict[int, set[str]] = {}
     missing: dict[str, tuple[Diagnostic, list[Span]]] = {}
-    visible = names | set(known) | set(COORDINATES)
+    visible = {*names, *COORDINATES}
     for i, s in enumerate(statements):
         uses[i] = set()
         stack: list[tuple[object, frozenset[str]]] = [(s, frozenset())]
@@ -221,8 +228,13 @@ def _ring(loop: list[Bound]) -> Diagnostic:
     return Diagnostic(
         "E033",
         f"`{first.name}` {what}: {way}",
-        first.name_span,
+        _named(first),
         label="the ring starts here",
-        others=tuple(Label(b.name_span, "and goes through this") for b in loop[1:4]),
+        others=tuple(Label(_named(b), "and goes through this") for b in loop[1:4]),
         hint="there is no recursion; for a repetition use `[for i in range(n): ...]` or `repeat`",
     )
+
+
+def _named(b: Bound) -> Span:
+    """Where a name is bound; the bare last expression, which binds `part`, has no name to point at."""
+    return b.name_span if b.name_span.end > b.name_span.start else b.span

@@ -15,6 +15,7 @@ from porelang.language.values import (
     Builtin,
     Choice,
     Function,
+    ListValue,
     Poison,
     Scalar,
     Text,
@@ -217,3 +218,34 @@ def _call_it(value: Value) -> str:
     if isinstance(value, Builtin):
         return f"call it: `{value.name}({', '.join(value.signature)})`"
     return ""
+
+
+def either(e: Elaborator, condition: Node, a: Value, b: Value, span: Span) -> Value:
+    """`a` where the condition holds, else `b`."""
+    if isinstance(a, Poison) or isinstance(b, Poison):
+        return POISON
+    known = e.constant(condition)
+    if known is not None:
+        return a if known else b
+    if isinstance(a, ListValue) and isinstance(b, ListValue) and len(a.items) == len(b.items):
+        return ListValue(tuple(either(e, condition, p, q, span) for p, q in zip(a.items, b.items, strict=True)))
+    if isinstance(a, Bool) and isinstance(b, Bool):
+        return Bool(node("select", condition, a.node, b.node))
+    if isinstance(a, Scalar | Vector) and isinstance(b, Scalar | Vector) and type(a) is type(b):
+        try:
+            dimension = dimensions.same([a, b])
+        except dimensions.Clash:
+            return e.error(
+                "E062",
+                f"one branch is {a.dimension}, the other {b.dimension}",
+                span,
+                label="both must be of one kind",
+            )
+        return lift(lambda p, q: node("select", condition, p, q), [a, b], dimension)
+    return e.error(
+        "E060",
+        f"one branch is {describe(a)}, the other {describe(b)}",
+        span,
+        label="both must be of one kind",
+        hint="only numbers, vectors and conditions can be chosen in space",
+    )

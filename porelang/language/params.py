@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from porelang.diagnostics import Label
 from porelang.ir import const, param
 from porelang.ir import node as make
-from porelang.language import tree
+from porelang.language import operators, tree
 from porelang.language.values import POISON, Bool, Choice, Function, Poison, Scalar, Scope, Text, Value, describe
 from porelang.source import Span
 from porelang.units import Dimension
@@ -137,7 +137,7 @@ def _choice(e: Elaborator, s: tree.Param, scope: Scope, name: str) -> Value:
     if all(isinstance(o, Bool) for o in options):
         out: Value = options[-1]
         for i in range(len(options) - 2, -1, -1):
-            out = e.either(make("eq", node, const(float(i))), options[i], out, s.span)
+            out = operators.either(e, make("eq", node, const(float(i))), options[i], out, s.span)
         return out
     return Choice(s.name, node, tuple(options))
 

@@ -96,7 +96,7 @@ def _resolve(files: list[tuple[str, tree.File]]) -> None:
     outer: set[str] = set(known)
     for statements in groups:
         bound, found = resolution.bound(statements)
-        uses, unknown = resolution.resolve(statements, dict.fromkeys(outer))
+        uses, unknown = resolution.resolve(statements, {*bound, *outer})
         _, rings = resolution.evaluation_order(bound, {s.name: uses[statements.index(s)] for s in bound.values()})
         if problems := [*found, *unknown, *rings]:
             raise PoreError(problems)
