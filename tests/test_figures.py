@@ -271,9 +271,10 @@ def test_figures_5_are_the_fields_they_are_named_after() -> None:
 def test_local_frames_turn_the_lattice_with_the_curve() -> None:
     """At the crest of the curve its normal is the y axis: there the cells are the plain lattice's, turned upright."""
     field, away = (FIGURES["fig07_local_frame"].field(name) for name in ("lattice", "distance"))
-    y = np.linspace(50, 70, 100)  # on the outside of the bend, where the crest at y = 25 is nearest
+    y = np.linspace(50, 70, 100)  # on the outside of the bend, where the crest is nearest
     points = np.stack([0 * y, y, 5 + 0 * y], axis=1)
-    assert away(points) == pytest.approx(y - 26, abs=1e-6)
+    crest = 60 * (1 - math.cos(math.radians(40)))
+    assert away(points) == pytest.approx(y - crest - 1, abs=1e-6)
     assert field(points) == pytest.approx(np.cos(math.tau * y / 20) + 1 + 0 * y, abs=1e-6)
 
 
