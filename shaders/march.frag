@@ -87,9 +87,9 @@ vec2 notch_at(vec3 from, vec3 way, float t) {
     return vec2(t);
 }
 
-// The distance at which a ray, between `start` and `end`, comes from the one `side` of the surface to the other, or -1;
-// `count` is the number of samples taken.
-float meet(vec3 from, vec3 way, float start, float end, out int count) {
+// The distance at which a ray, between `start` and `end`, comes from the one `side` of the surface to the other, or -1.
+// No step is shorter than `fine`; `count` is the number of samples taken.
+float meet(vec3 from, vec3 way, float start, float end, float fine, out int count) {
     vec3 edge = (box_hi - box_lo) / vec3(counts);
     vec3 ahead = step(vec3(0.0), way);
     float before = start;
@@ -105,7 +105,7 @@ float meet(vec3 from, vec3 way, float start, float end, out int count) {
         vec3 p = from + way * t;
         ivec3 at = clamp(ivec3(floor((p - box_lo) / edge)), ivec3(0), counts - 1);
         float slope = cell(at);
-        float leave = max(least((box_lo + (vec3(at) + ahead) * edge - from) / way), t) + finest;
+        float leave = max(least((box_lo + (vec3(at) + ahead) * edge - from) / way), t) + fine;
         float onward = leave;
         if (slope > 0.0 || (side > 0.0 ? slope < 0.0 : slope == 0.0)) {
             float f = -1.0;
@@ -114,7 +114,7 @@ float meet(vec3 from, vec3 way, float start, float end, out int count) {
                 count++;
             }
             if (f <= 0.0) {
-                for (int j = 0; j < 32 && t - before > 0.25 * finest; j++) {
+                for (int j = 0; j < 32 && t - before > 0.25 * fine; j++) {
                     float middle = 0.5 * (before + t);
                     if (side * field(from + way * middle) <= 0.0) t = middle;
                     else before = middle;
@@ -122,7 +122,7 @@ float meet(vec3 from, vec3 way, float start, float end, out int count) {
                 }
                 return t;
             }
-            float shortest = i < MANY_STEPS ? finest : nearest;
+            float shortest = i < MANY_STEPS ? fine : max(fine, nearest);
             onward = min(leave, t + (slope < STEEP ? max(f / slope, shortest) : jump));
         }
         before = t;
@@ -186,7 +186,7 @@ float lamp(vec3 p, vec3 n, vec3 way, float turn) {
     way = mix(way, vec3(1e-9), lessThan(abs(way), vec3(1e-9)));
     vec3 from = p + n * (2.0 * grain);
     int count;
-    return meet(from, way, 0.0, span(from, way, box_lo, box_hi).y, count) < 0.0 ? 1.0 : 0.0;
+    return meet(from, way, 0.0, span(from, way, box_lo, box_hi).y, grain, count) < 0.0 ? 1.0 : 0.0;
 }
 
 vec3 lit(vec3 p) {
@@ -238,7 +238,7 @@ void main() {
     if (lighting) t = known;
     else if (layer == 0.0 || known >= 0.0)
 #endif
-    t = meet(from, way, layer == 0.0 ? start : known + finest, whole.y, count);
+    t = meet(from, way, layer == 0.0 ? start : known + finest, whole.y, finest, count);
     if (want == DISTANCE) colour = bytes(floatBitsToUint(t));
     else if (want == STEPS) colour = bytes(uint(count));
     else if (t < 0.0) colour = vec4(0.0);
