@@ -25,6 +25,7 @@ uniform vec3 notch_lo[NOTCHES];
 uniform vec3 notch_hi[NOTCHES];
 uniform ivec3 counts;   // of cells along each axis
 uniform float finest;   // no step is shorter, in mm
+uniform float rounding; // how far float32 may misplace a point, in mm
 uniform float nearest;  // nor than this, once a ray has taken MANY_STEPS
 uniform float jump;     // the step where the field may jump, in mm
 uniform float reach;    // how far around a place light is looked for, in mm
@@ -89,17 +90,24 @@ vec2 notch_at(vec3 from, vec3 way, float t) {
 
 // The distance at which a ray, between `start` and `end`, comes from the one `side` of the surface to the other, or -1.
 // No step is shorter than `fine`; `count` is the number of samples taken.
+//
+// From a sample f the surface is at least f / slope away. Two samples with f + g > slope * h have none between them if
+// they are h apart: where the field falls more gently than its bound, a bold step twice as long is tried, looked at from
+// its far end, and taken back if that does not prove it (Keinert et al. 2014).
 float meet(vec3 from, vec3 way, float start, float end, float fine, out int count) {
     vec3 edge = (box_hi - box_lo) / vec3(counts);
     vec3 ahead = step(vec3(0.0), way);
-    float before = start;
     float t = start;
+    float before = start;
+    float f_before = -1.0;  // or the field there
+    bool bold = false;
     count = 0;
     for (int i = 0; i < MOST_STEPS && t <= end; i++) {
         vec2 gap = notch_at(from, way, t);
-        if (gap.y > t) {
+        if (gap.y > t && !bold) {
             if (side < 0.0) return max(gap.x, before);
             before = t = gap.y;
+            f_before = -1.0;
             continue;
         }
         vec3 p = from + way * t;
@@ -107,11 +115,18 @@ float meet(vec3 from, vec3 way, float start, float end, float fine, out int coun
         float slope = cell(at);
         float leave = max(least((box_lo + (vec3(at) + ahead) * edge - from) / way), t) + fine;
         float onward = leave;
+        float f = -1.0;
+        bool bolder = false;
         if (slope > 0.0 || (side > 0.0 ? slope < 0.0 : slope == 0.0)) {
-            float f = -1.0;
+            float shortest = i < MANY_STEPS ? fine : max(fine, nearest);
             if (slope > 0.0) {
                 f = side * field(p);
                 count++;
+                if (bold && !(f + f_before > slope * (t - before + rounding))) {
+                    t = before + max(f_before / slope, shortest);
+                    bold = false;
+                    continue;
+                }
             }
             if (f <= 0.0) {
                 for (int j = 0; j < 32 && t - before > 0.25 * fine; j++) {
@@ -122,10 +137,18 @@ float meet(vec3 from, vec3 way, float start, float end, float fine, out int coun
                 }
                 return t;
             }
-            float shortest = i < MANY_STEPS ? fine : max(fine, nearest);
-            onward = min(leave, t + (slope < STEEP ? max(f / slope, shortest) : jump));
+            float safe = slope < STEEP ? max(f / slope, shortest) : jump;
+            if (f_before > 0.0 && slope < STEEP) {
+                float falls = clamp((f_before - f) / (t - before), -0.5 * slope, slope);
+                float far = min(1.95 * f / (slope + falls), leave - t - 1.1 * fine);  // it ends in the same cell
+                bolder = far > 1.05 * safe;
+                if (bolder) safe = far;
+            }
+            onward = min(leave, t + safe);
         }
         before = t;
+        f_before = f;
+        bold = bolder;
         t = onward;
     }
     return -1.0;

@@ -8,7 +8,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageFont
 
 import porelang
 from porelang.render.cuts import HalfSpace
@@ -17,10 +17,10 @@ from porelang.render.planes import Plane
 from porelang.surface import Bounds
 
 HERE = Path(__file__).parent
-COLOURS = 256  # of a picture's palette
+COLOURS = 256  # of a picture's palette; the planes of a field have more
 THREE_PLANES = tuple(Plane(axis, 0.0) for axis in range(3))
 
-SAMPLE = Wishes(size=(600, 600), view=(-65, 25))
+SAMPLE = Wishes(size=(560, 560), view=(-65, 25))
 FIELD = Wishes(size=(640, 560), view=(-60, 28), slices=THREE_PLANES, solid="glass", legend="mm")
 # The paper cuts its cylinders along the planes XY and XZ: a quarter is taken out, and both sections are seen.
 QUARTER = (HalfSpace(1, True, 0.0), HalfSpace(2, False, 0.0))
@@ -69,14 +69,14 @@ def sheet(path: Path, across: str = "w", up: str = "d", unit: float = 10.0) -> I
     xs, ys = (steps_of(program, name) for name in (across, up))
     (width, height), left, foot = wishes.size, 60, 30
     page = Image.new("RGB", (left + width * len(xs), height * len(ys) + foot), "white")
-    pen = ImageDraw.Draw(page)
+    pen, letters = ImageDraw.Draw(page), ImageFont.load_default(13)
     for (i, a), (j, b) in product(enumerate(xs), enumerate(ys)):
         pixels = render_output(program, None, wishes, None, {across: a, up: b}).pixels
         page.paste(Image.fromarray(pixels).convert("RGB"), (left + width * i, height * (len(ys) - 1 - j)))
     for i, a in enumerate(xs):
-        pen.text((left + width * (i + 0.5), page.height - foot / 2), f"W {a / unit:.1f}", "black", anchor="mm")
+        pen.text((left + width * (i + 0.5), page.height - foot / 2), f"W {a / unit:.1f}", "black", letters, anchor="mm")
     for j, b in enumerate(ys):
-        pen.text((left / 2, height * (len(ys) - j - 0.5)), f"D {b:+.1f}", "black", anchor="mm")
+        pen.text((left / 2, height * (len(ys) - j - 0.5)), f"D {b:+.1f}", "black", letters, anchor="mm")
     return page
 
 
@@ -92,8 +92,10 @@ def main(folder: Path, wanted: str = "*") -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for path in sorted(HERE.glob(f"{wanted}.pore")):
         picture = sheet(path) if path.stem.startswith("fig11") else drawn(path)
+        if not drawing(path).wishes.slices:
+            picture = picture.quantize(COLOURS, dither=Image.Dither.NONE)
         target = folder / f"{path.stem}.png"
-        picture.quantize(COLOURS, dither=Image.Dither.NONE).save(target, optimize=True)
+        picture.save(target, optimize=True)
         print(f"{target}  {target.stat().st_size / 1000:.0f} kB", flush=True)
 
 

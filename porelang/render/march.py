@@ -86,6 +86,7 @@ class Marcher:
             "notch_hi": corners[1],
             "counts": np.array(scene.cells.counts),
             "finest": self.finest,
+            "rounding": rounded,
             "nearest": self.nearest,
             "jump": max(0.5 * pixel, self.nearest),
             "reach": 0.1 * diagonal,
