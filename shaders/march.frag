@@ -4,6 +4,7 @@
 // The box is divided into cells. For each the host has proved one of four things, told apart by one number: 0, no solid
 // lies in it, and it is passed as a whole; -1, it is solid throughout; a slope, by which the field changes at most per mm,
 // so that the field divided by it is a safe step; or more than STEEP where the field may jump, and small steps are taken.
+// Where corners are cut out of the part, NOTCHED is defined: most pictures need not look for them.
 const int NOTCHES = 8;
 out vec4 colour;
 uniform int want;       // LIGHT, GLASS, DISTANCE or STEPS
@@ -38,8 +39,7 @@ const int GLASS = 3;
 const int MANY_STEPS = 512;     // a ray that takes more grazes the surface
 const int MOST_STEPS = 65536;   // a ray of the longest box takes fewer
 const float STEEP = 1e29;
-const int DIRECTIONS = 8;
-const int RINGS = 12;
+const int RINGS = 10;
 const vec3 LAMP = vec3(-0.451, 0.621, -0.641);  // in the viewer's axes
 const vec3 MATERIAL = vec3(0.945, 0.915, 0.855);
 const vec3 SECTION = vec3(0.800, 0.440, 0.330);
@@ -66,12 +66,6 @@ bool solid(vec3 p) {
     return field(p) <= 0.0;
 }
 
-bool taken_out(vec3 p) {
-    for (int i = 0; i < notches; i++)
-        if (least(min(p - notch_lo[i], notch_hi[i] - p)) > 0.0) return true;
-    return false;
-}
-
 // Where a ray enters and leaves a box; the first is larger where it does not meet it.
 vec2 span(vec3 from, vec3 way, vec3 lo, vec3 hi) {
     vec3 a = (lo - from) / way;
@@ -79,14 +73,23 @@ vec2 span(vec3 from, vec3 way, vec3 lo, vec3 hi) {
     return vec2(most(min(a, b)), least(max(a, b)));
 }
 
-// The notch that holds the place at t, as a span of the ray; it is of no length where there is none.
-vec2 notch_at(vec3 from, vec3 way, float t) {
+#ifdef NOTCHED
+bool taken_out(vec3 p) {
+    for (int i = 0; i < notches; i++)
+        if (least(min(p - notch_lo[i], notch_hi[i] - p)) > 0.0) return true;
+    return false;
+}
+
+// The next notch on a ray from t on, from where it is entered to where it is left.
+vec2 next_notch(vec3 from, vec3 way, float t) {
+    vec2 next = vec2(1e30);
     for (int i = 0; i < notches; i++) {
         vec2 s = span(from, way, notch_lo[i], notch_hi[i]);
-        if (t >= s.x && t < s.y) return s;
+        if (s.x < s.y && t < s.y && s.x < next.x) next = s;
     }
-    return vec2(t);
+    return next;
 }
+#endif
 
 // The distance at which a ray, between `start` and `end`, comes from the one `side` of the surface to the other, or -1.
 // No step is shorter than `fine`; `count` is the number of samples taken.
@@ -101,15 +104,23 @@ float meet(vec3 from, vec3 way, float start, float end, float fine, out int coun
     float before = start;
     float f_before = -1.0;  // or the field there
     bool bold = false;
+    bool met = false;
     count = 0;
+#ifdef NOTCHED
+    vec2 gap = next_notch(from, way, t);
+#endif
     for (int i = 0; i < MOST_STEPS && t <= end; i++) {
-        vec2 gap = notch_at(from, way, t);
-        if (gap.y > t && !bold) {
-            if (side < 0.0) return max(gap.x, before);
-            before = t = gap.y;
-            f_before = -1.0;
+#ifdef NOTCHED
+        if (t >= gap.x && !bold) {
+            if (t < gap.y) {
+                if (side < 0.0) return max(gap.x, before);
+                before = t = gap.y;
+                f_before = -1.0;
+            }
+            gap = next_notch(from, way, t);
             continue;
         }
+#endif
         vec3 p = from + way * t;
         ivec3 at = clamp(ivec3(floor((p - box_lo) / edge)), ivec3(0), counts - 1);
         float slope = cell(at);
@@ -128,15 +139,8 @@ float meet(vec3 from, vec3 way, float start, float end, float fine, out int coun
                     continue;
                 }
             }
-            if (f <= 0.0) {
-                for (int j = 0; j < 32 && t - before > 0.25 * fine; j++) {
-                    float middle = 0.5 * (before + t);
-                    if (side * field(from + way * middle) <= 0.0) t = middle;
-                    else before = middle;
-                    count++;
-                }
-                return t;
-            }
+            met = f <= 0.0;
+            if (met) break;  // and what follows is done by neighbours together
             float safe = slope < STEEP ? max(f / slope, shortest) : jump;
             if (f_before > 0.0 && slope < STEEP) {
                 float falls = clamp((f_before - f) / (t - before), -0.5 * slope, slope);
@@ -151,7 +155,14 @@ float meet(vec3 from, vec3 way, float start, float end, float fine, out int coun
         bold = bolder;
         t = onward;
     }
-    return -1.0;
+    if (!met) return -1.0;
+    for (int j = 0; j < 32 && t - before > 0.25 * fine; j++) {
+        float middle = 0.5 * (before + t);
+        if (side * field(from + way * middle) <= 0.0) t = middle;
+        else before = middle;
+        count++;
+    }
+    return t;
 }
 
 // Outward, from differences of the field.
@@ -167,10 +178,12 @@ vec3 normal(vec3 p) {
 vec3 cut(vec3 p) {
     vec3 near = vec3(nearest);
     vec3 n = cut_hi * step(box_hi - p, near) - cut_lo * step(p - box_lo, near);
+#ifdef NOTCHED
     for (int i = 0; i < notches && n == vec3(0.0); i++) {
         if (least(min(p - notch_lo[i], notch_hi[i] - p)) > -nearest)
             n = step(abs(p - notch_lo[i]), near) - step(abs(p - notch_hi[i]), near);
     }
+#endif
     return n.x != 0.0 ? vec3(n.x, 0.0, 0.0) : n.y != 0.0 ? vec3(0.0, n.y, 0.0) : vec3(0.0, 0.0, n.z);
 }
 
@@ -184,22 +197,26 @@ float turn_of_sample() {
 float sky(vec3 p, vec3 n, float turn) {
     vec3 a = normalize(abs(n.z) < 0.9 ? cross(n, vec3(0.0, 0.0, 1.0)) : cross(n, vec3(1.0, 0.0, 0.0)));
     vec3 b = cross(n, a);
+    int directions = samples < 3 ? 8 : 5;  // samples of a pixel look in different ones
     float hidden = 0.0;
-    for (int i = 0; i < DIRECTIONS; i++) {
-        float r2 = (float(i) + 0.5 * (turn + 0.5)) / float(DIRECTIONS);
-        float angle = 2.3999632 * (float(i) + turn * float(DIRECTIONS));
+    for (int i = 0; i < directions; i++) {
+        float r2 = (float(i) + 0.5 * (turn + 0.5)) / float(directions);
+        float angle = 2.3999632 * (float(i) + turn * float(directions));
         vec3 d = sqrt(r2) * (cos(angle) * a + sin(angle) * b) + sqrt(1.0 - r2) * n;
         for (int k = 0; k < RINGS; k++) {
             float far = (float(k) + 0.4 + 0.6 * turn) / float(RINGS);
             vec3 q = p + n * grain + d * (reach * far * far);
             if (most(max(box_lo - q, q - box_hi)) > 0.0) break;
-            if (solid(q) && !taken_out(q)) {
+#ifdef NOTCHED
+            if (taken_out(q)) continue;
+#endif
+            if (solid(q)) {
                 hidden += 1.0 - 0.8 * far * far;
                 break;
             }
         }
     }
-    return 1.0 - hidden / float(DIRECTIONS);
+    return 1.0 - hidden / float(directions);
 }
 
 // Whether nothing solid lies between a place and the lamp; that is a disc, which a sample sees a part of.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -56,7 +56,7 @@ class Marcher:
 
     def __init__(self, scene: Scene, camera: Camera, size: tuple[int, int], gpu: Gpu, samples: int = 1):
         self.size, self.gpu, self.pixel = size, gpu, camera.pixel(size, scene.box)
-        self.shader = _shader(scene.root, tuple(sorted(scene.ranges.items())))
+        self.shader = _shader(scene.root, tuple(sorted(scene.ranges.items())), bool(scene.shown.notches))
         box, pixel = scene.box, self.pixel
         middle = np.add(box.lo, box.hi) / 2
         farthest = float(np.linalg.norm(camera.eye - middle) + np.linalg.norm(box.size))
@@ -188,7 +188,7 @@ def _numbers(pixels: NDArray[np.uint8], form: type[np.float32] | type[np.uint32]
 
 
 @lru_cache(maxsize=64)
-def _shader(root: Node, ranges: tuple[tuple[str, tuple[float, float]], ...]) -> Shader:
+def _shader(root: Node, ranges: tuple[tuple[str, tuple[float, float]], ...], notched: bool) -> Shader:
     length = len(order([root]))
     if length > LONGEST:
         raise fail(
@@ -196,7 +196,9 @@ def _shader(root: Node, ranges: tuple[tuple[str, tuple[float, float]], ...]) -> 
             f"the program is too long for a shader: {length:,} operations, where drivers manage {LONGEST:,}",
             hint="`pore mesh --backend numpy` has no such limit, and its mesh can be looked at",
         )
-    return shader(root, dict(ranges), "fragment")
+    made = shader(root, dict(ranges), "fragment")
+    version, rest = made.text.split("\n", 1)
+    return replace(made, text=f"{version}\n#define NOTCHED\n{rest}") if notched else made
 
 
 def _failed(error: GpuFailed) -> PoreError:
