@@ -17,7 +17,7 @@ from porelang.render.planes import Plane
 from porelang.surface import Bounds
 
 HERE = Path(__file__).parent
-COLOURS = 256  # of a picture's palette; the planes of a field have more
+COLOURS = 256  # of a picture's palette; planes behind glass have more
 THREE_PLANES = tuple(Plane(axis, 0.0) for axis in range(3))
 
 SAMPLE = Wishes(size=(560, 560), view=(-65, 25))
@@ -92,7 +92,7 @@ def main(folder: Path, wanted: str = "*") -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for path in sorted(HERE.glob(f"{wanted}.pore")):
         picture = sheet(path) if path.stem.startswith("fig11") else drawn(path)
-        if not drawing(path).wishes.slices:
+        if drawing(path).wishes.solid != "glass":
             picture = picture.quantize(COLOURS, dither=Image.Dither.NONE)
         target = folder / f"{path.stem}.png"
         picture.save(target, optimize=True)
