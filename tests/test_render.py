@@ -25,13 +25,12 @@ from porelang.program import Program
 from porelang.render import Camera, Picture, Wishes, look, render_output
 from porelang.render.camera import VIEWS
 from porelang.render.cells import SOLID, STEEP, VOID, bound_cells
+from porelang.render.cuts import HalfSpace, take_away, whole
 from porelang.render.march import Marcher, Scene
-from porelang.render.picture import Cut
 from porelang.render.planes import COLOURS, Plane
 
 ROOT = Path(__file__).parent.parent
 SPECIMEN = str(ROOT / "examples" / "specimen.pore")
-UNCUT = (False, False, False)
 
 
 def marcher(text: str, size: tuple[int, int], view: str = "iso", projection: Any = "perspective", **settings: float):
@@ -42,7 +41,7 @@ def marcher(text: str, size: tuple[int, int], view: str = "iso", projection: Any
     more = 1e-3 * max(found.size)
     box = Box(tuple(v - more for v in found.lo), tuple(v + more for v in found.hi))
     camera = look(box, VIEWS[view], size, projection)
-    scene = Scene(root, params, program.graph.ranges, bound_cells(root, params, box), UNCUT, UNCUT)
+    scene = Scene(root, params, program.graph.ranges, bound_cells(root, params, box), whole(box))
     return Marcher(scene, camera, size, gpu()), camera, program.field(**settings), box
 
 
@@ -208,13 +207,14 @@ def test_a_param_changes_the_picture_without_compiling() -> None:
 
 def test_cut_takes_half_away_and_shows_its_face() -> None:
     program = porelang.compile("cube(20)")
-    wishes = Wishes((120, 120), VIEWS["right"], "orthographic", samples=1, transparent=True, cuts=(Cut(2, False, 4.0),))
+    above = ((HalfSpace(2, False, 4.0),),)
+    wishes = Wishes((120, 120), VIEWS["right"], "orthographic", samples=1, transparent=True, cuts=above)
     seen = render_output(program, None, wishes).pixels[..., 3] > 0
     pixel = render_output(program, None, wishes).pixel
     rows = np.flatnonzero(seen.any(axis=1))
     assert len(rows) * pixel == pytest.approx(14, abs=2 * pixel)  # from z = -10 to 4
     # seen from above the cut face is there, in its own flat colour
-    top = Wishes((120, 120), VIEWS["top"], "orthographic", samples=1, cuts=(Cut(2, False, 4.0),))
+    top = Wishes((120, 120), VIEWS["top"], "orthographic", samples=1, cuts=above)
     face = render_output(program, None, top).pixels[40:80, 40:80, :3].reshape(-1, 3)
     assert (face == face[0]).all()
     assert face[0, 0] > face[0, 2] + 50  # warm, where the material is nearly white
@@ -225,9 +225,12 @@ def test_cut_takes_half_away_and_shows_its_face() -> None:
 def test_cut_at_the_depth_asked_for() -> None:
     program = porelang.compile("cube(20)")
     root = program.solid()
-    box = Box((-10.5, -2.5, -10.5), (10.5, 10.5, 10.5))
-    camera = look(Box((-10.5,) * 3, (10.5,) * 3), VIEWS["front"], (40, 40), "orthographic")
-    scene = Scene(root, {}, {}, bound_cells(root, {}, box), (False, True, False), UNCUT)
+    whole_box = Box((-10.5,) * 3, (10.5,) * 3)
+    shown = take_away(whole(whole_box), [(HalfSpace(1, True, -2.5),)])
+    box = shown.box
+    assert box == Box((-10.5, -2.5, -10.5), (10.5, 10.5, 10.5))
+    camera = look(whole_box, VIEWS["front"], (40, 40), "orthographic")
+    scene = Scene(root, {}, {}, bound_cells(root, {}, box), shown)
     made = Marcher(scene, camera, (40, 40), gpu())
     assert made.distances()[20, 20] == pytest.approx(-2.5 - camera.eye[1], abs=made.nearest)
 
@@ -238,15 +241,21 @@ def test_slice_has_the_colours_of_its_values() -> None:
     bounds = (-40.0, -40.0, -40.0, 40.0, 40.0, 40.0)
     wishes = Wishes((200, 200), VIEWS["top"], "orthographic", samples=1, slices=(Plane(2, 0.0),), solid="none")
     picture = render_output(program, "part", wishes, bounds)
-    assert picture.full == pytest.approx(20, abs=0.01)  # the centre is 20 deep, the corners lie farther out
+    assert picture.scale is not None
+    assert picture.scale.low == pytest.approx(20)  # the centre is 20 deep, the corners lie farther out
     def colour(x: float, y: float, of: Picture = picture) -> NDArray[np.float64]:
         column, row = round(99.5 + x / of.pixel), round(99.5 - y / of.pixel)
         return of.pixels[row, column, :3].astype(np.float64)
-    assert np.abs(colour(0, 0) - 255 * COLOURS[0]).max() < 8
-    assert np.abs(colour(0, 39) - 255 * COLOURS[-1]).max() < 16
+    def expected(value: float) -> NDArray[np.float64]:
+        """Red at the depth of the centre, yellow at zero, blue at what the corners of the plane attain."""
+        ends = np.linspace(-20, 0, 5).tolist() + np.linspace(0, 42, 5).tolist()[1:]
+        return np.array([np.interp(value, ends, 255 * channel) for channel in COLOURS.T])
+    assert picture.scale.high == pytest.approx(42)  # 43.2 * sqrt(2) - 20 is 41.1
+    for x, y in ((0, 0), (5, 5), (0, 39), (39, 39), (-30, 8)):
+        assert np.abs(colour(x, y) - expected(math.hypot(x, y) - 20)).max() < 8
     assert np.abs(colour(17, 0) - colour(0, 17)).max() < 8
     assert colour(20, 0).max() < 120
-    inside, outside = colour(15, 0), colour(26, 0)
+    inside, outside = colour(15, 0), colour(35, 0)
     assert inside[0] > inside[2]
     assert outside[2] > outside[0]
     # another field on the same plane: a `let` by its name
@@ -306,7 +315,7 @@ def test_what_cannot_be_drawn_is_said() -> None:
         render_output(program, None, Wishes((20, 20)), (20, 20, 20, 30, 30, 30))
     assert codes(far) == ["E111"]
     with pytest.raises(PoreError) as nothing:
-        render_output(program, None, Wishes((20, 20), cuts=(Cut(0, True, 11.0),)))
+        render_output(program, None, Wishes((20, 20), cuts=((HalfSpace(0, True, 11.0),),)))
     assert codes(nothing) == ["E107"]
     assert "x<11" in str(nothing.value)
     with pytest.raises(PoreError) as endless:
@@ -361,6 +370,15 @@ def test_command_writes_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[
         (["-o", "a.png", "--zoom", "0"], 2, "twice as large"),
         (["-o", "a.png", "--solid", "none"], 2, "--slice x=0"),
         (["-o", "a.png", "--field", "part"], 2, "--slice x=0"),
+        (["-o", "a.png", "--range", "-1..1"], 2, "--slice x=0"),
+        (["-o", "a.png", "--slice", "x=0", "--range", "1..2"], 2, "-20..20"),
+        (["-o", "a.png", "--slice", "x=0", "--legend", "mm", "--size", "90x400"], 2, "has no room for a legend"),
+        (["-o", "a.png", "--size", "0x0"], 2, "WIDTHxHEIGHT"),
+        (["-o", "a.png", "--size", "16000x16000"], 2, "40 million pixels"),
+        (["-o", "a.png", "--cut", "y<0 &"], 2, "what to take away"),
+        (["-o", "a.png", "--cut", "y<0 & y>1"], 2, "takes nothing away"),
+        (["-o", "a.png", "--cut", "y<1e6"], 2, "leaves nothing of the part"),
+        (["-o", "a.png", "--cut", "y<1e6 & z>-1e6"], 2, "leaves nothing of the part"),
     ],
 )
 def test_command_refuses(

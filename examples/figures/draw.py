@@ -8,23 +8,23 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageFont
 
 import porelang
-from porelang.render.picture import Cut, Wishes, render_output
+from porelang.render.cuts import HalfSpace
+from porelang.render.picture import Wishes, render_output
 from porelang.render.planes import Plane
 from porelang.surface import Bounds
 
 HERE = Path(__file__).parent
-COLOURS = 128  # of a picture's palette
+COLOURS = 256  # of a picture's palette; planes behind glass have more
 THREE_PLANES = tuple(Plane(axis, 0.0) for axis in range(3))
 
-SAMPLE = Wishes(size=(480, 480), view=(-65, 25))
-FIELD = Wishes(size=(480, 480), view=(-60, 28), slices=THREE_PLANES, solid="glass")
-CYLINDER = Wishes(size=(480, 480), view=(-70, 32))
-# The paper cuts its cylinders along the planes XY and XZ: this is what is left, with both sections to be seen.
-BELOW_AND_BEHIND = (-76.0, 0.0, -151.0, 76.0, 76.0, 0.0)
-CUT = replace(CYLINDER, size=(320, 520), view=(-70, 20), cuts=(Cut(1, True, 0.0),))
+SAMPLE = Wishes(size=(560, 560), view=(-65, 25))
+FIELD = Wishes(size=(640, 560), view=(-60, 28), slices=THREE_PLANES, solid="glass", legend="mm")
+# The paper cuts its cylinders along the planes XY and XZ: a quarter is taken out, and both sections are seen.
+QUARTER = (HalfSpace(1, True, 0.0), HalfSpace(2, False, 0.0))
+SPECIMEN = Wishes(size=(480, 800), view=(-68, 22), cuts=(QUARTER,))
 FRAMES = Wishes(size=(480, 390), view=(-90, 90), projection="orthographic", slices=(Plane(2, 5.0),), field="lattice")
 
 
@@ -42,35 +42,41 @@ DRAWINGS = {
     "fig01": Drawing(SAMPLE),
     "fig04": Drawing(SAMPLE),
     "fig05": Drawing(FIELD, (-50.0, -50.0, -50.0, 50.0, 50.0, 50.0)),
-    "fig06": Drawing(replace(FIELD, size=(380, 520), field="modifier")),
+    "fig05f": Drawing(replace(FIELD, legend=""), (-50.0, -50.0, -50.0, 50.0, 50.0, 50.0)),
+    "fig06": Drawing(replace(FIELD, size=(480, 720), field="modifier", legend="")),
     "fig07": Drawing(FRAMES, (-75.0, -60.0, 0.0, 75.0, 60.0, 6.0), "distance"),
-    "fig08": Drawing(CYLINDER, BELOW_AND_BEHIND),
-    "fig09": Drawing(CYLINDER, BELOW_AND_BEHIND),
-    "fig10": Drawing(CUT),
+    "fig08": Drawing(SPECIMEN),
+    "fig09": Drawing(SPECIMEN),
+    "fig10": Drawing(SPECIMEN),
     "fig11": Drawing(Wishes(size=(112, 112), view=(-60, 28))),
 }
 
 
+def drawing(path: Path) -> Drawing:
+    """How a figure is drawn: as its part (a letter) is, or its number."""
+    return DRAWINGS.get(path.stem[:6]) or DRAWINGS[path.stem[:5]]
+
+
 def drawn(path: Path) -> Image.Image:
     """The picture of a program."""
-    program, how = porelang.compile(path=path), DRAWINGS[path.stem[:5]]
+    program, how = porelang.compile(path=path), drawing(path)
     return Image.fromarray(render_output(program, how.output, how.wishes, how.bounds).pixels).convert("RGB")
 
 
 def sheet(path: Path, across: str = "w", up: str = "d", unit: float = 10.0) -> Image.Image:
     """The samples of a grid search over two params, the first along x (in `unit`), the second along y, upward."""
-    program, wishes = porelang.compile(path=path), DRAWINGS[path.stem[:5]].wishes
+    program, wishes = porelang.compile(path=path), drawing(path).wishes
     xs, ys = (steps_of(program, name) for name in (across, up))
     (width, height), left, foot = wishes.size, 60, 30
     page = Image.new("RGB", (left + width * len(xs), height * len(ys) + foot), "white")
-    pen = ImageDraw.Draw(page)
+    pen, letters = ImageDraw.Draw(page), ImageFont.load_default(13)
     for (i, a), (j, b) in product(enumerate(xs), enumerate(ys)):
         pixels = render_output(program, None, wishes, None, {across: a, up: b}).pixels
         page.paste(Image.fromarray(pixels).convert("RGB"), (left + width * i, height * (len(ys) - 1 - j)))
     for i, a in enumerate(xs):
-        pen.text((left + width * (i + 0.5), page.height - foot / 2), f"W {a / unit:.1f}", "black", anchor="mm")
+        pen.text((left + width * (i + 0.5), page.height - foot / 2), f"W {a / unit:.1f}", "black", letters, anchor="mm")
     for j, b in enumerate(ys):
-        pen.text((left / 2, height * (len(ys) - j - 0.5)), f"D {b:+.1f}", "black", anchor="mm")
+        pen.text((left / 2, height * (len(ys) - j - 0.5)), f"D {b:+.1f}", "black", letters, anchor="mm")
     return page
 
 
@@ -86,8 +92,10 @@ def main(folder: Path, wanted: str = "*") -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for path in sorted(HERE.glob(f"{wanted}.pore")):
         picture = sheet(path) if path.stem.startswith("fig11") else drawn(path)
+        if drawing(path).wishes.solid != "glass":
+            picture = picture.quantize(COLOURS, dither=Image.Dither.NONE)
         target = folder / f"{path.stem}.png"
-        picture.quantize(COLOURS, dither=Image.Dither.NONE).save(target, optimize=True)
+        picture.save(target, optimize=True)
         print(f"{target}  {target.stat().st_size / 1000:.0f} kB", flush=True)
 
 

@@ -86,6 +86,8 @@ COMMANDS: dict[str, Command] = {
                 "cut",
                 "slice",
                 "field",
+                "range",
+                "legend",
                 "solid",
                 "background",
                 "samples",
@@ -274,10 +276,11 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         ("--cut",),
         {
             "metavar": "'y<0'",
-            "type": lazily("half_space"),
+            "type": lazily("cut"),
             "action": "append",
             "default": [],
-            "help": "take away what lies on that side of a plane; repeat it for several",
+            "help": "take away what lies on that side of a plane, or on both sides named in 'y<0 & z>0': a quarter; "
+            "repeat it for several",
         },
     ),
     "slice": (
@@ -291,6 +294,23 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         },
     ),
     "field": (("--field",), {"metavar": "NAME", "help": "which output or `let` the planes show (default: the part)"}),
+    "range": (
+        ("--range",),
+        {
+            "metavar": "LO..HI",
+            "type": lazily("value_range"),
+            "help": "the values of full red and full blue (default: found on the planes)",
+        },
+    ),
+    "legend": (
+        ("--legend",),
+        {
+            "metavar": "TEXT",
+            "nargs": "?",
+            "const": "",
+            "help": "draw the scale of the planes with its numbers, and TEXT above it (default: the field's unit)",
+        },
+    ),
     "solid": (
         ("--solid",),
         {
@@ -418,8 +438,9 @@ def _parser(only: str | None) -> Parser:
 def _joined(argv: Sequence[str]) -> list[str]:
     """`--bounds -1,-1,...` as one word: `argparse` would take a value that begins with `-` for an option."""
     out: list[str] = []
+    numbers = ("--bounds", "--voxel", "--resolution", "--step", "--view", "--range")
     for word in argv:
-        if out and out[-1] in ("--bounds", "--voxel", "--resolution", "--view") and re.match(r"-[\d.]", word):
+        if out and out[-1] in numbers and re.match(r"-[\d.]", word):
             out[-1] += f"={word}"
         else:
             out.append(word)

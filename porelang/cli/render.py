@@ -68,21 +68,44 @@ def plane(text: str) -> tuple[int, float]:
     return AXES.index(match[1]), at
 
 
-def half_space(text: str) -> tuple[int, bool, float]:
-    """`y<0`, `z > 1cm`: an axis, whether what lies below is meant, and a place in mm."""
-    match = re.fullmatch(rf"\s*([xyz])\s*([<>])\s*({_NUMBER})\s*([A-Za-z]*)\s*", text)
-    at = _place(match[3], match[4]) if match else None
-    if match is None or at is None:
-        raise ArgumentTypeError(f"`{text}` cuts nothing: write what to take away, as in 'y<0' or 'z>15mm', in quotes")
-    return AXES.index(match[1]), match[2] == "<", at
+def cut(text: str) -> tuple[tuple[int, bool, float], ...]:
+    """`y<0`, `y<0 & z > 1cm`: for each side that is meant its axis, whether it lies below, and where, in mm."""
+    sides = []
+    for part in text.split("&"):
+        match = re.fullmatch(rf"\s*([xyz])\s*([<>])\s*({_NUMBER})\s*([A-Za-z]*)\s*", part)
+        at = _place(match[3], match[4]) if match else None
+        if match is None or at is None:
+            raise ArgumentTypeError(
+                f"`{text}` cuts nothing: write what to take away in quotes, 'y<0', or 'y<0 & z>15mm' for a corner"
+            )
+        sides.append((AXES.index(match[1]), match[2] == "<", at))
+    for axis in range(3):
+        lo = max((at for a, below, at in sides if a == axis and not below), default=-math.inf)
+        hi = min((at for a, below, at in sides if a == axis and below), default=math.inf)
+        if lo >= hi:
+            raise ArgumentTypeError(
+                f"`{text}` takes nothing away: no place has {AXES[axis]} above {lo:g} and below {hi:g}"
+                ": write --cut twice to take both sides"
+            )
+    return tuple(sides)
+
+
+def value_range(text: str) -> tuple[float, float]:
+    """`-20..20`: from zero or below it to zero or above it."""
+    match = re.fullmatch(rf"\s*({_NUMBER})\s*\.\.\s*({_NUMBER})\s*", text)
+    low, high = (float(match[1]), float(match[2])) if match else (0.0, 0.0)
+    if not (low <= 0 <= high and low < high and math.isfinite(high - low)):
+        raise ArgumentTypeError(f"`{text}` is no range of colours: zero has to lie in it, as in -20..20 or 0..1")
+    return low, high
 
 
 def render(options: Namespace) -> int:
     """Draw an output and write the picture. What can be refused is refused before anything is computed."""
     from porelang.cli.commands import broken_checks, load
     from porelang.render.camera import VIEWS
-    from porelang.render.picture import Cut, Wishes, render_output, write_png
-    from porelang.render.planes import Plane
+    from porelang.render.cuts import HalfSpace
+    from porelang.render.picture import Wishes, render_output, write_png
+    from porelang.render.planes import Plane, Scale
 
     if not options.output.lower().endswith(".png"):
         raise fail("E112", f"{options.output}: pictures are written as .png", hint="end the name with .png")
@@ -90,22 +113,26 @@ def render(options: Namespace) -> int:
     if not os.path.isdir(folder):
         raise fail("E113", f"cannot write {options.output}: there is no folder {folder}",
                    hint=f"make it first: mkdir -p {folder}")  # fmt: skip
-    if options.field and not options.slice:
-        raise fail("E108", f"--field {options.field} needs a plane to be shown on", hint="add one: --slice x=0")
+    for option, given in (("--field", options.field), ("--range", options.range), ("--legend", options.legend)):
+        if given is not None and not options.slice:
+            raise fail("E108", f"{option} is about planes, and there is none", hint="add one: --slice x=0")
     if options.solid == "none" and not options.slice:
         raise fail("E108", "--solid none leaves nothing to be seen", hint="add a plane, as in --slice x=0")
     program, settings = load(options), dict(options.settings)
     if broken := broken_checks(program, settings):
         raise PoreError(broken)
+    low, high = options.range or (0.0, 0.0)
     wishes = Wishes(
         size=options.size,
         view=VIEWS[options.view] if isinstance(options.view, str) else options.view,
         projection=options.projection,
         zoom=options.zoom,
         samples=options.samples,
-        cuts=tuple(Cut(*c) for c in options.cut),
+        cuts=tuple(tuple(HalfSpace(*side) for side in c) for c in options.cut),
         slices=tuple(Plane(*p) for p in options.slice),
         field=options.field,
+        scale=None if options.range is None else Scale(-low or high, high or -low),
+        legend=options.legend,
         solid=options.solid or ("glass" if options.slice else "opaque"),
         transparent=options.background == "transparent",
     )
@@ -116,7 +143,9 @@ def render(options: Namespace) -> int:
     seconds = round(time.perf_counter() - start, 3)
     width, height = options.size
     if not made.covered and wishes.solid != "none" and not options.quiet:
-        report.note(f"no part of the solid is seen: it is thinner than {made.pixel:.2g} mm, or out of the picture")
+        report.note(
+            f"no part of the solid is seen: it is cut away, thinner than {made.pixel:.2g} mm, or out of the picture"
+        )
     if options.json:
         report.put(
             {
@@ -127,14 +156,14 @@ def render(options: Namespace) -> int:
                 "steps": made.steps,
                 "covered": made.covered,
                 "pixel": made.pixel,
-                "slice_range": made.full,
+                "slice_range": None if made.scale is None else [-made.scale.low, made.scale.high],
                 "backend": made.backend,
             }
         )
     elif not options.quiet:
         lines = {"size": f"{width} x {height} pixels of {made.pixel:.3g} mm"}
-        if made.full is not None:
-            lines["planes"] = f"red -{made.full:.3g}, yellow 0, blue {made.full:.3g}"
+        if made.scale is not None:
+            lines["planes"] = f"red -{made.scale.low:.3g}, yellow 0, blue {made.scale.high:.3g}"
         lines["time"] = f"{seconds:.2f} s ({made.backend})"
         print("\n".join([options.output, *(f"  {name:<10} {value}" for name, value in lines.items())]))
     return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from argparse import Namespace
+from typing import Any
 
 from porelang.cli import report
 from porelang.cli.commands import load
@@ -16,23 +17,44 @@ def slices(options: Namespace) -> int:
     program = load(options)
     backend, dtype = machine(options, "f32")
     start = time.perf_counter()
-    found = write_slices(
-        program,
-        options.output,
-        options.step,
-        name=options.out,
-        form=options.format,
-        pixel=options.voxel,
-        bounds=options.bounds,
-        backend=backend,
-        dtype=dtype,
-        settings=dict(options.settings),
-        progress=report.progress("slicing", options.quiet),
-    )
+    told = report.progress("slicing", options.quiet)
+    done, of = 0, 0
+
+    def progress(layer: int, layers: int) -> None:
+        nonlocal done, of
+        done, of = layer, layers
+        if told is not None:
+            told(layer, layers)
+
+    try:
+        found = write_slices(
+            program,
+            options.output,
+            options.step,
+            name=options.out,
+            form=options.format,
+            pixel=options.voxel,
+            bounds=options.bounds,
+            backend=backend,
+            dtype=dtype,
+            settings=dict(options.settings),
+            progress=progress,
+        )
+    except KeyboardInterrupt:
+        if not options.quiet:
+            report.note(f"\nstopped after {done} of {of or 'all'} layers: nothing is written to {options.output}")
+        raise
     seconds = round(time.perf_counter() - start, 3)
     if options.json:
         report.put({"folder": options.output, **found, "seconds": seconds})
     elif not options.quiet:
-        layers = f"{found['layers']} layers of {options.step:g} mm"
-        print(f"{options.output}: {layers}, {found['volume']:.6g} mm3, {seconds:.1f} s")
+        print(f"{options.output}: {of_layers(found)}, {found['volume']:.6g} mm3, {seconds:.1f} s")
     return 0
+
+
+def of_layers(found: dict[str, Any]) -> str:
+    """`30 layers of 0.1 mm`, and how much of the last the part fills."""
+    count, step = found["layers"], found["step"]
+    last = found["bounds"][1][2] - found["bounds"][0][2] - (count - 1) * step
+    text = f"{count} layer{'' if count == 1 else 's'} of {step:g} mm"
+    return text if last > 0.999 * step else f"{text}, the last filled to {last:.3g} mm"

@@ -21,7 +21,7 @@ from porelang.passes.enclose import EXACT, enclose, fixed
 Points = NDArray[np.float64]
 VOID, SOLID, STEEP = 0.0, -1.0, 1e30
 #: Cells along the longest side at first, and at most.
-COARSEST, FINEST = 8, 32
+COARSEST, FINEST = 8, 64
 #: Enclosures of single operations that one picture may cost: about 2 seconds.
 BUDGET = 60_000_000
 AT_ONCE = 4096

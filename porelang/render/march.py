@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -20,29 +20,31 @@ from porelang.ir import Node, order
 from porelang.passes.box import Box
 from porelang.render.camera import Camera
 from porelang.render.cells import Cells
+from porelang.render.cuts import MOST_NOTCHES, Shown
 
 Progress = Callable[[int, int], None]
 Distances = NDArray[np.float32]
 #: Rows, counted from the top, and columns of a picture.
 Tile = tuple[slice, slice]
-LIGHT, DISTANCE, STEPS = 0, 1, 2
+LIGHT, DISTANCE, STEPS, GLASS = 0, 1, 2, 3
 #: Pixels of the small picture that is drawn first, to learn how long one takes.
 PROBE = (48, 36)
 #: What a single call of the driver should take, in seconds, and the sides of its tile in pixels.
 CALL, SMALLEST, LARGEST = 0.5, 16, 1024
+#: The shortest step, in samples of the picture: solid that a ray passes through for less may be missed.
+FINEST = 0.01
 COMPILING, DRAWING = 600.0, 60.0
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What is drawn: a root with its params set, in a box of cells that cuts it at some of its faces."""
+    """What is drawn: a root with its params set, the box that is shown of it, and what is known of its cells."""
 
     root: Node
     params: Mapping[str, float]
     ranges: Mapping[str, tuple[float, float]]
     cells: Cells
-    cut_lo: tuple[bool, bool, bool]
-    cut_hi: tuple[bool, bool, bool]
+    shown: Shown
 
     @property
     def box(self) -> Box:
@@ -53,16 +55,22 @@ class Marcher:
     """The shader of a scene, ready to draw it from a camera in pictures of `size` pixels (width, height)."""
 
     def __init__(self, scene: Scene, camera: Camera, size: tuple[int, int], gpu: Gpu, samples: int = 1):
-        self.size, self.gpu = size, gpu
-        self.shader = _shader(scene.root, tuple(sorted(scene.ranges.items())))
-        box, pixel = scene.box, camera.pixel(size, scene.box)
+        self.size, self.gpu, self.pixel = size, gpu, camera.pixel(size, scene.box)
+        self.shader = _shader(scene.root, tuple(sorted(scene.ranges.items())), bool(scene.shown.notches))
+        box, pixel = scene.box, self.pixel
         middle = np.add(box.lo, box.hi) / 2
         farthest = float(np.linalg.norm(camera.eye - middle) + np.linalg.norm(box.size))
         diagonal = float(np.linalg.norm(box.size))
-        self.nearest = max(0.2 * pixel, 1e-6 * farthest)
+        # what float32 rounds of a place: it counts for parts far from the origin
+        rounded = 2.0**-23 * float(np.abs(np.concatenate([camera.eye, box.lo, box.hi])).max())
+        self.nearest = max(0.2 * pixel, 1e-6 * farthest, 4 * rounded)
+        self.finest = max(FINEST * pixel, 1e-7 * farthest, rounded)
         known = uniform_values(self.shader.uniforms, scene.params)
         with np.errstate(over="ignore"):
             numbers = np.array([known[n] for n in self.shader.uniforms], dtype=np.float32)
+        corners = np.zeros((2, MOST_NOTCHES, 3))
+        for i, notch in enumerate(scene.shown.notches):
+            corners[:, i] = notch.lo, notch.hi
         self.uniforms: dict[str, Any] = {
             "samples": samples,
             "eye": camera.eye,
@@ -71,30 +79,50 @@ class Marcher:
             "perspective": float(camera.perspective),
             "box_lo": np.array(box.lo),
             "box_hi": np.array(box.hi),
-            "cut_lo": np.array(scene.cut_lo, np.float32),
-            "cut_hi": np.array(scene.cut_hi, np.float32),
+            "cut_lo": np.array(scene.shown.cut_lo, np.float32),
+            "cut_hi": np.array(scene.shown.cut_hi, np.float32),
+            "notches": len(scene.shown.notches),
+            "notch_lo": corners[0],
+            "notch_hi": corners[1],
             "counts": np.array(scene.cells.counts),
+            "finest": self.finest,
+            "rounding": rounded,
             "nearest": self.nearest,
-            "jump": max(pixel, self.nearest),
+            "jump": max(0.5 * pixel, self.nearest),
             "reach": 0.1 * diagonal,
-            "grain": max(0.5 * pixel, 1e-5 * farthest),
+            "grain": max(0.5 * pixel, 1e-5 * farthest, 32 * rounded),
         } | ({"u": numbers} if len(numbers) else {})
         self.cells = scene.cells.values
         self.per_pixel, self.steps = self._probe()
 
-    def light(self, distances: Distances, progress: Progress | None = None) -> NDArray[np.uint8]:
-        """The picture of what lies at `distances`: (height, width, 4) bytes, alpha 0 where no part is seen."""
+    def light(
+        self, distances: Distances, progress: Progress | None = None, glass: bool = False
+    ) -> NDArray[np.uint8]:
+        """The picture of what lies at `distances`: (height, width, 4) bytes, alpha 0 where no part is seen.
+
+        Of glass all colours are the brightness, alpha is how much it hides, and the faces of cuts are left out.
+        """
         out = np.zeros((*distances.shape, 4), np.uint8)
         for tile in self._tiles(progress):
             if np.isfinite(distances[tile]).any():
-                out[tile] = self._draw(LIGHT, self.size, tile, DRAWING, distances[tile])
+                out[tile] = self._draw(GLASS if glass else LIGHT, self.size, tile, DRAWING, distances[tile])
         return out
 
-    def distances(self, progress: Progress | None = None) -> Distances:
-        """How far from the eye each ray meets the part, in mm (height, width); infinite where it does not."""
+    def distances(
+        self, progress: Progress | None = None, behind: Distances | None = None, leaving: bool = False
+    ) -> Distances:
+        """How far from the eye each ray meets the part, in mm (height, width); infinite where it does not.
+
+        Asked for what lies `behind` other distances, it is where the ray meets the part from there on; or where it
+        leaves the part.
+        """
         out = np.empty(self.size[::-1], np.float32)
         for tile in self._tiles(progress):
-            found = _numbers(self._draw(DISTANCE, self.size, tile, DRAWING), np.float32)
+            before = None if behind is None else behind[tile]
+            if before is not None and not np.isfinite(before).any():
+                out[tile] = np.inf
+                continue
+            found = _numbers(self._draw(DISTANCE, self.size, tile, DRAWING, before, leaving), np.float32)
             out[tile] = np.where(found < 0, np.float32(np.inf), found)
         return out
 
@@ -123,7 +151,13 @@ class Marcher:
                     progress(done, width * height)
 
     def _draw(
-        self, want: int, size: tuple[int, int], tile: Tile, timeout: float, distances: Distances | None = None
+        self,
+        want: int,
+        size: tuple[int, int],
+        tile: Tile,
+        timeout: float,
+        distances: Distances | None = None,
+        leaving: bool = False,
     ) -> NDArray[np.uint8]:
         """One tile: (height, width, 4) bytes, top row first."""
         rows, columns = tile
@@ -131,6 +165,8 @@ class Marcher:
         known = np.zeros(1, np.float32) if distances is None else np.where(np.isfinite(distances), distances, -1)[::-1]
         here = {
             "want": want,
+            "side": -1.0 if leaving else 1.0,
+            "layer": 0.0 if distances is None else 1.0,
             "size": np.array(size, np.float32),
             "corner": np.array((columns.start, size[1] - rows.stop), np.float32),
             "across": width,
@@ -152,7 +188,7 @@ def _numbers(pixels: NDArray[np.uint8], form: type[np.float32] | type[np.uint32]
 
 
 @lru_cache(maxsize=64)
-def _shader(root: Node, ranges: tuple[tuple[str, tuple[float, float]], ...]) -> Shader:
+def _shader(root: Node, ranges: tuple[tuple[str, tuple[float, float]], ...], notched: bool) -> Shader:
     length = len(order([root]))
     if length > LONGEST:
         raise fail(
@@ -160,7 +196,9 @@ def _shader(root: Node, ranges: tuple[tuple[str, tuple[float, float]], ...]) -> 
             f"the program is too long for a shader: {length:,} operations, where drivers manage {LONGEST:,}",
             hint="`pore mesh --backend numpy` has no such limit, and its mesh can be looked at",
         )
-    return shader(root, dict(ranges), "fragment")
+    made = shader(root, dict(ranges), "fragment")
+    version, rest = made.text.split("\n", 1)
+    return replace(made, text=f"{version}\n#define NOTCHED\n{rest}") if notched else made
 
 
 def _failed(error: GpuFailed) -> PoreError:

@@ -1,9 +1,9 @@
-"""The picture of an output: the part, field planes and outlines put together, averaged to its final size."""
+"""The picture of an output: the part, field planes and a legend put together, averaged to its final size."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, BinaryIO, Literal
 
@@ -18,10 +18,13 @@ from porelang.program import Program, make_field
 from porelang.render import planes
 from porelang.render.camera import VIEWS, Camera, Projection, look
 from porelang.render.cells import bound_cells
-from porelang.render.march import Marcher, Scene
-from porelang.render.planes import Plane
+from porelang.render.cuts import Cut, take_away, whole
+from porelang.render.legend import legend, strip_of
+from porelang.render.march import Distances, Marcher, Progress, Scene
+from porelang.render.planes import Plane, Scale
 from porelang.settings import Setting
 from porelang.surface import Bounds, checked_bounds
+from porelang.units import RATIO
 
 Solid = Literal["none", "opaque", "glass"]
 Light = NDArray[np.float32]
@@ -31,21 +34,17 @@ MOST_SAMPLES = 40_000_000
 ROOM = 1e-3
 #: How dark an outline is drawn, and by how many pixels depth has to leap for one.
 OUTLINE, LEAP = 0.42, 6.0
-GLASS, THIN = np.array((0.52, 0.53, 0.55), np.float32), 0.34
-
-
-@dataclass(frozen=True, slots=True)
-class Cut:
-    """A half-space to be taken away: where the coordinate `axis` lies below (or above) `at` mm."""
-
-    axis: int
-    below: bool
-    at: float
+#: The colour of glass, and how many of its surfaces, one behind the other, are drawn.
+GLASS, LAYERS = np.array((0.86, 0.87, 0.90), np.float32), 8
 
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
-    """What a picture should show: `view` is azimuth and elevation in degrees, `samples` squared make a pixel."""
+    """What a picture should show: `view` is azimuth and elevation in degrees, `samples` squared make a pixel.
+
+    `scale` is found from the field where it is None. `legend` is the text above the scale's numbers, "" for the unit
+    of the field where that is known, None for no legend.
+    """
 
     size: tuple[int, int] = (800, 600)
     view: tuple[float, float] = VIEWS["iso"]
@@ -55,6 +54,8 @@ class Wishes:
     cuts: tuple[Cut, ...] = ()
     slices: tuple[Plane, ...] = ()
     field: str | None = None
+    scale: Scale | None = None
+    legend: str | None = None
     solid: Solid = "opaque"
     transparent: bool = False
 
@@ -64,7 +65,7 @@ class Picture:
     """Pixels (height, width, 4), 8 bits, top row first, colours not multiplied by alpha; and how they came about.
 
     `pixel` is the size of one in mm at the middle of the part, `covered` the share of the picture where the part is
-    seen, `steps` the samples of the field for a ray on average, `full` the value at which planes have full colour.
+    seen, `steps` the samples of the field for a ray on average, `scale` that of the colours of planes.
     """
 
     pixels: NDArray[np.uint8]
@@ -72,7 +73,7 @@ class Picture:
     pixel: float
     covered: float
     steps: float
-    full: float | None
+    scale: Scale | None
     backend: str
     seconds: float
 
@@ -83,7 +84,7 @@ def render_output(
     wishes: Wishes | None = None,
     bounds: Bounds | None = None,
     settings: Mapping[str, Setting] | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Picture:
     """A picture of an output (and of fields on planes) from a compiled program.
 
@@ -94,43 +95,43 @@ def render_output(
     begun = time.perf_counter()
     root, params = program.solid(name), program.settle(**(settings or {}))
     plane_root = _field_named(program, wishes.field) if wishes.field else root
-    whole = checked_bounds(bounds) if bounds is not None else _roomy(program.bounds(name, **(settings or {})))
-    box, cut_lo, cut_hi = _cut(whole, wishes.cuts, bounds is not None)
-    size, samples = _samples(wishes)
-    shown = planes.stage(whole, wishes.slices) if wishes.slices else box
-    camera = look(shown, wishes.view, size, wishes.projection, wishes.zoom)
+    box = checked_bounds(bounds) if bounds is not None else _roomy(program.bounds(name, **(settings or {})))
+    shown = take_away(whole(box, bounds is not None), wishes.cuts)
+    strip = strip_of(wishes.size) if wishes.legend is not None and wishes.slices else None
+    size, samples = _samples(wishes, strip.width if strip else 0)
+    stage = planes.stage(box, wishes.slices) if wishes.slices else shown.box
+    camera = look(stage, wishes.view, size, wishes.projection, wishes.zoom)
     width, height = size
     over = np.zeros((height, width, 4), np.float32)  # red, green, blue times alpha, and alpha
     far = np.full((height, width), np.inf, np.float32)
-    covered, steps, full, backend = 0.0, 0.0, None, ""
-    seen = None
+    covered, steps, scale, backend = 0.0, 0.0, None, ""
     if wishes.slices:
         field = make_field((plane_root,), params, program.graph.ranges, "auto", "f32")
-        full, backend = planes.reach(wishes.slices, shown, field), field.backend
-        seen = planes.cross(wishes.slices, shown, camera, size, field)
+        scale = wishes.scale or planes.reach(wishes.slices, stage, field)
+        seen = planes.cross(wishes.slices, stage, camera, size, field)
         on = seen.which >= 0
-        over[on, :3] = planes.colours(seen, full, 1.4 * samples)[on]
+        over[on, :3] = planes.colours(seen, scale, 1.4 * samples)[on]
         over[on, 3] = 1.0
-        far = seen.distance
+        far, backend = seen.distance, field.backend
     if wishes.solid != "none":
         from porelang.device import gpu
 
-        scene = Scene(root, params, program.graph.ranges, bound_cells(root, params, box), cut_lo, cut_hi)
+        scene = Scene(root, params, program.graph.ranges, bound_cells(root, params, shown.box), shown)
         if scene.cells.empty:
             raise fail("E111", "nothing solid lies in what is to be shown",
                        hint="solid is negative: widen --bounds, or take a --cut away")  # fmt: skip
         marcher = Marcher(scene, camera, size, gpu(), samples)
-        first, second = (None, None) if progress is None else _halves(progress)
-        distance = marcher.distances(first)
-        light = marcher.light(distance, second)
-        covered, steps, backend = float(np.isfinite(distance).mean()), marcher.steps, "glsl"
-        part = _with_outlines(light, distance, camera.pixel(size, box) * LEAP)
         # where a plane lies in a cut face, the plane is seen
-        front = distance < far - 4 * marcher.nearest
-        _lay(over, part, front, wishes.solid)
+        far = far - 4 * np.float32(marcher.nearest)
+        lay = _lay_glass if wishes.solid == "glass" else _lay_solid
+        covered, steps, backend = lay(over, marcher, far, progress), marcher.steps, "glsl"
     pixels = _averaged(over, samples, wishes.transparent)
+    if strip is not None and scale is not None:
+        unit = wishes.legend or _unit_of(program, wishes.field or program.output(name))
+        beside = legend(scale, unit, strip, pixels.shape[0], wishes.transparent)
+        pixels = np.concatenate([pixels, beside], axis=1)
     pixel, seconds = samples * camera.pixel(size, box), time.perf_counter() - begun
-    return Picture(pixels, camera, pixel, covered, steps, full, backend, seconds)
+    return Picture(pixels, camera, pixel, covered, steps, scale, backend, seconds)
 
 
 def write_png(picture: Picture, path: str, transparent: bool = False) -> None:
@@ -170,30 +171,20 @@ def _roomy(box: Box) -> Box:
     return Box((lo[0], lo[1], lo[2]), (hi[0], hi[1], hi[2]))
 
 
-Faces = tuple[bool, bool, bool]
+def _unit_of(program: Program, name: str) -> str:
+    """The unit of an output or `let`; "" where it has none, or none that is known."""
+    outputs = program.elaborated.outputs
+    value = outputs[name].value if name in outputs else program.elaborated.lets[name]
+    dimension = getattr(value, "dimension", None)
+    return "" if dimension is None or dimension == RATIO else dimension.unit
 
 
-def _cut(box: Box, cuts: tuple[Cut, ...], at_ends: bool) -> tuple[Box, Faces, Faces]:
-    """What the cuts leave of a box, and which of its faces cut the part. Errors: E107 where they leave nothing."""
-    ends = [list(box.lo), list(box.hi)]
-    faces = [[at_ends] * 3, [at_ends] * 3]
-    for c in cuts:
-        end, keep = (0, max) if c.below else (1, min)
-        if keep(ends[end][c.axis], c.at) != ends[end][c.axis]:
-            ends[end][c.axis], faces[end][c.axis] = c.at, True
-        if ends[0][c.axis] >= ends[1][c.axis]:
-            sign = "<" if c.below else ">"
-            lo, hi = box.lo[c.axis], box.hi[c.axis]
-            raise fail("E107", f"the cut {'xyz'[c.axis]}{sign}{c.at:g} leaves nothing of the part",
-                       hint=f"the part reaches from {lo:.6g} to {hi:.6g} mm along {'xyz'[c.axis]}")  # fmt: skip
-    (a, b), (cut_lo, cut_hi) = ends, faces
-    return (Box((a[0], a[1], a[2]), (b[0], b[1], b[2])),
-            (cut_lo[0], cut_lo[1], cut_lo[2]), (cut_hi[0], cut_hi[1], cut_hi[2]))  # fmt: skip
+def _samples(wishes: Wishes, strip: int) -> tuple[tuple[int, int], int]:
+    """The size that is drawn beside a strip, and its samples along a pixel's side: fewer where it is large.
 
-
-def _samples(wishes: Wishes) -> tuple[tuple[int, int], int]:
-    """The size that is drawn, and its samples along a pixel's side: fewer where the picture is large. Errors: E114."""
-    width, height = wishes.size
+    Errors: E114.
+    """
+    width, height = wishes.size[0] - strip, wishes.size[1]
     for n in range(wishes.samples, 0, -1):
         if width * height * n * n <= MOST_SAMPLES:
             return (width * n, height * n), n
@@ -201,9 +192,44 @@ def _samples(wishes: Wishes) -> tuple[tuple[int, int], int]:
                hint=f"{MOST_SAMPLES // 1_000_000} million pixels are the most")  # fmt: skip
 
 
-def _halves(progress: Callable[[int, int], None]) -> tuple[Callable[[int, int], None], Callable[[int, int], None]]:
-    """A progress bar for two rounds over the picture, the second of which takes longer."""
-    return (lambda done, total: progress(done, 3 * total)), (lambda done, total: progress(total + 2 * done, 3 * total))
+def _lay_solid(over: Light, marcher: Marcher, far: Distances, progress: Progress | None) -> float:
+    """Lay the part over what is there, where it is nearer than `far`. Returns the share of the picture it covers."""
+    # the second round over the picture takes twice as long
+    first, second = (None, None) if progress is None else (_part(progress, 0, 1, 3), _part(progress, 1, 2, 3))
+    distance = marcher.distances(first)
+    light = marcher.light(distance, second)
+    front = distance < far
+    over[front] = _with_outlines(light, distance, marcher.pixel * LEAP)[front]
+    return float(np.isfinite(distance).mean())
+
+
+def _lay_glass(over: Light, marcher: Marcher, far: Distances, progress: Progress | None) -> float:
+    """Lay the surface over what is there as clear glass, each time a ray meets or leaves the part.
+
+    What lies behind `far` is hidden. Returns the share of the picture that the part covers.
+    """
+    through = np.ones_like(far)
+    colour = np.zeros((*far.shape, 3), np.float32)
+    distance, covered = None, 0.0
+    for layer in range(LAYERS):
+        told = None if progress is None else _part(progress, layer, 1, LAYERS)
+        distance = marcher.distances(told, distance, leaving=layer % 2 == 1)
+        covered = covered or float(np.isfinite(distance).mean())
+        distance[distance >= far] = np.inf
+        if not np.isfinite(distance).any():
+            break
+        light = marcher.light(distance, glass=True).astype(np.float32) / 255
+        alpha = light[..., 3] * through
+        colour += (alpha * light[..., 0])[..., None] * GLASS
+        through -= alpha
+    over[..., :3] = colour + through[..., None] * over[..., :3]
+    over[..., 3] = (1 - through) + through * over[..., 3]
+    return covered
+
+
+def _part(progress: Progress, begin: int, parts: int, of: int) -> Progress:
+    """A progress bar for some parts of the work: from `begin` on, `parts` in number, of so many."""
+    return lambda done, total: progress(begin * total + parts * done, of * total)
 
 
 def _with_outlines(light: NDArray[np.uint8], distance: Light, leap: float) -> Light:
@@ -217,18 +243,6 @@ def _with_outlines(light: NDArray[np.uint8], distance: Light, leap: float) -> Li
         edge |= (a + b - 2 * middle) > leap
     out[edge & np.isfinite(distance), :3] *= 1 - OUTLINE
     return out
-
-
-def _lay(over: Light, part: Light, front: NDArray[np.bool_], solid: Solid) -> None:
-    """Lay the part over what is there, where it is in front."""
-    if solid == "opaque":
-        over[front] = part[front]
-        return
-    shade = part[front, :3].mean(axis=1, keepdims=True)
-    below = over[front]
-    alpha = np.clip(THIN + 0.5 * np.maximum(0.62 - shade, 0), 0, 0.8)
-    over[front, :3] = GLASS * (0.45 + 0.75 * shade) * alpha + below[:, :3] * (1 - alpha)
-    over[front, 3:] = alpha + below[:, 3:] * (1 - alpha)
 
 
 def _averaged(over: Light, n: int, transparent: bool) -> NDArray[np.uint8]:

@@ -5,6 +5,7 @@ A plane reaches a little beyond the part, so that one sees the field outside of 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -39,6 +40,14 @@ class Plane:
 
     axis: int
     at: float
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """Red is full at `-low`, yellow is zero, blue is full at `high`; both numbers are above 0."""
+
+    low: float
+    high: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,8 +96,8 @@ def cross(
     return out
 
 
-def reach(planes: Sequence[Plane], within: Box, field: Evaluate) -> float:
-    """The value at which colours are full: the smaller of what the field attains on either side of zero."""
+def reach(planes: Sequence[Plane], within: Box, field: Evaluate) -> Scale:
+    """The scale that takes in what the field attains on planes, on either side of zero, in two digits."""
     found = []
     for p in planes:
         ends = [np.linspace(a, b, SURVEY) for a, b in zip(within.lo, within.hi, strict=True)]
@@ -98,24 +107,37 @@ def reach(planes: Sequence[Plane], within: Box, field: Evaluate) -> float:
     values = np.concatenate(found)
     values = values[np.isfinite(values)]
     if not len(values) or not values.any():
-        return 1.0
-    low, high = float(-values.min()), float(values.max())
-    return min(low, high) if low > 0 and high > 0 else max(low, high)
+        return Scale(1.0, 1.0)
+    low, high = _round_up(float(-values.min())), _round_up(float(values.max()))
+    return Scale(low if low > 0 else high, high if high > 0 else low)
 
 
-def colours(seen: Cross, full: float, width: float) -> Values:
-    """Red, green and blue (height, width, 3) in 0..1; the line of zero is `width` pixels wide."""
-    value = seen.value
+def _round_up(value: float) -> float:
+    """To two digits, away from zero: 51.8 is 52. Samples seldom meet the extreme itself, and 9.98 says 10."""
+    if value <= 0:
+        return 0.0
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.ceil(value / unit * (1 - 1e-3)) * unit
+
+
+def scale_colours(values: Values | Points, scale: Scale) -> Values:
+    """Red, green and blue (..., 3) in 0..1 of values; grey where they are not numbers."""
     with np.errstate(all="ignore"):
-        place = np.clip((value / full + 1) / 2, 0, 1) * (len(COLOURS) - 1)
+        place = np.where(values < 0, values / scale.low, values / scale.high)
+        place = np.clip((place + 1) / 2, 0, 1) * (len(COLOURS) - 1)
     known = np.isfinite(place)
     place = np.where(known, place, 0.0).astype(np.float32)
     below = np.minimum(place.astype(np.intp), len(COLOURS) - 2)
     share = (place - below)[..., None]
-    out = COLOURS[below] * (1 - share) + COLOURS[below + 1] * share
+    out: Values = (COLOURS[below] * (1 - share) + COLOURS[below + 1] * share).astype(np.float32)
     out[~known] = UNDEFINED
+    return out
+
+
+def colours(seen: Cross, scale: Scale, width: float) -> Values:
+    """Red, green and blue (height, width, 3) in 0..1; the line of zero is `width` pixels wide."""
     line = zero_line(seen, width)[..., None]
-    mixed: Values = (out * (1 - line) + LINE * line).astype(np.float32)
+    mixed: Values = (scale_colours(seen.value, scale) * (1 - line) + LINE * line).astype(np.float32)
     return mixed
 
 

@@ -1,0 +1,10 @@
+"""Layers for printing, straight from the field.
+
+`stack` is which layers there are and computes them piece by piece, `outline` finds the contours of one, `write` puts
+them into a folder.
+"""
+
+from porelang.slices.stack import Format, Stack, stack_of
+from porelang.slices.write import MANIFEST, write_slices
+
+__all__ = ["MANIFEST", "Format", "Stack", "stack_of", "write_slices"]

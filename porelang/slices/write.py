@@ -1,0 +1,129 @@
+"""Layers as files in a folder, with a manifest: pictures or contours, the folder whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import CancelledError
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from porelang.backends.numpy import Dtype
+from porelang.diagnostics import fail
+from porelang.program import Backend, Program, make_field
+from porelang.settings import Setting
+from porelang.slices.outline import area_of, outlines
+from porelang.slices.stack import Band, Format, Stack, layers, stack_of
+from porelang.surface import Bounds, checked_bounds
+
+MANIFEST = "layers.json"
+
+
+def write_slices(
+    program: Program,
+    folder: str | Path,
+    step: float,
+    *,
+    name: str | None = None,
+    form: Format = "png",
+    pixel: float | None = None,
+    bounds: Bounds | None = None,
+    backend: Backend = "numpy",
+    dtype: Dtype = "f32",
+    settings: Mapping[str, Setting] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> dict[str, Any]:
+    """Write a layer every `step` mm into a folder, with a manifest, and return the manifest.
+
+    PNG: white is solid, y points up, one pixel is `pixel` mm (by default the step). SVG: closed contours in mm, from
+    samples as far apart. The manifest names each layer's file, height and area. The folder appears whole or not at
+    all; an older folder of layers is replaced, any other is left alone.
+    Errors: E113 for a folder that is in the way, E114 for too many layers, and those of the output.
+    """
+    settings = settings or {}
+    target = Path(folder)
+    _clear_for(target)
+    root, values = program.solid(name), program.settle(**settings)
+    box = checked_bounds(bounds) if bounds is not None else program.bounds(name, **settings)
+    stack = stack_of(box, step, pixel or step)
+    field = make_field((root,), values, program.graph.ranges, backend, dtype)
+    write = _png if form == "png" else _svg
+    digits = max(4, len(str(len(stack.z))))
+    temporary = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.resolve().parent))
+    try:
+        areas: list[float] = []
+        files = [f"layer_{k:0{digits}}.{form}" for k in range(len(stack.z))]
+        for k, bands in layers(field, stack, frame=form == "svg"):
+            areas.append(write(temporary / files[k], bands, stack, k))
+            if progress is not None:
+                progress(k + 1, len(stack.z))
+            if cancel is not None and cancel():
+                raise CancelledError
+        manifest = {
+            "layers": len(stack.z),
+            "format": form,
+            "step": step,
+            "pixel": stack.pixel,
+            "bounds": [list(box.lo), list(box.hi)],
+            "files": files,
+            "z": [float(v) for v in stack.z],
+            "area": areas,
+            "volume": float(np.array(areas) @ stack.thickness),
+        }
+        (temporary / MANIFEST).write_text(json.dumps(manifest))
+        temporary.chmod(0o755)
+        if target.exists():
+            shutil.rmtree(target)
+        os.replace(temporary, target)
+    except BaseException:
+        shutil.rmtree(temporary, ignore_errors=True)
+        raise
+    return manifest
+
+
+def _clear_for(target: Path) -> None:
+    """Refuse a target that is not ours to replace. Errors: E113."""
+    if not target.resolve().parent.is_dir():
+        raise fail("E113", f"cannot write `{target}`: its folder does not exist", hint=f"mkdir -p {target.parent}")
+    if target.exists() and not target.is_dir():
+        raise fail("E113", f"`{target}` is a file, and layers need a folder", hint="name a new folder")
+    if target.is_dir() and any(target.iterdir()) and not (target / MANIFEST).exists():
+        raise fail(
+            "E113", f"the folder `{target}` holds other things", hint="name a new folder, or an older one of layers"
+        )
+
+
+def _png(path: Path, bands: Iterable[Band], stack: Stack, k: int) -> float:
+    """Write a picture, a bit for a pixel, and return the area of what is white."""
+    from PIL import Image
+
+    solid = np.concatenate([band < 0 for band in bands])
+    bits = np.packbits(solid.T[::-1], axis=1)
+    per_inch = 25.4 / stack.pixel
+    Image.frombytes("1", solid.shape, bits.tobytes()).save(path, dpi=(per_inch, per_inch))
+    return float(np.count_nonzero(solid)) * stack.pixel**2
+
+
+def _svg(path: Path, bands: Iterable[Band], stack: Stack, k: int) -> float:
+    """Write the contours as one filled path, and return the area that they enclose."""
+    rings = outlines(bands, stack)
+    (x0, y0, _), (sx, sy, _) = stack.box.lo, stack.box.size
+    with open(path, "w", encoding="ascii") as file:
+        file.write(
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{sx:.10g}mm" height="{sy:.10g}mm" '
+            f'viewBox="{x0:.10g} {-(y0 + sy):.10g} {sx:.10g} {sy:.10g}">\n'
+            f"<title>layer {k} of {len(stack.z)}, z = {stack.z[k]:.10g} mm</title>\n"
+        )
+        if rings:
+            # y points down in SVG
+            file.write('<path fill-rule="evenodd" d="')
+            file.writelines("M" + "L".join(f"{x:.4f},{-y:.4f}" for x, y in ring.tolist()) + "Z" for ring in rings)
+            file.write('"/>\n')
+        file.write("</svg>\n")
+    return area_of(rings)
