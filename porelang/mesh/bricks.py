@@ -16,6 +16,7 @@ Ints = NDArray[np.int64]
 Enclose = Callable[[Floats, Floats], tuple[Floats, Floats]]
 
 COARSER = 4  # bricks a side in a block that is tried first
+FEW = 512  # bricks that are all looked at, as an enclosure of one box costs what that of hundreds does
 AT_ONCE = 4096  # boxes given to the enclosure in one call
 
 
@@ -49,10 +50,11 @@ def split(layers: Layers, size: int, enclose: Enclose | None = None) -> Plan:
     cells = np.array(layers.shape) - 1
     if enclose is None:
         return Plan(_bricks(_tile(np.zeros((1, 3), np.int64), cells[None], size)), False, False, None)
-    blocks = _tile(np.zeros((1, 3), np.int64), cells[None], COARSER * size)
+    few = np.prod(-(-cells // size)) <= FEW
+    blocks = _tile(np.zeros((1, 3), np.int64), cells[None], size if few else COARSER * size)
     void = solid = False
     nearest, least = None, np.inf
-    for step in (size, None):
+    for step in (None,) if few else (size, None):
         kept, low, high = _sift(layers, blocks, enclose)
         void |= bool((low[~kept] > 0).any())
         solid |= bool((high[~kept] < 0).any())

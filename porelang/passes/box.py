@@ -237,12 +237,14 @@ def _search(root: Node, ranges: Mapping[str, Interval], lo: Points, hi: Points) 
         lo, hi = cell_lo[keep].min(axis=0), cell_hi[keep].max(axis=0)
         if np.prod(hi - lo) < 0.9 * before:
             continue
-        if _shave(lo, hi, min(steps, 8), _ACROSS, maybe_solid):
+        moved = _shave(lo, hi, min(steps, 8), _ACROSS, maybe_solid)
+        if moved:
             _snap(lo, hi, 2, maybe_solid)
             _shave(lo, hi, steps, _ACROSS, maybe_solid)
             _snap(lo, hi, 4, maybe_solid)
-        # where coarse cells and the faces agree, as for shapes along the axes, finer cells find no more
-        if cells >= finest or (cells > 8 and np.prod(hi - lo) > 0.98 * before):
+        # Where thin layers of cells as small as these could not be ruled out, the cells cannot be either; and where
+        # cells and the faces agree, as for shapes along the axes, finer cells find no more.
+        if cells >= finest or (not moved and cells < _ACROSS) or (cells > 8 and np.prod(hi - lo) > 0.98 * before):
             break
         cells *= 2
     return lo, hi
