@@ -42,19 +42,21 @@ class Plan:
 
 
 def split(layers: Layers, size: int, enclose: Enclose | None = None) -> Plan:
-    """Bricks of `size` cells a side over all layers, without those whose enclosure excludes a surface.
+    """Bricks of about `size` cells a side over all layers, without those whose enclosure excludes a surface.
 
     `enclose(lo, hi)` takes boxes, two (n, 3) arrays in mm, and gives the least and greatest value (n,) that the field
     may take in each; a NaN rules nothing out.
     """
     cells = np.array(layers.shape) - 1
+    # Alike, so that there are none of a few cells: 134 cells make two bricks of 67.
+    sides = -(-cells // np.maximum(1, np.rint(cells / size).astype(np.int64)))
     if enclose is None:
-        return Plan(_bricks(_tile(np.zeros((1, 3), np.int64), cells[None], size)), False, False, None)
-    few = np.prod(-(-cells // size)) <= FEW
-    blocks = _tile(np.zeros((1, 3), np.int64), cells[None], size if few else COARSER * size)
+        return Plan(_bricks(_tile(np.zeros((1, 3), np.int64), cells[None], sides)), False, False, None)
+    few = np.prod(-(-cells // sides)) <= FEW
+    blocks = _tile(np.zeros((1, 3), np.int64), cells[None], sides if few else COARSER * sides)
     void = solid = False
     nearest, least = None, np.inf
-    for step in (None,) if few else (size, None):
+    for step in (None,) if few else (sides, None):
         kept, low, high = _sift(layers, blocks, enclose)
         void |= bool((low[~kept] > 0).any())
         solid |= bool((high[~kept] < 0).any())
@@ -67,13 +69,13 @@ def split(layers: Layers, size: int, enclose: Enclose | None = None) -> Plan:
     return Plan(_bricks(blocks), void, solid, nearest)
 
 
-def _tile(lo: Ints, hi: Ints, size: int) -> Ints:
-    """Blocks (n, 2, 3) of layers, `size` cells a side, that fill the ranges of cells `lo..hi` (m, 3)."""
+def _tile(lo: Ints, hi: Ints, sides: Ints) -> Ints:
+    """Blocks (n, 2, 3) of layers, with `sides` (3,) cells, that fill the ranges of cells `lo..hi` (m, 3)."""
     tiles = [np.zeros((0, 2, 3), np.int64)]
     for first, last in zip(lo, hi, strict=True):
-        starts = np.meshgrid(*(np.arange(a, b, size) for a, b in zip(first, last, strict=True)), indexing="ij")
+        starts = np.meshgrid(*(np.arange(a, b, s) for a, b, s in zip(first, last, sides, strict=True)), indexing="ij")
         start = np.stack([s.ravel() for s in starts], axis=1)
-        tiles.append(np.stack([start, np.minimum(start + size, last) + 1], axis=1))
+        tiles.append(np.stack([start, np.minimum(start + sides, last) + 1], axis=1))
     return np.concatenate(tiles)
 
 
