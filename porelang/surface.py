@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from porelang.backends.numpy import Dtype, NumpyField, workers
+from porelang.backends.numpy import Dtype, workers
+from porelang.branches import Branches
 from porelang.diagnostics import fail
-from porelang.ir import Node
 from porelang.mesh import Grid, Surface, extract, project
 from porelang.mesh.grid import Point
-from porelang.mesh.project import Floats, Slope
+from porelang.mesh.layers import clip
 from porelang.mesh.sharpen import sharpen
 from porelang.mesh.simplify import simplify
-from porelang.passes.bounds import box_test, slopes
+from porelang.passes.bounds import box_test
 from porelang.passes.box import Box
 from porelang.passes.enclose import F32, F64
 from porelang.program import Backend, Program, make_field
@@ -91,16 +91,6 @@ def grid_of(
     return Grid.cover(*cut, spacing=h), cut
 
 
-def slope_of(root: Node, values: Mapping[str, float], threads: int | None = None) -> Slope:
-    """A flat root and its gradient at points, in float64."""
-    fields = [NumpyField(n, values, "f64", threads) for n in (root, *slopes(root))]
-
-    def slope(points: Floats) -> tuple[Floats, Floats]:
-        return fields[0].at(points), np.stack([f.at(points) for f in fields[1:]], axis=1)
-
-    return slope
-
-
 @dataclass(frozen=True, slots=True)
 class Refined:
     """A surface that was refined, and what is to be said about it."""
@@ -129,12 +119,13 @@ def refine(
     """
     facts: dict[str, float | int] = {}
     if smooth or sharp:
-        slope = slope_of(program.solid(name), program.settle(**(settings or {})))
-        smoothed = project.smooth(surface, slope, grid.spacing, cut)
+        raw = surface.vertices
+        field = Branches(program.solid(name), program.settle(**(settings or {})))
+        smoothed = project.smooth(surface, field.slope, grid.spacing, cut)
         surface = smoothed.surface
         facts |= {"off_surface": smoothed.off, "kept": smoothed.kept}
         if sharp:
-            sharpened = sharpen(surface, slope, grid.spacing, cut)
+            sharpened = sharpen(surface, raw, clip(grid, *cut), field)
             surface = sharpened.surface
             facts |= {"rim_edges": sharpened.rims, "corners": sharpened.corners}
     if deviation is not None:
