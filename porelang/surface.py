@@ -121,11 +121,12 @@ def refine(
     if smooth or sharp:
         raw = surface.vertices
         field = Branches(program.solid(name), program.settle(**(settings or {})))
-        smoothed = project.smooth(surface, field.slope, grid.spacing, cut)
+        layers = clip(grid, *cut)
+        smoothed = project.smooth(surface, field.slope, layers)
         surface = smoothed.surface
         facts |= {"off_surface": smoothed.off, "kept": smoothed.kept}
         if sharp:
-            sharpened = sharpen(surface, raw, clip(grid, *cut), field)
+            sharpened = sharpen(surface, raw, layers, field)
             surface = sharpened.surface
             facts |= {"rim_edges": sharpened.rims, "corners": sharpened.corners}
     if deviation is not None:

@@ -1,7 +1,7 @@
 """Vertices where the surface crosses the edges of the grid, in float64.
 
-Marching cubes puts each vertex on an edge of the grid, by linear interpolation. Moved along that edge to the root of the
-field it stays in the cells that its triangles span, so whatever the field does the mesh folds no more than it did;
+Marching cubes puts each vertex on an edge of the grid, by linear interpolation. Moved along that edge to the root of
+the field it stays in the cells that its triangles span, so whatever the field does the mesh folds no more than it did;
 moved along the gradient it may land on the other side of a thin wedge.
 """
 
@@ -21,12 +21,12 @@ STEPS = 60
 def crossings(points: Floats, layers: Layers, field: Callable[[Floats], Floats]) -> tuple[Floats, NDArray[np.bool_]]:
     """The points (n, 3) moved along their edges of the grid to where `field` is 0, and which have reached it.
 
-    A point that would come nearer to the end of its edge than the layers' hair stays that far from it. One that lies on
-    no edge, in a cell or in a cap, stays where it is.
+    A point stays where it is if the root is nearer to the end of its edge than the layers' hair, or if it is on no edge
+    but in a cell or in a cap.
     """
     nodes = [axis.rim[1:-1] for axis in layers.axes]  # without the void layers
     after = [np.searchsorted(n, points[:, k], side="right") for k, n in enumerate(nodes)]
-    fixed = np.stack([n[np.maximum(i - 1, 0)] == points[:, k] for k, (n, i) in enumerate(zip(nodes, after, strict=True))], 1)
+    fixed = np.stack([n[np.maximum(i - 1, 0)] == p for n, i, p in zip(nodes, after, points.T, strict=True)], axis=1)
     some = np.flatnonzero(fixed.sum(axis=1) == 2)
     axis = (~fixed[some]).argmax(axis=1)
     low, high = np.zeros(len(some)), np.zeros(len(some))
@@ -47,8 +47,8 @@ def crossings(points: Floats, layers: Layers, field: Callable[[Floats], Floats])
 
     everything = np.arange(len(some))
     below, above = at(low, everything), at(high, everything)
-    best = np.where(np.abs(below) < np.abs(above), low, high)
-    reached = np.minimum(np.abs(below), np.abs(above)) == 0
+    best = points[some, axis]
+    reached = np.zeros(len(some), np.bool_)
     todo = np.flatnonzero((below < 0) != (above < 0))
     low, high, below, above = low[todo], high[todo], below[todo], above[todo]
     near = 1e-13 * np.abs(above - below)
@@ -66,7 +66,8 @@ def crossings(points: Floats, layers: Layers, field: Callable[[Floats], Floats])
         above = np.where(left, above / 2, value)
         below = np.where(left, value, below / 2)
         low, high = np.where(left, guess, low), np.where(left, high, guess)
-        todo, low, high, below, above, near = (a[~done] for a in (todo, low, high, below, above, near))
+        todo, near = todo[~done], near[~done]
+        low, high, below, above = low[~done], high[~done], below[~done], above[~done]
     reached[todo] = True
     moved = points.copy()
     moved[some, axis] = best
