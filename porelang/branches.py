@@ -44,7 +44,8 @@ class Branches:
             uniform_values([n for n in self.nodes if n.stage is not Stage.FIELD], params)
         )
         self.own = order([self.root], lambda n: n.args if n.stage is Stage.FIELD else ())
-        self.switches = {n: k for k, n in enumerate(n for n in self.own if n.op in _SWITCHES and n.stage is Stage.FIELD)}
+        switches = [n for n in self.own if n.op in _SWITCHES and n.stage is Stage.FIELD]
+        self.switches = {n: k for k, n in enumerate(switches)}
         self.count = len(self.switches)
         self.above: list[Node] = []  # nodes with a switch below them, the root first
         reach = set(self.switches)

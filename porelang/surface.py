@@ -13,6 +13,7 @@ import numpy as np
 from porelang.backends.numpy import Dtype, workers
 from porelang.branches import Branches
 from porelang.diagnostics import fail
+from porelang.ir import node
 from porelang.mesh import Grid, Surface, extract, project
 from porelang.mesh.grid import Point
 from porelang.mesh.layers import clip
@@ -114,20 +115,25 @@ def refine(
 ) -> Refined:
     """A meshed output with its vertices on the field, its rims sharp, and no more triangles than `deviation` (mm) asks.
 
-    `sharp` includes `smooth`: a rim is found from tangent planes, and they are those of points on the surface.
-    `grid` and `cut` are those of `grid_of`.
+    `sharp` includes `smooth`: what is cut are edges between points on the surface. `grid` and `cut` are those of
+    `grid_of`. `progress(done, all)` and `cancel()` are called now and then; a cancelled run raises `CancelledError`.
     """
+    from porelang.measure import block  # which itself meshes
+
     facts: dict[str, float | int] = {}
     if smooth or sharp:
-        raw = surface.vertices
-        field = Branches(program.solid(name), program.settle(**(settings or {})))
-        layers = clip(grid, *cut)
+        raw, layers = surface.vertices, clip(grid, *cut)
+        root, values = program.solid(name), program.settle(**(settings or {}))
+        field = Branches(root, values)
         smoothed = project.smooth(surface, field.slope, layers)
         surface = smoothed.surface
         facts |= {"off_surface": smoothed.off, "kept": smoothed.kept}
         if sharp:
+            if project.capped(raw, layers).any():  # caps are surfaces too, and have rims
+                field = Branches(node("max", root, block(Box(*cut))), values)
             sharpened = sharpen(surface, raw, layers, field)
             surface = sharpened.surface
+            facts |= {"off_surface": sharpened.off, "kept": sharpened.kept}
             facts |= {"rim_edges": sharpened.rims, "corners": sharpened.corners}
     if deviation is not None:
         simplified = simplify(surface, deviation, cancel)

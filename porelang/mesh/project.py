@@ -42,16 +42,15 @@ def smooth(surface: Surface, slope: Slope, layers: Layers) -> Smoothed:
     Where a step along the gradient would turn a triangle over, the vertex moves along its edge of the grid instead.
     """
     raw, voxel = surface.vertices, layers.grid.spacing
-    lo, hi = (np.array([getattr(axis, end) for axis in layers.axes]) for end in ("lo", "hi"))
-    capped = ((raw <= lo) | (raw >= hi)).any(axis=1)
+    on_cap = capped(raw, layers)
     moved = raw.copy()
-    free = np.flatnonzero(~capped)
+    free = np.flatnonzero(~on_cap)
     for i in range(0, len(free), AT_ONCE):
         some = free[i : i + AT_ONCE]
         moved[some] = onto(raw[some], slope, voxel)
-    away = _doubled(moved) | (((moved <= lo) | (moved >= hi)).any(axis=1) & ~capped)
-    away |= _off(moved, slope) > LEAST * voxel  # between two surfaces a step may find no way down
-    way = np.where(capped | away, EDGE, GRADIENT)
+    away = _doubled(moved) | (capped(moved, layers) & ~on_cap)
+    away |= distances(moved, slope) > LEAST * voxel  # between two surfaces a step may find no way down
+    way = np.where(on_cap | away, EDGE, GRADIENT)
     on_edge = np.zeros(len(raw), np.bool_)
 
     def follow(some: NDArray[np.int64]) -> None:
@@ -61,15 +60,23 @@ def smooth(surface: Surface, slope: Slope, layers: Layers) -> Smoothed:
 
     follow(np.flatnonzero(way == EDGE))
     _turn_back(surface, moved, way, follow)
-    goal = ~capped
+    goal = ~on_cap
     goal[on_edge] = True
-    off = _off(moved, slope)
+    off = distances(moved, slope)
     return Smoothed(
         Surface(moved, surface.faces), float(off[goal].max(initial=0.0)), int((goal & (off > LEAST * voxel)).sum())
     )
 
 
-def _off(points: Floats, slope: Slope) -> Floats:
+def capped(points: Floats, layers: Layers) -> NDArray[np.bool_]:
+    """The points (n, 3) on, or beyond, the box that the surface was cut at."""
+    out = np.zeros(len(points), np.bool_)
+    for axis, at in zip(layers.axes, points.T, strict=True):
+        out |= (at <= axis.lo) | (at >= axis.hi)
+    return out
+
+
+def distances(points: Floats, slope: Slope) -> Floats:
     """The distances (n,) of points from the field's surface, to first order; 0 where the field has no slope."""
     off = np.zeros(len(points))
     for i in range(0, len(points), AT_ONCE):

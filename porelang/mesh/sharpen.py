@@ -2,7 +2,8 @@
 
 Where a field is the max or min of others its surface has rims, and marching cubes cuts them off: its vertices lie on
 one surface or the other, and an edge of the mesh crosses the rim unseen. The field tells which branch a vertex is on,
-so such an edge is known, not guessed. It is split at its point of the rim, and a triangle with two such edges is split so that the rim becomes an edge of the mesh; where three branches come together, a vertex is put on their corner. An
+so such an edge is known, not guessed. It is split at its point of the rim, and a triangle with two such edges is split
+so that the rim becomes an edge of the mesh; where three branches come together, a vertex is put on their corner. An
 edge is split for both its triangles, so a closed mesh stays closed. (Cutting chamfers after marching cubes is Attene,
 Falcidieno, Rossignac & Spagnuolo 2003, "Edge-Sharpener"; they know no field.)
 
@@ -20,6 +21,7 @@ from porelang.mesh.crossing import crossings
 from porelang.mesh.layers import Layers
 from porelang.mesh.merge import merge
 from porelang.mesh.patched import Patched, around, common, edges, relax, several, share, turned, upon
+from porelang.mesh.project import LEAST, distances
 from porelang.mesh.rims import Branched, Flags, Floats, Ints, branch_of, meet, on_surface, rim, unit
 from porelang.mesh.surface import Surface
 
@@ -30,11 +32,16 @@ NEARLY = 0.2  # voxels: a vertex that is closer to a rim is moved onto it
 
 @dataclass(frozen=True, slots=True)
 class Sharpened:
-    """A surface with sharp rims: `rims` counts its vertices on them, `corners` those where three surfaces meet."""
+    """A surface with sharp rims: `rims` counts its edges on them, `corners` the vertices where three surfaces meet.
+
+    `off` is the largest distance (mm, f over its slope) of a vertex from the field, `kept` counts those not on it.
+    """
 
     surface: Surface
     rims: int
     corners: int
+    off: float
+    kept: int
 
 
 def sharpen(surface: Surface, raw: Floats, layers: Layers, field: Branched) -> Sharpened:
@@ -43,7 +50,8 @@ def sharpen(surface: Surface, raw: Floats, layers: Layers, field: Branched) -> S
     `raw` are the same vertices as marching cubes placed them in `layers`.
     """
     if not field.count:
-        return Sharpened(surface, 0, 0)
+        off = distances(surface.vertices, field.slope)
+        return Sharpened(surface, 0, 0, float(off.max(initial=0.0)), int((off > LEAST * layers.grid.spacing).sum()))
     at, faces, voxel = surface.vertices, surface.faces, layers.grid.spacing
     branch = branch_of(at, field, voxel)
     seeds = np.flatnonzero(~on_surface(at, branch, field, voxel) | _at_rims(branch, faces))
@@ -63,7 +71,6 @@ def sharpen(surface: Surface, raw: Floats, layers: Layers, field: Branched) -> S
         if not _cut(mesh):
             break
     merge(mesh)
-    many = several(mesh.on[np.unique(mesh.faces)])
     number = np.concatenate([inner, len(at) + np.arange(len(mesh.at) - len(inner))])
     everything = np.concatenate([at, mesh.at[len(inner) :]])
     everything[inner] = mesh.at[: len(inner)]
@@ -71,7 +78,20 @@ def sharpen(surface: Surface, raw: Floats, layers: Layers, field: Branched) -> S
     used = np.zeros(len(everything), np.bool_)
     used[made] = True
     renumber = np.cumsum(used, dtype=np.int32) - np.int32(1)
-    return Sharpened(Surface(everything[used], renumber[made]), int((many >= 2).sum()), int((many == 3).sum()))
+    sharp = Surface(everything[used], renumber[made])
+    return _told(mesh, sharp, field, voxel)
+
+
+def _told(mesh: Patched, surface: Surface, field: Branched, voxel: float) -> Sharpened:
+    """The surface with what is to be said of it."""
+    many = several(mesh.on)
+    ends, _ = edges(mesh.faces[(many[mesh.faces] > 1).sum(axis=1) > 1])
+    a, b = mesh.on[ends[:, 0]], mesh.on[ends[:, 1]]
+    shared = np.where((a[:, :, None] == b[:, None, :]).any(axis=2), a, -1)
+    rims = int((several(shared) - (shared == -1).any(axis=1) > 1).sum())
+    off = distances(surface.vertices, field.slope)
+    corners = int((many[np.unique(mesh.faces)] == 3).sum())
+    return Sharpened(surface, rims, corners, float(off.max(initial=0.0)), int((off > LEAST * voxel).sum()))
 
 
 def _at_rims(branch: Ints, faces: NDArray[np.int32]) -> Flags:
