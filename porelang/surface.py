@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from porelang.backends.branches import Branches
 from porelang.backends.numpy import Dtype, workers
-from porelang.branches import Branches
 from porelang.diagnostics import fail
 from porelang.ir import node
 from porelang.mesh import Grid, Surface, extract, project
@@ -111,12 +111,14 @@ def refine(
     smooth: bool = False,
     sharp: bool = False,
     deviation: float | None = None,
+    progress: Callable[[int, int], None] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Refined:
     """A meshed output with its vertices on the field, its rims sharp, and no more triangles than `deviation` (mm) asks.
 
     `sharp` includes `smooth`: what is cut are edges between points on the surface. `grid` and `cut` are those of
-    `grid_of`. `progress(done, all)` and `cancel()` are called now and then; a cancelled run raises `CancelledError`.
+    `grid_of`. `progress(done, all)` is called between steps, and counts anew for each thing done; `cancel()` as well,
+    and a cancelled run raises `CancelledError`.
     """
     from porelang.measure import block  # which itself meshes
 
@@ -131,12 +133,12 @@ def refine(
         if sharp:
             if project.capped(raw, layers).any():  # caps are surfaces too, and have rims
                 field = Branches(node("max", root, block(Box(*cut))), values)
-            sharpened = sharpen(surface, raw, layers, field)
+            sharpened = sharpen(surface, raw, layers, field, progress, cancel)
             surface = sharpened.surface
             facts |= {"off_surface": sharpened.off, "kept": sharpened.kept}
             facts |= {"rim_edges": sharpened.rims, "corners": sharpened.corners}
     if deviation is not None:
-        simplified = simplify(surface, deviation, cancel)
+        simplified = simplify(surface, deviation, threads=workers(None), progress=progress, cancel=cancel)
         facts |= {"triangles_before": len(surface.faces), "deviation": simplified.deviation}
         surface = simplified.surface
     return Refined(surface, facts)

@@ -20,7 +20,8 @@ STOREYS = {
     "passes": 2,
     "language": 3,
     "backends": 4,
-    "contracts": 5, "program": 5, "settings": 5, "files": 5, "device": 5, "compiled": 5, "surface": 5, "gpu": 5, "mesh": 5,
+    "contracts": 5, "program": 5, "settings": 5, "files": 5, "device": 5, "compiled": 5, "surface": 5, "gpu": 5,
+    "mesh": 5,
     "measure": 5, "reduce": 5, "render": 5, "slices": 5, "conformance": 5,
     "cli": 6, "__main__": 6,
 }  # fmt: skip

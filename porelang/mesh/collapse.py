@@ -62,10 +62,13 @@ def collapse(
             turn += 1
             left = np.zeros(len(at), np.bool_)
             longest = longest * LONGER if k < PASSES - 4 else math.inf
-            gone = _pass(at, faces, first, following, quadric, moved, allowed, stamp, turn, dirty, left, share, longest)
+            state = (at, faces, first, following, quadric, moved, allowed, stamp)
+            gone = _pass(*state, turn, dirty, left, share, longest)
             dirty = left
             if gone < DONE * (moved >= 0).sum() and longest > 8 * mean:
                 break
+    if progress is not None:
+        progress(1, 1)
     kept = faces[moved >= 0]
     used = np.zeros(len(at), np.bool_)
     used[kept] = True
@@ -148,7 +151,7 @@ def _ring(v: int, w: int, faces: Ints, star: Ints, begin: int, end: int, ring: I
     for i in range(begin, end):
         for k in range(3):
             x = faces[star[i], k]
-            if x == v or x == w:
+            if x in (v, w):
                 continue
             new = True
             for j in range(count):
@@ -191,7 +194,7 @@ def _move(
         gone, mine = 0, 0
         for k in range(3):
             x = faces[t, k]
-            if x == a or x == b:
+            if x in (a, b):
                 gone += 1
                 mine = k
         if gone == 2 and i >= split:
@@ -268,7 +271,7 @@ def _pass(
                 gone = 0
                 for j in range(3):
                     x = faces[star[i], j]
-                    if x == a or x == b:
+                    if x in (a, b):
                         gone += 1
                 moved[star[i]] = -1.0 if gone == 2 else before + move
             c, tail = first[b], -1

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from porelang.mesh.rims import Branched, Flags, Floats, Ints, meet, on_surface, unit
 
@@ -41,7 +42,8 @@ class Patched:
 def several(on: Ints) -> Ints:
     """How many different branches there are in each row of (n, 3)."""
     ordered = np.sort(on, axis=1)
-    return 1 + (np.diff(ordered, axis=1) != 0).sum(axis=1)
+    count: Ints = 1 + (np.diff(ordered, axis=1) != 0).sum(axis=1)
+    return count
 
 
 def share(a: Ints, b: Ints) -> Flags:
@@ -124,13 +126,13 @@ def _relax(mesh: Patched, start: Floats) -> None:
         back = turned(mesh, faces) & ~before & moved[faces].any(axis=1)
 
 
-def around(faces: Ints, some: Ints, count: int, rings: int) -> Flags:
+def around(faces: NDArray[np.signedinteger], some: NDArray[np.signedinteger], count: int, rings: int) -> Flags:
     """The triangles within some rings of the vertices `some`, of `count` in all."""
     reached = np.zeros(len(faces), np.bool_)
     for _ in range(rings):
         near = np.zeros(count, np.bool_)
         near[some] = True
-        reached = near[faces].any(axis=1)
+        reached = np.asarray(near[faces].any(axis=1))
         some = faces[reached]
     return reached
 

@@ -25,7 +25,7 @@ CROSSING = np.sin(np.radians(1.0)) ** 2  # surfaces that meet at less are one su
 
 
 class Branched(Protocol):
-    """A field, and its smooth branches by number; see `porelang.branches`."""
+    """A field, and its smooth branches by number; see `porelang.backends.branches`."""
 
     count: int
 
@@ -116,7 +116,7 @@ def rim(ends: Floats, branches: Ints, field: Branched, voxel: float) -> tuple[Fl
     feet, known = meet(ends.reshape(-1, 3), np.repeat(branches, 2, axis=0), field, voxel)
     feet, known = feet.reshape(count, 2, 3), known.reshape(count, 2)
     away = np.where(known, np.linalg.norm(ends - feet, axis=2), np.inf)
-    both = known.all(axis=1)
+    both: Flags = np.asarray(known.all(axis=1))
     with np.errstate(all="ignore"):
         part = np.where(both, away[:, 0] / (away[:, 0] + away[:, 1]), 0.5)
     part = np.clip(np.nan_to_num(part, nan=0.5), EVEN, 1 - EVEN)[:, None]

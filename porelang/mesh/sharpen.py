@@ -12,6 +12,8 @@ A vertex that is nearly on a rim is moved onto it first, lest the triangles besi
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import CancelledError
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,10 +46,18 @@ class Sharpened:
     kept: int
 
 
-def sharpen(surface: Surface, raw: Floats, layers: Layers, field: Branched) -> Sharpened:
+def sharpen(
+    surface: Surface,
+    raw: Floats,
+    layers: Layers,
+    field: Branched,
+    progress: Callable[[int, int], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> Sharpened:
     """Cut a surface whose vertices lie on the field where branches of the field meet.
 
-    `raw` are the same vertices as marching cubes placed them in `layers`.
+    `raw` are the same vertices as marching cubes placed them in `layers`. `progress(done, all)` and `cancel()` are
+    called between rounds; a cancelled run raises `CancelledError`.
     """
     if not field.count:
         off = distances(surface.vertices, field.slope)
@@ -66,10 +76,16 @@ def sharpen(surface: Surface, raw: Floats, layers: Layers, field: Branched) -> S
     moved[fixed] = at[inner[fixed]]
     mesh = Patched(moved, np.repeat(branch[:, None], 3, axis=1), local.reshape(-1, 3), fixed, field, voxel)
     _land(mesh, np.flatnonzero(~fixed & ~on_surface(moved, branch, field, voxel)))
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
+        if cancel is not None and cancel():
+            raise CancelledError
+        if progress is not None:
+            progress(turn, ROUNDS)
         _snap(mesh)
         if not _cut(mesh):
             break
+    if progress is not None:
+        progress(ROUNDS, ROUNDS)
     merge(mesh)
     number = np.concatenate([inner, len(at) + np.arange(len(mesh.at) - len(inner))])
     everything = np.concatenate([at, mesh.at[len(inner) :]])
@@ -248,7 +264,8 @@ def _better(mesh: Patched, four: Ints) -> Flags:
         normals = [np.cross(at[:, k[1]] - at[:, k[0]], at[:, k[2]] - at[:, k[0]]) for k in (one, other)]
         alike = np.einsum("ij,ij->i", unit(normals[0]), unit(normals[1]))
         sizes = np.minimum(*(np.linalg.norm(n, axis=1) for n in normals))
-        return np.where(alike > 0, sizes, alike)
+        worse: Floats = np.where(alike > 0, sizes, alike)
+        return worse
 
     better: Flags = worst([0, 1, 3], [1, 2, 3]) > worst([0, 1, 2], [0, 2, 3])
     return better

@@ -8,8 +8,8 @@ piece that is not is cut along the sides of the triangle nearest to its centre, 
 from __future__ import annotations
 
 import math
-from concurrent.futures import CancelledError, ThreadPoolExecutor
 from collections.abc import Callable
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from porelang.mesh.surface import Surface
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 PIECES = 2**15  # triangles between two looks at `cancel`
-DEEPEST = 400  # pieces that one triangle may come to before it counts as too far
+DEEPEST = 4000  # pieces that one triangle may come to before it counts as too far
 SLACK = 1e-9  # of a coordinate: more than all that the arithmetic here rounds off
 
 
