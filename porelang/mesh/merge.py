@@ -11,7 +11,7 @@ from porelang.mesh.patched import Patched, around, several, turned
 from porelang.mesh.rims import Flags, Ints
 
 CLOSE = 0.01  # voxels
-ASIDE = 0.05  # of the way to the middle of its neighbours
+ASIDE = 0.02  # of the way to the middle of its neighbours
 
 
 def merge(mesh: Patched) -> None:
