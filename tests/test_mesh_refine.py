@@ -237,7 +237,7 @@ def test_sharp_triangles_face_the_surface_that_they_are_on(sheet):
 
 
 def test_a_hole_has_a_rim_too():
-    """max(a, -b): the branch outside of b's box, whose distance is a root of squares, goes on smoothly past its edge."""
+    """max(a, -b): outside b its distance is a root of squares, and that branch goes on smoothly past its edge."""
     _, sharp, _, _ = refined("box([20, 20, 10]) \\ box([8, 10, 30])", 40, sharp=True)
     assert sharp.volume == pytest.approx(10 * (400 - 80), rel=1e-4)
 

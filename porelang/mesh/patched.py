@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.mesh.rims import Branched, Flags, Floats, Ints, meet, on_surface, unit
+from porelang.mesh.rims import Branched, Flags, Floats, Ints, meet, unit
 
 SLIM = 1e-3  # voxels: the least height of a triangle
 FACING = 0.05  # the least cosine between a triangle and the surface that it is on
 TURNS = 12
 RINGS = 3  # of triangles round a turned one that may move with it
-NEWTON = 4
 
 
 @dataclass(slots=True)
@@ -157,16 +156,5 @@ def _step(mesh: Patched, ends: Ints, moving: Flags) -> None:
         if many == 2:
             place, sure = meet(target, np.sort(mesh.on[who], axis=1)[:, [0, 2]], mesh.field, mesh.voxel, 1.0)
         else:
-            place, sure = upon(mesh, target, mesh.on[who, 0])
+            place, sure = meet(target, mesh.on[who, :1], mesh.field, mesh.voxel, 1.0)
         mesh.at[who[sure]] = place[sure]
-
-
-def upon(mesh: Patched, target: Floats, branch: Ints) -> tuple[Floats, Flags]:
-    """Points brought onto their branches, and which of them are on the whole field's surface then."""
-    at = target.copy()
-    for _ in range(NEWTON):
-        value, gradient = mesh.field.held(at, branch)
-        with np.errstate(all="ignore"):
-            at -= np.nan_to_num(value / np.einsum("ij,ij->i", gradient, gradient))[:, None] * gradient
-    near = np.linalg.norm(at - target, axis=1) < mesh.voxel
-    return at, near & on_surface(at, branch, mesh.field, mesh.voxel)

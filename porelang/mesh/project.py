@@ -62,7 +62,7 @@ def smooth(surface: Surface, slope: Slope, layers: Layers) -> Smoothed:
     _turn_back(surface, moved, way, follow)
     goal = ~on_cap
     goal[on_edge] = True
-    off = distances(moved, slope)
+    off = np.minimum(distances(moved, slope), voxel)  # of an edge of the grid, however flat the field is
     return Smoothed(
         Surface(moved, surface.faces), float(off[goal].max(initial=0.0)), int((goal & (off > LEAST * voxel)).sum())
     )

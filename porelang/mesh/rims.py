@@ -19,6 +19,7 @@ STEPS = 16
 NEAR = 1e-9  # voxels: a point this near to all its surfaces has arrived
 EVEN = 0.1  # the least part of an edge on either side of a rim, so that edges from one vertex cross it apart
 HAIR = 1e-5  # voxels: how far beside a point its branch is looked up
+NUDGE = 1e-7  # voxels: how far inside branches are followed
 ASKEW = np.array([0.48, 0.36, 0.8])  # no axis, no diagonal: a direction along which few fields tie
 REACH = 3.0  # voxels: how far beyond a chamfer the rim of a thin wedge may be
 CROSSING = np.sin(np.radians(1.0)) ** 2  # surfaces that meet at less are one surface to a mesh of flat triangles
@@ -52,28 +53,44 @@ def branch_of(points: Floats, field: Branched, voxel: float) -> Ints:
     return field.of(beside - depth[:, None] * unit(gradient))
 
 
-def on_surface(points: Floats, branch: Ints, field: Branched, voxel: float) -> Flags:
-    """Whether points that are on a branch are on the surface of the whole field, and not hidden behind another branch.
+def off_surface(points: Floats, branch: Ints, field: Branched, voxel: float) -> Floats:
+    """The distances (n,) of points on or near a branch from the surface of the whole field, to first order.
 
-    The field's own gradient may be a sum of two there, or 0, where a distance ties: that of the branch is sound.
+    The field's own gradient may be a sum of two there, or 0, where a distance ties: that of the branch is sound, a hair
+    beside.
     """
-    value, gradient = field.value(points), field.held(points, branch)[1]
-    on: Flags = np.abs(value) <= 1e-6 * voxel * np.sqrt(np.einsum("ij,ij->i", gradient, gradient))
+    value = field.value(points)
+    gradient = field.held(points + HAIR * voxel * ASKEW, branch)[1]
+    with np.errstate(all="ignore"):
+        off: Floats = np.abs(value) / np.sqrt(np.einsum("ij,ij->i", gradient, gradient))
+    off[value == 0] = 0.0
+    return off
+
+
+def on_surface(points: Floats, branch: Ints, field: Branched, voxel: float) -> Flags:
+    """Whether points that are on a branch are on the surface of the whole field, not hidden behind another branch."""
+    on: Flags = off_surface(points, branch, field, voxel) <= 1e-6 * voxel
     return on
 
 
 def meet(start: Floats, branches: Ints, field: Branched, voxel: float, reach: float = REACH) -> tuple[Floats, Flags]:
-    """The points near `start` (n, 3) where all of their branches (n, k), two or three, are 0, and which were found."""
-    at = start.copy()
+    """The points near `start` (n, 3) where all of their branches (n, k) are 0, and which were found; k is 1, 2 or 3.
+
+    The branches are followed to a hair inside, and the rest is one straight step: a branch may be a distance without a
+    sign, which has no slope where it is 0.
+    """
+    at = start + NUDGE * voxel * ASKEW
     sure = np.zeros(len(at), np.bool_)
     todo = np.arange(len(at))
+    inside = 3 * NUDGE * voxel
     for _ in range(STEPS):
         off, normal = _distances(at[todo], branches[todo], field)
+        off += inside
         arrived = np.abs(off).max(axis=1, initial=0.0) < NEAR * voxel
         crossing = _independence(normal) > CROSSING
+        off[arrived] = -inside
         sure[todo[arrived & crossing]] = True
-        left = ~arrived & crossing
-        todo, off, normal = todo[left], off[left], normal[left]
+        todo, off, normal = todo[crossing], off[crossing], normal[crossing]
         if not len(todo):
             break
         gram = np.einsum("nki,nli->nkl", normal, normal)
@@ -81,7 +98,8 @@ def meet(start: Floats, branches: Ints, field: Branched, voxel: float, reach: fl
         length = np.linalg.norm(step, axis=1)
         step *= np.minimum(1.0, voxel / np.maximum(length, 1e-300))[:, None]
         at[todo] += step
-        todo = todo[np.linalg.norm(at[todo] - start[todo], axis=1) <= reach * voxel]
+        left = ~sure[todo] & (np.linalg.norm(at[todo] - start[todo], axis=1) <= reach * voxel)
+        todo = todo[left]
     found = np.flatnonzero(sure)
     sure[found] = on_surface(at[found], branches[found, 0], field, voxel)
     return at, sure

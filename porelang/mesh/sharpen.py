@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from porelang.mesh.crossing import crossings
 from porelang.mesh.layers import Layers
 from porelang.mesh.merge import merge
-from porelang.mesh.patched import Patched, around, common, edges, relax, several, share, turned, upon
+from porelang.mesh.patched import Patched, around, common, edges, relax, several, share, turned
 from porelang.mesh.project import LEAST, distances
-from porelang.mesh.rims import Branched, Flags, Floats, Ints, branch_of, meet, on_surface, rim, unit
+from porelang.mesh.rims import Branched, Flags, Floats, Ints, branch_of, meet, off_surface, on_surface, rim, unit
 from porelang.mesh.surface import Surface
 
 ROUNDS = 3
@@ -105,7 +105,9 @@ def _told(mesh: Patched, surface: Surface, field: Branched, voxel: float) -> Sha
     a, b = mesh.on[ends[:, 0]], mesh.on[ends[:, 1]]
     shared = np.where((a[:, :, None] == b[:, None, :]).any(axis=2), a, -1)
     rims = int((several(shared) - (shared == -1).any(axis=1) > 1).sum())
-    off = distances(surface.vertices, field.slope)
+    at = surface.vertices
+    off = off_surface(at, branch_of(at, field, voxel), field, voxel)
+    off = np.minimum(np.nan_to_num(off, posinf=0.0), voxel)  # without a slope it says nothing: a cell is no larger
     corners = int((many[np.unique(mesh.faces)] == 3).sum())
     return Sharpened(surface, rims, corners, float(off.max(initial=0.0)), int((off > LEAST * voxel).sum()))
 
@@ -127,7 +129,7 @@ def _mixed(mesh: Patched) -> Ints:
 
 def _land(mesh: Patched, off: Ints) -> None:
     """Bring the vertices `off` the field onto their branches."""
-    place, sure = upon(mesh, mesh.at[off], mesh.on[off, 0])
+    place, sure = meet(mesh.at[off], mesh.on[off, :1], mesh.field, mesh.voxel, 1.0)
     moved = off[sure]
     mesh.at[moved] = place[sure]
     relax(mesh, mesh.faces, np.arange(len(mesh.faces)))
@@ -192,7 +194,8 @@ def _points(mesh: Patched, ends: Ints) -> tuple[Floats, Ints, Flags]:
             point[todo[~sure]] = place[~sure]
     # Two branches that do not meet on the part have a third between them: the one that is above them where they would.
     lost = np.flatnonzero(~found)
-    place, sure = upon(mesh, mesh.at[ends[lost]].mean(axis=1), mesh.field.of(point[lost]))
+    middle, third = mesh.at[ends[lost]].mean(axis=1), mesh.field.of(point[lost])
+    place, sure = meet(middle, third[:, None], mesh.field, mesh.voxel, 1.0)
     third = branch_of(place, mesh.field, mesh.voxel)
     sure &= ~((mesh.on[ends[lost]] == third[:, None, None]).any(axis=(1, 2)))
     good = lost[sure]
