@@ -212,7 +212,7 @@ class Branches:
 
 
 def _made(n: Node, args: tuple[Node, ...]) -> Node:
-    """A node with other arguments; nought times anything is nought, as a choice that was not taken has no part in it."""
+    """A node with other arguments; 0 times anything is 0 here, as a choice that was not taken has no part in it."""
     if n.op == "mul" and any(is_const(a, 0.0) for a in args):
         return ZERO
     if n.op == "neg" and is_const(args[0], 0.0):

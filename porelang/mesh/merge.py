@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 
 from porelang.mesh.patched import Patched, around, several, turned
-from porelang.mesh.rims import Flags, Ints
+from porelang.mesh.rims import Ints, meet
 
 CLOSE = 0.01  # voxels
-ASIDE = 0.02  # of the way to the middle of its neighbours
+APART = 1e-3  # voxels: enough for a file of 32-bit numbers
+NEARBY = 0.1  # voxels: how far from there its branch may be
+ASIDE = 0.05  # of the way to the middle of its neighbours
 
 
 def merge(mesh: Patched) -> None:
@@ -70,17 +72,24 @@ def _join(
 
 
 def _aside(mesh: Patched, faces: Ints) -> None:
-    """Move one of every two vertices that are still close a little towards its neighbours."""
+    """Move one of every two vertices that are still close a little towards its neighbours, on one of its branches."""
     for a, b in _pairs(mesh).tolist():
         for v in (a, b):
             mine = faces[(faces == v).any(axis=1)]
             others = np.setdiff1d(mine, [v])
-            old = mesh.at[v].copy()
-            mesh.at[v] += ASIDE * (mesh.at[others].mean(axis=0) - old)
-            if not _any(turned(mesh, mine)):
-                break
-            mesh.at[v] = old
-
-
-def _any(flags: Flags) -> bool:
-    return bool(flags.any())
+            old, wrong = mesh.at[v].copy(), turned(mesh, mine).sum()
+            aside = old + ASIDE * (mesh.at[others].mean(axis=0) - old)
+            choices = np.unique(mesh.on[v])[:, None]
+            places, sure = meet(np.tile(aside, (len(choices), 1)), choices, mesh.field, mesh.voxel, NEARBY)
+            # If it cannot be on the surface there, better off it than on another vertex.
+            places, choices = np.concatenate([places[sure], aside[None]]), np.concatenate([choices[sure], choices[:1]])
+            for place, on in zip(places, choices, strict=True):
+                mesh.at[v] = place
+                apart = np.linalg.norm(place - mesh.at[a + b - v]) > APART * mesh.voxel
+                if apart and turned(mesh, mine).sum() <= wrong:
+                    mesh.on[v] = on
+                    break
+            else:
+                mesh.at[v] = old
+                continue
+            break

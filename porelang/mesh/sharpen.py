@@ -29,6 +29,7 @@ from porelang.mesh.surface import Surface
 
 ROUNDS = 3
 RINGS = 3  # of triangles round the rims that may be moved
+ON = 1e-6  # voxels: what is nearer than this counts as on the surface
 NEARLY = 0.2  # voxels: a vertex that is closer to a rim is moved onto it
 
 
@@ -60,7 +61,7 @@ def sharpen(
     called between rounds; a cancelled run raises `CancelledError`.
     """
     if not field.count:
-        off = distances(surface.vertices, field.slope)
+        off = np.minimum(distances(surface.vertices, field.slope), layers.grid.spacing)
         return Sharpened(surface, 0, 0, float(off.max(initial=0.0)), int((off > LEAST * layers.grid.spacing).sum()))
     at, faces, voxel = surface.vertices, surface.faces, layers.grid.spacing
     branch = branch_of(at, field, voxel)
@@ -109,7 +110,7 @@ def _told(mesh: Patched, surface: Surface, field: Branched, voxel: float) -> Sha
     off = off_surface(at, branch_of(at, field, voxel), field, voxel)
     off = np.minimum(np.nan_to_num(off, posinf=0.0), voxel)  # without a slope it says nothing: a cell is no larger
     corners = int((many[np.unique(mesh.faces)] == 3).sum())
-    return Sharpened(surface, rims, corners, float(off.max(initial=0.0)), int((off > LEAST * voxel).sum()))
+    return Sharpened(surface, rims, corners, float(off.max(initial=0.0)), int((off > ON * voxel).sum()))
 
 
 def _at_rims(branch: Ints, faces: NDArray[np.int32]) -> Flags:
