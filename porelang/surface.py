@@ -10,15 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
-from porelang.backends.numpy import Dtype, NumpyField, workers
+from porelang.backends.branches import Branches
+from porelang.backends.numpy import Dtype, workers
 from porelang.diagnostics import fail
-from porelang.ir import Node
+from porelang.ir import node
 from porelang.mesh import Grid, Surface, extract, project
 from porelang.mesh.grid import Point
-from porelang.mesh.project import Floats, Slope
+from porelang.mesh.layers import clip
 from porelang.mesh.sharpen import sharpen
 from porelang.mesh.simplify import simplify
-from porelang.passes.bounds import box_test, slopes
+from porelang.passes.bounds import box_test
 from porelang.passes.box import Box
 from porelang.passes.enclose import F32, F64
 from porelang.program import Backend, Program, make_field
@@ -91,16 +92,6 @@ def grid_of(
     return Grid.cover(*cut, spacing=h), cut
 
 
-def slope_of(root: Node, values: Mapping[str, float], threads: int | None = None) -> Slope:
-    """A flat root and its gradient at points, in float64."""
-    fields = [NumpyField(n, values, "f64", threads) for n in (root, *slopes(root))]
-
-    def slope(points: Floats) -> tuple[Floats, Floats]:
-        return fields[0].at(points), np.stack([f.at(points) for f in fields[1:]], axis=1)
-
-    return slope
-
-
 @dataclass(frozen=True, slots=True)
 class Refined:
     """A surface that was refined, and what is to be said about it."""
@@ -120,25 +111,34 @@ def refine(
     smooth: bool = False,
     sharp: bool = False,
     deviation: float | None = None,
+    progress: Callable[[int, int], None] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Refined:
     """A meshed output with its vertices on the field, its rims sharp, and no more triangles than `deviation` (mm) asks.
 
-    `sharp` includes `smooth`: a rim is found from tangent planes, and they are those of points on the surface.
-    `grid` and `cut` are those of `grid_of`.
+    `sharp` includes `smooth`: what is cut are edges between points on the surface. `grid` and `cut` are those of
+    `grid_of`. `progress(done, all)` is called between steps, and counts anew for each thing done; `cancel()` as well,
+    and a cancelled run raises `CancelledError`.
     """
+    from porelang.measure import block  # which itself meshes
+
     facts: dict[str, float | int] = {}
     if smooth or sharp:
-        slope = slope_of(program.solid(name), program.settle(**(settings or {})))
-        smoothed = project.smooth(surface, slope, grid.spacing, cut)
+        raw, layers = surface.vertices, clip(grid, *cut)
+        root, values = program.solid(name), program.settle(**(settings or {}))
+        field = Branches(root, values)
+        smoothed = project.smooth(surface, field.slope, layers)
         surface = smoothed.surface
         facts |= {"off_surface": smoothed.off, "kept": smoothed.kept}
         if sharp:
-            sharpened = sharpen(surface, slope, grid.spacing, cut)
+            if project.capped(raw, layers).any():  # caps are surfaces too, and have rims
+                field = Branches(node("max", root, block(Box(*cut))), values)
+            sharpened = sharpen(surface, raw, layers, field, progress, cancel)
             surface = sharpened.surface
+            facts |= {"off_surface": sharpened.off, "kept": sharpened.kept}
             facts |= {"rim_edges": sharpened.rims, "corners": sharpened.corners}
     if deviation is not None:
-        simplified = simplify(surface, deviation, cancel)
+        simplified = simplify(surface, deviation, threads=workers(None), progress=progress, cancel=cancel)
         facts |= {"triangles_before": len(surface.faces), "deviation": simplified.deviation}
         surface = simplified.surface
     return Refined(surface, facts)

@@ -68,6 +68,7 @@ def mesh(options: Namespace) -> int:
         smooth=options.smooth,
         sharp=options.sharp,
         deviation=options.simplify,
+        progress=report.progress("refining", options.quiet),
     )
     surface = refined.surface
     doubts = too_coarse(program, options, settings, surface)
@@ -161,10 +162,10 @@ def _text(path: str, found: dict[str, Any]) -> str:
         "time": f"{found['seconds']:.2f} s ({found['backend']}, {found['dtype']})",
     }
     if "off_surface" in found:
-        stayed = f"; {found['kept']} vertices stayed where they were" if found["kept"] else ""
+        stayed = f"; {found['kept']} of them not on it" if found["kept"] else ""
         lines["vertices"] = f"at most {found['off_surface']:.2g} mm off the field{stayed}"
     if "rim_edges" in found:
-        lines["rims"] = f"{found['rim_edges']:,} edges cut, {found['corners']:,} corners"
+        lines["rims"] = f"{found['rim_edges']:,} edges on them, {found['corners']:,} corners"
     if "deviation" in found:
         lines["simplified"] = f"from {found['triangles_before']:,} triangles, {found['deviation']:.3g} mm off at most"
     return "\n".join([path, *(f"  {name:<10} {value}" for name, value in lines.items())])

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.mesh.grid import Point
+from porelang.mesh.crossing import crossings
+from porelang.mesh.layers import Layers
 from porelang.mesh.surface import Surface
 
 Floats = NDArray[np.float64]
@@ -20,6 +21,8 @@ Floats = NDArray[np.float64]
 Slope = Callable[[Floats], tuple[Floats, Floats]]
 
 STEPS = 12
+LEAST = 1e-9  # voxels: what is nearer than this is on the surface
+GRADIENT, EDGE, STAY = range(3)  # the ways of a vertex
 AT_ONCE = 2**17
 
 
@@ -33,50 +36,68 @@ class Smoothed:
     kept: int
 
 
-def smooth(surface: Surface, slope: Slope, voxel: float, box: tuple[Point, Point] | None = None) -> Smoothed:
-    """Move every vertex onto the field, by half a `voxel` (mm) at most; those on the caps of `box` stay on them."""
-    held = on_caps(surface.vertices, box)
-    moved = surface.vertices.copy()
-    for i in range(0, len(moved), AT_ONCE):
-        moved[i : i + AT_ONCE] = onto(moved[i : i + AT_ONCE], slope, voxel, held[i : i + AT_ONCE])
-    away = _doubled(moved)
-    if box is not None:
-        away |= (((moved <= box[0]) | (moved >= box[1])) & ~held).any(axis=1)
-    moved[away] = surface.vertices[away]
-    kept = _unturned(surface, moved, away)
-    off = 0.0
-    for i in range(0, len(moved), AT_ONCE):
-        value, gradient = slope(moved[i : i + AT_ONCE])
-        gradient[held[i : i + AT_ONCE]] = 0.0
-        steep = np.linalg.norm(gradient, axis=1)
+def smooth(surface: Surface, slope: Slope, layers: Layers) -> Smoothed:
+    """Move every vertex onto the field, by half a voxel at most; those on caps of `layers` stay on them.
+
+    Where a step along the gradient would turn a triangle over, the vertex moves along its edge of the grid instead.
+    """
+    raw, voxel = surface.vertices, layers.grid.spacing
+    on_cap = capped(raw, layers)
+    moved = raw.copy()
+    free = np.flatnonzero(~on_cap)
+    for i in range(0, len(free), AT_ONCE):
+        some = free[i : i + AT_ONCE]
+        moved[some] = onto(raw[some], slope, voxel)
+    away = _doubled(moved) | (capped(moved, layers) & ~on_cap)
+    away |= distances(moved, slope) > LEAST * voxel  # between two surfaces a step may find no way down
+    way = np.where(on_cap | away, EDGE, GRADIENT)
+    on_edge = np.zeros(len(raw), np.bool_)
+
+    def follow(some: NDArray[np.int64]) -> None:
+        place, sure = crossings(raw[some], layers, lambda points: slope(points)[0])
+        moved[some] = place
+        on_edge[some] = sure
+
+    follow(np.flatnonzero(way == EDGE))
+    _turn_back(surface, moved, way, follow)
+    goal = ~on_cap
+    goal[on_edge] = True
+    off = np.minimum(distances(moved, slope), voxel)  # of an edge of the grid, however flat the field is
+    return Smoothed(
+        Surface(moved, surface.faces), float(off[goal].max(initial=0.0)), int((goal & (off > LEAST * voxel)).sum())
+    )
+
+
+def capped(points: Floats, layers: Layers) -> NDArray[np.bool_]:
+    """The points (n, 3) on, or beyond, the box that the surface was cut at."""
+    out = np.zeros(len(points), np.bool_)
+    for axis, at in zip(layers.axes, points.T, strict=True):
+        out |= (at <= axis.lo) | (at >= axis.hi)
+    return out
+
+
+def distances(points: Floats, slope: Slope) -> Floats:
+    """The distances (n,) of points from the field's surface, to first order; 0 where the field has no slope."""
+    off = np.zeros(len(points))
+    for i in range(0, len(points), AT_ONCE):
+        value, gradient = slope(points[i : i + AT_ONCE])
         with np.errstate(all="ignore"):
-            distance = np.abs(value) / steep
-        off = max(off, float(distance[np.isfinite(distance)].max(initial=0.0)))
-    return Smoothed(Surface(moved, surface.faces), off, kept)
+            off[i : i + AT_ONCE] = np.abs(value) / np.sqrt(np.einsum("ij,ij->i", gradient, gradient))
+    off[~np.isfinite(off)] = 0.0
+    return off
 
 
-def on_caps(points: Floats, box: tuple[Point, Point] | None) -> NDArray[np.bool_]:
-    """Along which axes (n, 3) points lie exactly on a bound of the box."""
-    if box is None:
-        return np.zeros(points.shape, np.bool_)
-    lo, hi = np.array(box[0]), np.array(box[1])
-    caps: NDArray[np.bool_] = (points == lo) | (points == hi)
-    return caps
-
-
-def onto(points: Floats, slope: Slope, voxel: float, held: NDArray[np.bool_] | None = None) -> Floats:
+def onto(points: Floats, slope: Slope, voxel: float) -> Floats:
     """Points (n, 3) after Newton steps towards the surface; where a step brings a point no nearer it is halved.
 
     At the rim of a max or min the slopes on either side differ, and a step may land beyond it: the next one goes back.
-    A point ends no more than half a `voxel` from where it began, and does not move along the axes where it is `held`.
+    A point ends no more than half a `voxel` from where it began.
     """
     at = points.copy()
     value, gradient = slope(at)
     todo = np.arange(len(at))
     damp = np.ones(len(at))
     for _ in range(STEPS):
-        if held is not None:
-            gradient[held[todo]] = 0.0
         steep = np.einsum("ij,ij->i", gradient, gradient)
         with np.errstate(all="ignore"):
             step = -(damp[todo] * value / steep)[:, None] * gradient
@@ -103,20 +124,29 @@ def _doubled(points: Floats) -> NDArray[np.bool_]:
     return doubled
 
 
-def _unturned(surface: Surface, moved: Floats, back: NDArray[np.bool_]) -> int:
-    """Put vertices of `moved` back until no triangle is turned over or vanishes, beside those that are `back` already;
-    how many are back in all."""
+def _turn_back(
+    surface: Surface, moved: Floats, way: NDArray[np.int64], follow: Callable[[NDArray[np.int64]], None]
+) -> None:
+    """Send vertices of `moved` another `way` until no triangle is turned over or vanishes.
+
+    From the gradient to their edge of the grid (`follow` moves them), and from there back to where they were.
+    """
     old = surface.normals()
     size = np.einsum("ij,ij->i", old, old)
     todo = np.arange(len(old))
-    while True:
+    while len(todo):
         new = Surface(moved, surface.faces[todo]).normals()
         # Below a thousandth of its old area a triangle may vanish in a file of 32-bit numbers.
-        wrong = todo[np.einsum("ij,ij->i", new, old[todo]) <= 1e-3 * size[todo]]
-        bad = np.unique(surface.faces[wrong])
-        bad = bad[~back[bad]]
-        if not len(bad):
-            return int(back.sum())
-        back[bad] = True
-        moved[bad] = surface.vertices[bad]
-        todo = np.flatnonzero(back[surface.faces].any(axis=1))
+        wrong = surface.faces[todo[np.einsum("ij,ij->i", new, old[todo]) <= 1e-3 * size[todo]]]
+        first = (way[wrong] == GRADIENT).any(axis=1)
+        change = np.zeros(len(moved), np.bool_)
+        for some, now in ((wrong[first], GRADIENT), (wrong[~first], EDGE)):
+            bad = np.unique(some)
+            bad = bad[way[bad] == now]
+            change[bad] = True
+            way[bad] = now + 1
+            if now == GRADIENT:
+                follow(bad)
+            else:
+                moved[bad] = surface.vertices[bad]
+        todo = np.flatnonzero(change[surface.faces].any(axis=1))
