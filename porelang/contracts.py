@@ -50,7 +50,7 @@ def broken_requirements(
             holds = np.broadcast_to(_on_settings(condition, samples), (_SAMPLES,))
         if not holds.all():
             row = int(np.argmin(holds))
-            setting = ", ".join(f"`{i.name}` = {_shown(i, samples[i.name][row])}" for i in used)
+            setting = ", ".join(f"`{i.name}` = {i.shown(samples[i.name][row])}" for i in used)
             always = "" if holds.any() else ", nor with any other setting tried"
             found.append(
                 Diagnostic(
@@ -94,12 +94,6 @@ def _on_settings(condition: Node, samples: Mapping[str, NDArray[np.float64]]) ->
         else:
             known[n] = TABLE[n.op].numpy(*(known[a] for a in n.args))
     return np.asarray(known[condition], dtype=np.bool_)
-
-
-def _shown(info: ParamInfo, value: float) -> str:
-    if info.choices and not info.numbers:
-        return info.choices[int(value)]
-    return f"{value:g}{info.unit}"
 
 
 def doubtful_contracts(

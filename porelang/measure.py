@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from porelang.backends.numpy import Dtype
 from porelang.diagnostics import fail, suggest
-from porelang.ir import Node, node
+from porelang.ir import Node, node, order
 from porelang.ops import kind
 from porelang.passes import Graph, run
-from porelang.passes.box import UNIVERSE, Box, part_box
+from porelang.passes.box import Box, part_box, unbounded_axes
 from porelang.program import Backend, Program, make_field
 from porelang.reduce import reduction
 from porelang.settings import Setting
@@ -32,6 +32,7 @@ _COARSER = 1.5
 #: Samples that miss more than this of the part's volume do not show how it hangs together.
 _MISSED = 0.1
 _MOST_NODES = 400_000_000
+_WAVES = frozenset({"sin", "cos", "sin_turns", "cos_turns"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,13 +63,15 @@ def measure(
 ) -> dict[str, Any]:
     """The report of an output: lengths in mm, areas in mm^2, volumes in mm^3.
 
-    The envelope is the solid `within` (an output or a let), else the largest shape that the part is intersected with,
-    else the box of the bounds. Errors: those of a mesh, E109 for an unknown `within`.
+    The envelope is the solid `within` (an output or a let), else the shapes with an end that the part is intersected
+    with, all together, else the box of the bounds; `envelope` says which. With `within`, volume and porosity are those
+    of the part inside it, area and counts of surfaces those of the whole. Errors: those of a mesh, E109 for an
+    unknown `within`.
     """
     settings = settings or {}
     root, values = program.solid(name), program.settle(**settings)
     box = checked_bounds(bounds) if bounds is not None else program.bounds(name, **settings)
-    envelope = _envelope(program, root, within, values, box)
+    envelope, chosen = _envelope(program, root, within, values, box)
     if bounds is not None:
         root, envelope = node("max", root, block(box)), node("max", envelope, block(box))
     h = voxel or max(box.size) / (resolution or RESOLUTION)
@@ -95,6 +98,7 @@ def measure(
         "bounds": [list(box.lo), list(box.hi)],
         "voxel": h,
         "volume": inside.value,
+        "envelope": chosen,
         "envelope_volume": whole.value,
         "porosity": share.value,
         "area": surface.value,
@@ -116,29 +120,39 @@ def measure(
     }
 
 
-def _envelope(program: Program, root: Node, within: str | None, values: Mapping[str, float], box: Box) -> Node:
+def _envelope(
+    program: Program, root: Node, within: str | None, values: Mapping[str, float], box: Box
+) -> tuple[Node, str]:
+    """What the porosity is relative to, and how that was chosen."""
     if within is not None:
-        return _named(program, within)
-    best, size = None, 0.0
-    for part in _conjuncts(root):
-        found = part_box(part, values)
-        if found is None or max(found.hi) >= UNIVERSE or min(found.lo) <= -UNIVERSE or part is root:
-            continue
-        if found.volume > size:
-            best, size = part, found.volume
-    return best if best is not None else block(box)
+        return _named(program, within), within
+    shapes = _shapes(root, root, values)
+    # A union may be the infill itself, spheres in a box: it is the envelope only where nothing else is.
+    plain = [n for n in shapes if n.op != "min"] or shapes
+    if not plain:
+        return block(box), "the bounds"
+    chosen = plain[0]
+    for n in plain[1:]:
+        chosen = node("max", chosen, n)
+    return chosen, "the shapes that the part is intersected with"
 
 
-def _conjuncts(root: Node) -> list[Node]:
-    """The solids that a part is the intersection of."""
-    stack, out = [root], []
-    while stack:
-        n = stack.pop()
-        if n.op == "max":
-            stack.extend(n.args)
-        if n is not root or n.op != "max":
-            out.append(n)
-    return [n for n in dict.fromkeys(out) if n.axes and kind(n) == "real"]
+def _shapes(n: Node, root: Node, values: Mapping[str, float]) -> list[Node]:
+    """The shapes with an end that a part is the intersection of, however it is written.
+
+    An intersection is a shape of its own (a cone, a tetrahedron) where none of its members has an end and it holds no
+    waves: with waves it is a lattice that planes cut.
+    """
+    if n.op == "max":
+        found = [shape for a in n.args for shape in _shapes(a, root, values)]
+        if found or n is root or any(m.op in _WAVES and m.axes for m in order([n])):
+            return list(dict.fromkeys(found))
+    elif n is root:
+        return []
+    if not n.axes or kind(n) != "real":
+        return []
+    box = part_box(n, values)
+    return [n] if box is not None and not unbounded_axes(box) else []
 
 
 def _named(program: Program, name: str) -> Node:
@@ -175,14 +189,14 @@ def _counts(part: Any, envelope: Any, box: Box, h: float) -> Counts:
     """Components of samples at the middle of voxels: solid by faces, edges and corners, void by faces."""
     from scipy import ndimage
 
-    axes = [np.arange(lo - 1.5 * h, hi + 2 * h, h) for lo, hi in zip(box.lo, box.hi, strict=True)]
-    nodes = int(np.prod([len(a) for a in axes]))
+    nodes = math.prod((hi - lo) / h + 3.5 for lo, hi in zip(box.lo, box.hi, strict=True))
     if nodes > _MOST_NODES:
         raise fail(
             "E114",
-            f"a voxel of {h:g} mm makes {nodes:,} samples, too many to count components among",
-            hint=f"use a voxel of {h * (nodes / _MOST_NODES) ** (1 / 3):.2g} mm or more",
+            f"a voxel of {h:g} mm makes {nodes:.2g} samples, too many to count components among",
+            hint=f"use a voxel of {1.1 * (box.volume / _MOST_NODES) ** (1 / 3):.2g} mm or more",
         )
+    axes = [np.arange(lo - 1.5 * h, hi + 2 * h, h) for lo, hi in zip(box.lo, box.hi, strict=True)]
     within = envelope.on_grid(axes).all() < 0
     solid = (part.on_grid(axes).all() < 0) & within
     void = within & ~solid

@@ -298,7 +298,7 @@ def _empty(name: str, root: Node, values: Mapping[str, float], span: Span) -> Po
         "E103",
         f"`{name}` holds no material: its field is above 0 everywhere within 100 m",
         span,
-        label=f"at least {found[at]:.4g}, at ({place}), where samples found it nearest to 0",
+        label=f"the least that samples found is {found[at]:.4g}, at ({place})",
         hint="solid is negative: check the sign or the offset, and that shapes which are intersected meet",
     )
 

@@ -22,7 +22,7 @@ from porelang.mesh.simplify import simplify
 from porelang.passes.bounds import box_test
 from porelang.passes.box import Box
 from porelang.passes.enclose import F32, F64
-from porelang.program import Backend, Program, make_field
+from porelang.program import FARTHEST, Backend, Program, make_field
 from porelang.settings import Setting, settle
 
 #: Samples along the longest side where neither a voxel nor a resolution is asked for.
@@ -172,6 +172,8 @@ def checked_bounds(bounds: Bounds) -> Box:
         flat = []
     if len(flat) != 6 or not np.isfinite(flat).all():
         raise fail("E107", "bounds are six finite numbers", hint="give x0, y0, z0, x1, y1, z1 in mm, or two corners")
+    if max(map(abs, flat)) > FARTHEST:
+        raise fail("E107", "the bounds reach more than 1000 km from the origin", hint="coordinates are in mm")
     lo, hi = flat[:3], flat[3:]
     if not all(a < b for a, b in zip(lo, hi, strict=True)):
         raise fail("E107", f"the bounds {', '.join(f'{v:g}' for v in flat)} hold no volume",

@@ -13,7 +13,7 @@ from porelang.measure import measure
 
 
 def report(text: str, **more: object) -> dict[str, object]:
-    return measure(porelang.compile(text), resolution=64, **more)  # type: ignore[arg-type]
+    return measure(porelang.compile(text), **{"resolution": 64, **more})  # type: ignore[arg-type]
 
 
 def test_a_hollow_ball() -> None:
@@ -109,3 +109,34 @@ def test_from_python() -> None:
         "part", within="b", r=6
     )
     assert abs(found["porosity"] - (1 - 4 / 3 * math.pi * 216 / 8000)) <= found["error"]["porosity"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(gyroid(8) & cylinder(20, 40)) \\ cylinder(5, 50)",
+        "gyroid(8) & (cylinder(20, 40) \\ cylinder(5, 50))",
+        "gyroid(8) \\ cylinder(5, 50) & cylinder(20, 40)",
+        "gyroid(8) & cylinder(20, 40) \\ cylinder(5, 50) & sphere(100)",
+    ],
+)
+def test_the_envelope_does_not_depend_on_how_a_part_is_written(text: str) -> None:
+    found = report(text, resolution=24)
+    cylinder = math.pi * 400 * 40
+    assert found["envelope_volume"] == pytest.approx(cylinder, rel=1e-3)
+    assert found["porosity"] == pytest.approx(1 - found["volume"] / cylinder, abs=1e-3)  # type: ignore[operator]
+
+
+def test_a_shape_of_planes_is_an_envelope_and_a_lattice_cut_by_planes_is_none() -> None:
+    solid = report("(gyroid(8) & tetrahedron(20)) \\ sphere(3)", resolution=24)
+    assert solid["envelope_volume"] == pytest.approx(8 * math.sqrt(3) * 20**3, rel=2e-3)
+    sides = " & ".join(f"plane({n}, 10)" for n in ("[1,0,0]", "[-1,0,0]", "[0,1,0]", "[0,-1,0]", "[0,0,1]", "[0,0,-1]"))
+    cut = report(f"(gyroid(8) & {sides}) \\ sphere(3)", resolution=24)
+    assert cut["envelope"] == "the bounds"
+    assert cut["envelope_volume"] == pytest.approx(20**3, rel=1e-2)
+
+
+@pytest.mark.parametrize("voxel", [1e-5, 1e-7, 1e-300])
+def test_a_voxel_that_is_too_fine_is_refused_before_anything_is_allocated(voxel: float) -> None:
+    with pytest.raises(porelang.PoreError, match="E114"):
+        report("torus(20, 5)", voxel=voxel)

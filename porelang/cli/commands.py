@@ -17,7 +17,6 @@ from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
 from porelang.watch import watched
 
 if TYPE_CHECKING:
-    from porelang.language.params import ParamInfo
     from porelang.program import Program
     from porelang.reduce import Reduced
 
@@ -111,7 +110,7 @@ def broken_checks(program: Program, settings: dict[str, str], measure: bool = Fa
         measured = {str(n.value) for name, n in program.graph.reductions if name in read}
         numbers = program.reduced(**settings) if measured else {}
         label = ", ".join(_told(text, numbers[text]) for text in sorted(measured)) or "does not hold"
-        with_these = ", ".join(f"{name} = {shown(program.params[name], values[name])}" for name in sorted(params))
+        with_these = ", ".join(f"{name} = {program.params[name].shown(values[name])}" for name in sorted(params))
         label += f" with {with_these}" if params else ""
         found.append(Diagnostic("E068", check.message, check.span, label, check.others))
     return found
@@ -121,11 +120,6 @@ def _told(text: str, found: Reduced) -> str:
     """A number found from fields, with its error where that shows in four figures."""
     error = f" +- {found.error:.1g}" if found.error > 5e-5 * abs(found.value) else ""
     return f"{text} is {found.value:.4g}{error}"
-
-
-def shown(info: ParamInfo, value: float) -> str:
-    """The value of a param as a user would write it."""
-    return info.choices[int(value)] if info.choices and not info.numbers else f"{value:g}{info.unit}"
 
 
 def check(options: Namespace) -> int:

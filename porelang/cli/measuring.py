@@ -60,7 +60,8 @@ def _text(path: str, found: dict[str, Any]) -> str:
         told = (
             f"{value} +- {error:.2g} {unit}".rstrip() if math.isfinite(error) else "not known: the voxel is too coarse"
         )
-        lines.append(f"  {name:<16} {told}")
+        more = f"({found['envelope']})" if key == "envelope_volume" else ""
+        lines.append(f"  {name:<16} {told} {more}".rstrip())
     lines.extend(f"  {text} = {r['value']:.6g} +- {r['error']:.2g}" for text, r in found["reduced"].items())
     lines.append(f"  counts at a voxel of {found['voxel']:.4g} mm; their errors from one 1.5 times as large")
     return "\n".join(lines)

@@ -124,7 +124,7 @@ def _refuse_too_fine(program: Program, options: Namespace, settings: dict[str, s
     voxel = options.voxel or max(box.size) / options.resolution
     nodes = math.prod(s / voxel + 2 for s in box.size)
     if nodes > MOST_NODES:
-        enough = voxel * (nodes / MOST_NODES) ** (1 / 3)
+        enough = (math.prod(box.size) / MOST_NODES) ** (1 / 3)
         digits = 1 - math.floor(math.log10(enough))
         enough = math.ceil(enough * 10**digits) / 10**digits
         size = " x ".join(f"{s:g}" for s in box.size)

@@ -164,7 +164,7 @@ def open_gpu(kind: Kind = "auto") -> Gpu:
         kind = "egl" if asked == "egl" else "osmesa"
     install = install_command(kind)
     if asked == "none":
-        raise GpuMissing(f"OpenGL is switched off by {ENVIRONMENT}=none", install)
+        raise GpuMissing(f"OpenGL is switched off by {ENVIRONMENT}=none", f"unset {ENVIRONMENT}")
     if sys.platform != "linux":
         raise GpuMissing("there is no OpenGL 4.3 without a screen on this system", install)
     if importlib.util.find_spec("moderngl") is None:

@@ -37,8 +37,12 @@ class ParamInfo:
 
     @property
     def unit(self) -> str:
-        """The base unit its number is in, or nothing."""
-        return "" if self.dimension is None else self.dimension.unit
+        """The base unit its number is in, or nothing; a ratio has none, not the unit 1."""
+        return "" if self.dimension is None or self.dimension.unit == "1" else self.dimension.unit
+
+    def shown(self, value: float) -> str:
+        """A value as a user would write it."""
+        return self.choices[int(value)] if self.choices and not self.numbers else f"{value:g}{self.unit}"
 
 
 def declare(e: Elaborator, s: tree.Param, scope: Scope, prefix: str) -> Value:

@@ -24,6 +24,7 @@ from porelang.mesh.weld import IN_MEMORY, Weld
 np.empty((1 << 25) - (1 << 16), np.uint8)
 
 BRICK = 64  # cells a side: smaller ones rule more out, larger ones cost less each (measured: 56 to 72 is fastest)
+COARSE = 4  # samples across: what is empty with fewer says nothing of the part
 Progress = Callable[[int, int], None]
 
 
@@ -142,6 +143,13 @@ def _reject(layers: Layers, sample: Sample, plan: Plan, found: list[Found], soli
             "E111",
             f"the part has no surface: the field is negative, solid, everywhere in x {x}, y {y}, z {z} mm ({where})",
             hint="intersect it with a shape (`& cylinder(75, 300)`), or make the addend or the offset smaller",
+        )
+    across = min(layers.shape) - 4  # without the layers at the bounds
+    if across < COARSE:
+        raise fail(
+            "E111",
+            f"a voxel of {layers.grid.spacing:g} mm is too coarse: {max(across, 0)} samples across met nothing",
+            hint="use a smaller --voxel: a few to the thinnest wall",
         )
     raise fail(
         "E111",

@@ -99,7 +99,9 @@ class Hill:
         values = np.asarray(self.value.at(points))
         if np.isnan(values).any():
             raise fail(
-                "E093", "the field of this number is not a number in places", hint="`pore mesh` names the first place"
+                "E093",
+                "the field of this number is not a number in places",
+                hint="look for a division by zero, or a root, logarithm or power of a negative number there",
             )
         return values
 

@@ -165,7 +165,9 @@ def sampled(
             if not np.isfinite(found).all():
                 what = "not a number" if np.isnan(found).any() else "infinite"
                 raise fail(
-                    "E093", f"the field of this number is {what} in places", hint="`pore mesh` names the first place"
+                    "E093",
+                    f"the field of this number is {what} in places",
+                    hint="look for a division by zero, or a root, logarithm or power of a negative number there",
                 )
             values[k].append(found)
             inside[k].append(within_it)

@@ -1,7 +1,8 @@
-"""Where lines along an axis meet the surface of a solid, within its undecided cells: every crossing, not those seen.
+"""Where lines along an axis meet a solid's surface, within its undecided cells: crossings proven, not seen.
 
 A piece of a line holds one crossing if the field changes its sign there and is proven to rise or fall throughout; none
-if it is proven to keep its sign. Any other piece is halved. So walls thinner than any grid are met.
+if it is proven to keep its sign. Any other piece is halved, up to `_HALVINGS` times and while no more than `_MOST` are
+open; what is open then and has the same sign at both ends is taken for a touch. So walls thinner than any grid are met.
 """
 
 from __future__ import annotations
