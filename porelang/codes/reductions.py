@@ -32,7 +32,7 @@ REDUCTIONS = (
         "E093",
         "a number of a field that is not a number",
         "Within the region the field is undefined in places: a division of zero by zero, a root or logarithm of a\n"
-        "negative number. `pore mesh` names the first such place.",
+        "negative number.",
         "",
         'check mean(sqrt(abs(x)), sphere(30)) > 1, "too small"\nsphere(30)',
     ),
