@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 
 import pytest
 
@@ -140,3 +141,14 @@ def test_a_shape_of_planes_is_an_envelope_and_a_lattice_cut_by_planes_is_none() 
 def test_a_voxel_that_is_too_fine_is_refused_before_anything_is_allocated(voxel: float) -> None:
     with pytest.raises(porelang.PoreError, match="E114"):
         report("torus(20, 5)", voxel=voxel)
+
+
+def test_a_check_that_its_error_does_not_decide_is_said(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "part.pore"
+    rule = 'check abs(porosity(gyroid(8), c) - 0.5) < 0.0002, "half"'
+    path.write_text(f"let c = cylinder(20, 40)\n{rule}\ngyroid(8) & c\n")
+    assert main(["check", str(path), "--measure"]) == 0
+    assert "W203" in capsys.readouterr().err
+    path.write_text(path.read_text().replace("0.0002", "0.01"))
+    assert main(["check", str(path), "--measure"]) == 0
+    assert "W203" not in capsys.readouterr().err

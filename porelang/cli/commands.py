@@ -116,6 +116,34 @@ def broken_checks(program: Program, settings: dict[str, str], measure: bool = Fa
     return found
 
 
+def undecided_checks(program: Program, settings: dict[str, str]) -> list[Diagnostic]:
+    """A warning for each `check` that holds, but would not for other numbers within the errors of those it found."""
+    from porelang.interval import interval
+    from porelang.ir import order
+    from porelang.passes.enclose import enclose, fixed
+    from porelang.settings import settle
+
+    hidden = {name: str(n.value) for name, n in program.graph.reductions}
+    if not hidden:
+        return []
+    numbers = program.reduced(**settings)
+    ranges = fixed(settle(program.params, settings))
+    for name, text in hidden.items():
+        ranges[name] = interval(numbers[text].value - numbers[text].error, numbers[text].value + numbers[text].error)
+    failed = {c.span for c in program.failed_checks(True, **settings)}
+    found = []
+    for i, check in enumerate(program.elaborated.checks):
+        root = program.graph.roots[f"check {i}"]
+        read = {hidden[str(n.value)] for n in order([root]) if n.op == "param" and n.value in hidden}
+        if read and check.span not in failed and bool((enclose([root], (), ranges)[0].range.lo < 1).any()):
+            told = ((text, numbers[text]) for text in sorted(read))
+            label = ", ".join(f"{text} is {n.value:.6g} +- {n.error:.1g}" for text, n in told)
+            hint = "leave a margin larger than the error"
+            said = f"this check holds, but within the error of its numbers it might not: {check.message}"
+            found.append(Diagnostic("W203", said, check.span, label, check.others, hint, severity="warning"))
+    return found
+
+
 def _told(text: str, found: Reduced) -> str:
     """A number found from fields, with its error where that shows in four figures."""
     error = f" +- {found.error:.1g}" if found.error > 5e-5 * abs(found.value) else ""
@@ -135,7 +163,8 @@ def check(options: Namespace) -> int:
         try:
             broken = broken_checks(program, dict(options.settings), options.measure)
             if options.measure:
-                broken = [*broken, *program.doubtful_contracts(**dict(options.settings))]
+                settings = dict(options.settings)
+                broken += [*undecided_checks(program, settings), *program.doubtful_contracts(**settings)]
         except PoreError as error:
             broken = list(error.diagnostics)
         report.say([d for d in broken if d.severity == "error" or not options.quiet])

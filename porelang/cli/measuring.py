@@ -7,7 +7,7 @@ from argparse import Namespace
 from typing import Any
 
 from porelang.cli import report
-from porelang.cli.commands import broken_checks, load
+from porelang.cli.commands import broken_checks, load, undecided_checks
 from porelang.cli.evaluate import machine
 from porelang.measure import measure as measured
 
@@ -47,6 +47,8 @@ def measure(options: Namespace) -> int:
     else:
         print(_text(options.file, found))
     report.say(broken)
+    if not options.quiet:
+        report.say(undecided_checks(program, settings))
     return report.status(broken)
 
 

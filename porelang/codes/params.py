@@ -1,4 +1,4 @@
-"""E080-E099, W201 and W202: params, their settings, and contracts that depend on them."""
+"""E080-E099, W201 to W203: params, their settings, and contracts that depend on them."""
 
 from __future__ import annotations
 
@@ -72,6 +72,14 @@ PARAMS = (
         "The volume of the mesh differs from that of the part by more than 3 % and more than the error of the\n"
         "latter. Most often walls are thinner than a voxel: they come out torn, as specks, or not at all.\n"
         "Mesh again with a smaller --voxel; a few voxels to the thinnest wall give a sound mesh.",
+        "",
+        "",
+    ),
+    Code(
+        "W203",
+        "a check that its numbers do not decide",
+        "A number found from whole fields has an error. This check holds for the number, but not for all numbers\n"
+        "within its error: `porosity(...) >= 50%` of a part that was made to have 50 %. Leave a margin.",
         "",
         "",
     ),
