@@ -561,3 +561,22 @@ def test_show_after_bounds_tells_the_box_and_the_steepness(pore: Pore) -> None:
     Path("raw.pore").write_text("gyroid(30)\n")
     assert pore("show", "raw.pore", "--after", "bounds") == 0
     assert "no end along x, y, z" in pore.out
+
+
+def test_a_run_that_is_ended_from_outside_leaves_nothing_behind(tmp_path: Path) -> None:
+    """SIGTERM, as a job scheduler sends it, cleans up as Ctrl-C does."""
+    command = [sys.executable, "-m", "porelang", "mesh", SPECIMEN, "--resolution", "900", "-o", str(tmp_path / "a.stl")]
+    running = subprocess.Popen([*command, "-q"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.iterdir()) and running.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)  # until the file under its other name appears
+    running.terminate()
+    _, said = running.communicate(timeout=60)
+    assert running.returncode == 143
+    assert "Traceback" not in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_bounds_beyond_the_world_are_refused(pore: Pore) -> None:
+    assert pore("mesh", SPECIMEN, "-o", "a.stl", "--bounds", "0,0,0,1e308,1e308,1e308") == 2
+    assert "E107" in pore.err
