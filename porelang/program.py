@@ -156,9 +156,20 @@ class Program:
 
     def reduced(self, /, **settings: Setting) -> dict[str, Reduced]:
         """The numbers found from whole fields (`porosity(...)`, ...), by the text that asks for them, with their
-        errors."""
+        errors. What one text in a def asks for in several calls is counted: `porosity(f, c)`, `porosity(f, c) #2`."""
+        return dict(self.numbers(**settings).values())
+
+    def numbers(self, /, **settings: Setting) -> dict[str, tuple[str, Reduced]]:
+        """Every number found from whole fields, by the hidden param that stands for it in the graph: its text, unlike
+        any other's, and its value."""
         values = settle(self.params, settings)
-        return {str(n.value): self._number(n, values) for _, n in self.graph.reductions}
+        out: dict[str, tuple[str, Reduced]] = {}
+        seen: dict[str, int] = {}
+        for name, n in self.graph.reductions:
+            text = str(n.value)
+            seen[text] = seen.get(text, 0) + 1
+            out[name] = (text if seen[text] == 1 else f"{text} #{seen[text]}", self._number(n, values))
+        return out
 
     def _number(self, n: Node, values: Mapping[str, float]) -> Reduced:
         """A number found from fields; what goes wrong is told at the call that asks for it."""

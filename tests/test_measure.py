@@ -152,3 +152,18 @@ def test_a_check_that_its_error_does_not_decide_is_said(capsys: pytest.CaptureFi
     path.write_text(path.read_text().replace("0.0002", "0.01"))
     assert main(["check", str(path), "--measure"]) == 0
     assert "W203" not in capsys.readouterr().err
+
+
+def test_numbers_of_one_text_are_told_apart(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """A def that asks for a number is one text and, called twice, two numbers; a check shows its own."""
+    path = tmp_path / "part.pore"
+    rules = 'check por(gyroid(8)) > 60%, "a"\ncheck por(sphere(5)) > 45%, "b"'
+    path.write_text(f"let c = cylinder(20, 40)\ndef por(f) = porosity(f, c)\n{rules}\ngyroid(8) & c\n")
+    found = porelang.compile(path=str(path)).reduced()
+    exact = {0.5, 1 - 4 / 3 * math.pi * 125 / (math.pi * 400 * 40)}
+    assert len(found) == 2
+    assert all(any(abs(n.value - e) <= 2 * n.error for n in found.values()) for e in exact)
+    assert main(["check", str(path), "--measure"]) == 1
+    said = capsys.readouterr().err
+    assert "is 0.5" in said
+    assert "is 0.98" not in said

@@ -107,9 +107,9 @@ def broken_checks(program: Program, settings: dict[str, str], measure: bool = Fa
             continue
         params = {str(n.value) for n in order([check.condition]) if n.op == "param"} & program.params.keys()
         read = {str(n.value) for n in order([program.graph.roots[f"check {i}"]]) if n.op == "param"}
-        measured = {str(n.value) for name, n in program.graph.reductions if name in read}
-        numbers = program.reduced(**settings) if measured else {}
-        label = ", ".join(_told(text, numbers[text]) for text in sorted(measured)) or "does not hold"
+        measured = read - params
+        numbers = program.numbers(**settings) if measured else {}
+        label = ", ".join(_told(*numbers[name]) for name in sorted(measured)) or "does not hold"
         with_these = ", ".join(f"{name} = {program.params[name].shown(values[name])}" for name in sorted(params))
         label += f" with {with_these}" if params else ""
         found.append(Diagnostic("E068", check.message, check.span, label, check.others))
@@ -123,20 +123,17 @@ def undecided_checks(program: Program, settings: dict[str, str]) -> list[Diagnos
     from porelang.passes.enclose import enclose, fixed
     from porelang.settings import settle
 
-    hidden = {name: str(n.value) for name, n in program.graph.reductions}
-    if not hidden:
-        return []
-    numbers = program.reduced(**settings)
+    numbers = program.numbers(**settings)
     ranges = fixed(settle(program.params, settings))
-    for name, text in hidden.items():
-        ranges[name] = interval(numbers[text].value - numbers[text].error, numbers[text].value + numbers[text].error)
+    for name, (_, n) in numbers.items():
+        ranges[name] = interval(n.value - n.error, n.value + n.error)
     failed = {c.span for c in program.failed_checks(True, **settings)}
     found = []
     for i, check in enumerate(program.elaborated.checks):
         root = program.graph.roots[f"check {i}"]
-        read = {hidden[str(n.value)] for n in order([root]) if n.op == "param" and n.value in hidden}
+        read = {str(n.value) for n in order([root]) if n.op == "param"} & numbers.keys()
         if read and check.span not in failed and bool((enclose([root], (), ranges)[0].range.lo < 1).any()):
-            told = ((text, numbers[text]) for text in sorted(read))
+            told = (numbers[name] for name in sorted(read))
             label = ", ".join(f"{text} is {n.value:.6g} +- {n.error:.1g}" for text, n in told)
             hint = "leave a margin larger than the error"
             said = f"this check holds, but within the error of its numbers it might not: {check.message}"
