@@ -10,7 +10,6 @@ choices left, and is small: of a union of a thousand struts it is one strut.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from threading import Lock
 from typing import Any
@@ -18,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.backends.numpy import workers
+from porelang.backends.numpy import spread, workers
 from porelang.backends.uniform import take_branches, uniform_values
 from porelang.ir import ZERO, Node, Stage, const, is_const, node, order
 from porelang.ops import TABLE
@@ -119,23 +118,17 @@ class Branches:
                 continue
             flat, here = self._held[numbers[some[0]]], points[some]
             made = np.empty((len(some), 4))
-            self._over(len(some), lambda s, flat=flat, here=here, made=made: flat.into(here[s], made[s]))  # type: ignore[misc]
+
+            def fill(s: slice, flat: _Flat = flat, here: Floats = here, made: Floats = made) -> None:
+                flat.into(here[s], made[s])
+
+            self._over(len(some), fill)
             out[some] = made
         return out[:, 0], out[:, 1:]
 
     def _over(self, count: int, work: Callable[[slice], None]) -> None:
-        def quiet(start: int) -> None:
-            with np.errstate(all="ignore"):
-                work(slice(start, start + PIECE))
-
-        starts = range(0, count, PIECE)
-        if self.threads == 1 or len(starts) < 4:
-            for start in starts:
-                quiet(start)
-            return
-        with ThreadPoolExecutor(self.threads) as pool:
-            for done in pool.map(quiet, starts):
-                assert done is None
+        pieces = [slice(start, start + PIECE) for start in range(0, count, PIECE)]
+        spread(work, pieces, self.threads if len(pieces) >= 4 else 1)
 
     def _number(self, points: Floats, numbers: Ints) -> None:
         values = self.alone.values(points)

@@ -15,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from porelang.ops import TABLE, forms, kind
 
 Dtype = Literal["f32", "f64"]
 TYPES: dict[str, type[np.float32] | type[np.float64]] = {"f32": np.float32, "f64": np.float64}
+Item = TypeVar("Item")
 Values = NDArray[Any]
 Shape = tuple[int, ...]
 #: Elements of a piece: its dozen buffers fit the second-level cache.
@@ -66,6 +67,22 @@ def workers(threads: int | None) -> int:
     if threads is not None:
         return max(1, threads)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def spread(work: Callable[[Item], None], items: Sequence[Item], threads: int) -> None:
+    """Work on every item, on as many threads as that, without NumPy's warnings."""
+
+    def quiet(item: Item) -> None:
+        with np.errstate(all="ignore"):
+            work(item)
+
+    if threads == 1 or len(items) < 2:
+        for item in items:
+            quiet(item)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        for _ in pool.map(quiet, items):  # what went wrong on a thread is raised here
+            pass
 
 
 def _tape(nodes: Sequence[Node], number: Mapping[Node, int], keep: set[Node], merge: bool) -> Tape:
@@ -157,25 +174,12 @@ class NumpyField:
             _run(tape, values, registers)
             out[start:stop] = values[self.number[self.root]]
 
-        self._spread(piece, range(0, count, PIECE))
+        spread(piece, range(0, count, PIECE), self.threads)
         return out
 
     def on_grid(self, axes: Sequence[Values]) -> GridField:
         """The field on the grid of three coordinate axes (mm); what needs fewer than three axes is computed now."""
         return GridField(self, [np.asarray(a, dtype=self.dtype) for a in axes])
-
-    def _spread(self, work: Callable[[Any], None], items: Sequence[Any]) -> None:
-        def quiet(item: Any) -> None:
-            with np.errstate(all="ignore"):
-                work(item)
-
-        if self.threads == 1 or len(items) < 2:
-            for item in items:
-                quiet(item)
-            return
-        with ThreadPoolExecutor(self.threads) as pool:
-            for done in pool.map(quiet, items):
-                assert done is None
 
 
 class GridField:
@@ -239,7 +243,7 @@ class GridField:
             window = tuple(slice(a, b) for a, b in zip(*tile, strict=True))
             self._tile(tile[0], tile[1], out[window])
 
-        self.field._spread(work, _tiles(self.shape))
+        spread(work, _tiles(self.shape), self.field.threads)
         return out
 
     def _tile(self, lo: Sequence[int], hi: Sequence[int], out: Values) -> None:

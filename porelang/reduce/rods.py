@@ -8,13 +8,12 @@ open; what is open then and has the same sign at both ends is taken for a touch.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.backends.numpy import NumpyField, workers
+from porelang.backends.numpy import NumpyField, spread, workers
 from porelang.interval import Interval, interval
 from porelang.ir import Node
 from porelang.passes.bounds import Points, slopes
@@ -184,15 +183,8 @@ def _signed(r: Interval) -> NDArray[np.bool_]:
 
 
 def _threaded(work: Callable[[Indices], None], rows: Indices) -> None:
-    """Work on rows in batches, on this process's threads: NumPy releases the interpreter."""
-    batches = [rows[start : start + _AT_ONCE] for start in range(0, len(rows), _AT_ONCE)]
-    if len(batches) < 2:
-        for batch in batches:
-            work(batch)
-        return
-    with ThreadPoolExecutor(workers(None)) as pool:
-        for done in pool.map(work, batches):
-            assert done is None
+    """Work on rows in batches, on this process's threads."""
+    spread(work, [rows[start : start + _AT_ONCE] for start in range(0, len(rows), _AT_ONCE)], workers(None))
 
 
 def _box(low: Points, high: Points) -> list[Interval]:
