@@ -9,7 +9,7 @@ from peers import specimen
 from timing import Case, in_turn
 
 import porelang
-from porelang import device
+from porelang.gpu import fields as device
 
 PROGRAM = """
 param w = 30mm in 10mm..60mm

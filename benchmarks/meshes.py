@@ -10,7 +10,7 @@ from timing import Case, Times, in_turn, middle
 import porelang
 from porelang.ir import order
 from porelang.mesh import Surface
-from porelang.surface import mesh_output
+from porelang.mesh.output import mesh_output
 
 #: A box of 50 x 50 x 51 mm of which the cylinder fills a tenth.
 BOX = (-25.0, -25.0, -25.5, 25.0, 25.0, 25.5)

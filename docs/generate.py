@@ -7,14 +7,14 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from porelang.language import tree
-from porelang.language.builtins import builtins
-from porelang.language.calls import signature
-from porelang.language.kinds import KINDS
-from porelang.language.prelude import prelude_files, prelude_scope
-from porelang.language.syntax import parse
-from porelang.language.values import Builtin, Function, Record, Scope
+from porelang.elaborate.builtins import builtins
+from porelang.elaborate.calls import signature
+from porelang.elaborate.kinds import KINDS
+from porelang.elaborate.prelude import prelude_files, prelude_scope
+from porelang.elaborate.values import Builtin, Function, Record, Scope
 from porelang.ops import TABLE
+from porelang.syntax import tree
+from porelang.syntax.parse import parse
 from porelang.units import UNITS
 
 PAGE = Path(__file__).parent / "language.md"

@@ -12,16 +12,16 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.box import part_box
+from porelang.analysis.enclose import EXACT, enclose, fixed
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic
+from porelang.elaborate.params import ParamInfo
+from porelang.elaborate.statements import Requirement
 from porelang.interval import interval
 from porelang.ir import Node, Stage, node, order
-from porelang.language.elaborate import Requirement
-from porelang.language.params import ParamInfo
 from porelang.ops import TABLE
-from porelang.passes import Graph
-from porelang.passes.box import part_box
-from porelang.passes.enclose import EXACT, enclose, fixed
+from porelang.rewrites import Graph
 
 #: Where a part has no end, contracts are looked at within this distance of the origin, in mm.
 NEAR = 200.0

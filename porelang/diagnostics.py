@@ -34,8 +34,8 @@ class Edit:
 class Diagnostic:
     """One thing that is wrong (or doubtful) in a program, with its place, reason and way out.
 
-    `code` is stable and listed in `porelang.codes`; `label` stands under the caret; `others` are the second places
-    that matter; `hint` is a sentence that says what to do; `edit`, where there is one, does it.
+    `code` is stable and listed in `porelang.error_codes`; `label` stands under the caret; `others` are the second
+    places that matter; `hint` is a sentence that says what to do; `edit`, where there is one, does it.
     """
 
     code: str

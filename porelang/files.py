@@ -6,9 +6,9 @@ import os
 from pathlib import Path
 
 from porelang.diagnostics import Diagnostic, fail
-from porelang.language import tree
-from porelang.language.syntax import LARGEST, parse
 from porelang.source import Source
+from porelang.syntax import tree
+from porelang.syntax.parse import LARGEST, parse
 
 
 def read_source(path: str | Path) -> Source:

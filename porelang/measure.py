@@ -1,10 +1,10 @@
 """What a part measures: volume, porosity, area, components, topology, each with an error.
 
-Volumes, the porosity and the area are found from the fields themselves (`porelang.reduce`), not from a mesh. The Euler
-number and the components are counted among samples at the voxel; their errors are the change from a voxel 1.5 times as
-large, and infinite (JSON: null) where the samples miss so much of the part that nothing can be counted among them. The
-share of the void that is open errs by the voxel: twice the change is what is left (Richardson, order 1), or the chance
-of voxels at its edge.
+Volumes, the porosity and the area are found from the fields themselves (`porelang.tasks.numbers`), not from a mesh.
+The Euler number and the components are counted among samples at the voxel; their errors are the change from a voxel 1.5
+times as large, and infinite (JSON: null) where the samples miss so much of the part that nothing can be counted among
+them. The share of the void that is open errs by the voxel: twice the change is what is left (Richardson, order 1), or
+the chance of voxels at its edge.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.box import Box, part_box, unbounded_axes
 from porelang.backends.numpy import Dtype
 from porelang.diagnostics import fail, suggest
 from porelang.ir import Node, node, order
+from porelang.mesh.output import RESOLUTION, Bounds, checked_bounds, mesh_output
 from porelang.ops import kind
-from porelang.passes import Graph, run
-from porelang.passes.box import Box, part_box, unbounded_axes
 from porelang.program import Backend, Program, make_field
-from porelang.reduce import reduction
+from porelang.rewrites import Graph, run
 from porelang.settings import Setting
-from porelang.surface import RESOLUTION, Bounds, checked_bounds, mesh_output
+from porelang.tasks.numbers import reduction
 
 _COARSER = 1.5
 #: Samples that miss more than this of the part's volume do not show how it hangs together.

@@ -12,25 +12,25 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.box import Box, part_box, unbounded_axes
 from porelang.backends.numpy import Dtype, GridField, NumpyField
 from porelang.backends.uniform import uniform_values
 from porelang.contracts import broken_requirements, doubtful_contracts
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
+from porelang.elaborate.params import ParamInfo
+from porelang.elaborate.prelude import prelude_scope
+from porelang.elaborate.statements import Elaborated, Elaborator, Output, Requirement, room_to_compile, roots_of
+from porelang.elaborate.values import Scalar, Vector
 from porelang.files import load_used, read_source
 from porelang.ir import Node, order
-from porelang.language.elaborate import Elaborated, Elaborator, Output, Requirement, room_to_compile, roots_of
-from porelang.language.params import ParamInfo
-from porelang.language.prelude import prelude_scope
-from porelang.language.syntax import parse
-from porelang.language.values import Scalar, Vector
-from porelang.passes import Graph, run
-from porelang.passes.box import Box, part_box, unbounded_axes
+from porelang.rewrites import Graph, run
 from porelang.settings import Setting, settle
 from porelang.source import Source, Span
+from porelang.syntax.parse import parse
 
 if TYPE_CHECKING:
-    from porelang.device import DeviceField, DeviceGrid
-    from porelang.reduce import Reduced
+    from porelang.gpu.fields import DeviceField, DeviceGrid
+    from porelang.tasks.numbers import Reduced
 
 Backend = Literal["auto", "numpy", "glsl"]
 Points = NDArray[np.float64]
@@ -173,7 +173,7 @@ class Program:
 
     def _number(self, n: Node, values: Mapping[str, float]) -> Reduced:
         """A number found from fields; what goes wrong is told at the call that asks for it."""
-        from porelang.reduce import reduction
+        from porelang.tasks.numbers import reduction
 
         try:
             return reduction(n, values)
@@ -262,7 +262,7 @@ class Program:
         given). `smooth` moves vertices onto the field, `sharp` makes rims edges of the mesh, `simplify` (mm) takes
         out triangles that matter less than that.
         """
-        from porelang.surface import grid_of, mesh_output, refine
+        from porelang.mesh.output import grid_of, mesh_output, refine
 
         surface = mesh_output(self, name, voxel, resolution, bounds, backend, dtype, settings)
         if smooth or sharp or simplify is not None:
@@ -378,7 +378,7 @@ def make_field(
     if backend == "glsl" and dtype == "f64":
         raise fail("E123", "GLSL computes in float32", hint="ask for f32, or for NumPy where float64 is needed")
     if backend == "glsl" or (backend == "auto" and dtype == "f32"):
-        from porelang import device
+        from porelang.gpu import fields as device
 
         try:
             gpu = device.gpu()

@@ -246,7 +246,7 @@ def ellipsoid(points: Array, axes: Sequence[float]) -> Array:
     a = np.asarray(axes, float)
     q = np.abs(points)
     inside = np.sum((q / a) ** 2, axis=1) < 1
-    lo, hi = np.full(len(q), -float(a.min()) ** 2), np.full(len(q), 1e6)
+    lo, hi = np.full(len(q), -(float(a.min()) ** 2)), np.full(len(q), 1e6)
     for _ in range(200):
         t = (lo + hi) / 2
         outer = np.sum((a * q / (t[:, None] + a**2)) ** 2, axis=1) > 1

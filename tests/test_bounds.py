@@ -7,15 +7,15 @@ import pytest
 from numpy.typing import NDArray
 
 import porelang as pore
+from porelang.analysis.bounds import box_test, lipschitz, slopes
+from porelang.analysis.box import part_box
+from porelang.analysis.enclose import EXACT, F32, F64, enclose, fixed
 from porelang.backends.numpy import NumpyField
 from porelang.conformance.generate import RANGES
 from porelang.conformance.suite import random_graphs
 from porelang.interval import interval
 from porelang.ir import Node, X, Y, Z, node
-from porelang.passes import Graph, run
-from porelang.passes.bounds import box_test, lipschitz, slopes
-from porelang.passes.box import part_box
-from porelang.passes.enclose import EXACT, F32, F64, enclose, fixed
+from porelang.rewrites import Graph, run
 
 Points = NDArray[np.float64]
 MIDDLE = {name: (lo + hi) / 2 for name, (lo, hi) in RANGES.items()}

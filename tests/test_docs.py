@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from porelang.cli.arguments import COMMANDS
-from porelang.language.prelude import prelude_scope
-from porelang.language.values import Function
+from porelang.elaborate.prelude import prelude_scope
+from porelang.elaborate.values import Function
 from porelang.ops import TABLE
 from porelang.program import try_compile
 from porelang.source import Source

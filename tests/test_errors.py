@@ -13,7 +13,7 @@ import pytest
 
 from porelang.cli import main
 from porelang.cli.commands import broken_checks
-from porelang.codes import CODES
+from porelang.error_codes import CODES
 from porelang.program import try_compile
 from porelang.source import Source
 

@@ -11,7 +11,7 @@ import pytest
 
 import porelang
 from porelang.ir import order
-from porelang.surface import mesh_output
+from porelang.mesh.output import mesh_output
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = {path.stem: porelang.compile(path=path) for path in sorted((ROOT / "examples").glob("*.pore"))}

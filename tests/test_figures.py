@@ -21,8 +21,8 @@ from PIL import Image
 import porelang
 from porelang.backends.error import judge
 from porelang.cli import main
-from porelang.cli.notation import steps
 from porelang.ir import order
+from porelang.notation import steps
 
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "examples" / "figures"

@@ -17,7 +17,7 @@ from porelang.conformance.suite import check_graph, random_graphs
 from porelang.gpu import shared_gpu
 from porelang.ir import Node, order
 from porelang.ops import TABLE
-from porelang.passes import Graph, run
+from porelang.rewrites import Graph, run
 
 BACKENDS = (*NUMPY, glsl(shared_gpu()))
 SEED = 20240229

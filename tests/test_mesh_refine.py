@@ -12,12 +12,12 @@ from scipy.spatial import cKDTree
 from trimesh.triangles import closest_point
 
 import porelang
-from porelang.backends.branches import Branches
+from porelang.analysis.branches import Branches
 from porelang.cli import main
+from porelang.mesh.output import grid_of, mesh_output, refine
 from porelang.mesh.simplify import simplify
 from porelang.mesh.surface import Surface
 from porelang.mesh.within import within
-from porelang.surface import grid_of, mesh_output, refine
 
 
 def refined(text, resolution, bounds=None, dtype="f32", backend="numpy", **how):
@@ -447,7 +447,7 @@ def test_the_command_reports_what_it_did(tmp_path, monkeypatch, capsys):
 
 
 def test_ctrl_c_leaves_no_file(tmp_path, monkeypatch):
-    import porelang.surface as world
+    import porelang.mesh.output as world
 
     def stop(*args):
         raise KeyboardInterrupt

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import porelang as pore
+from porelang.analysis.enclose import F64
 from porelang.backends.error import allowed
 from porelang.backends.numpy import NumpyField
 from porelang.conformance.backend import NUMPY, Backend, glsl
@@ -17,8 +18,7 @@ from porelang.conformance.law import places
 from porelang.conformance.suite import random_graphs
 from porelang.gpu import shared_gpu
 from porelang.ir import Node, node
-from porelang.passes import PIPELINE, Graph, run
-from porelang.passes.enclose import F64
+from porelang.rewrites import PIPELINE, Graph, run
 
 BACKENDS = [*NUMPY, glsl(shared_gpu())]
 POINTS = places(400, 5)

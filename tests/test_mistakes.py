@@ -7,11 +7,12 @@ import re
 
 import pytest
 
-from porelang.codes import CODES
 from porelang.diagnostics import Diagnostic
-from porelang.language import builder, failure, mistakes, signs, syntax, tokens
-from porelang.language.syntax import parse
+from porelang.error_codes import CODES
 from porelang.source import Source
+from porelang.syntax import builder, failure, mistakes, signs, tokens
+from porelang.syntax import parse as syntax
+from porelang.syntax.parse import parse
 
 # The program, the code, the text under the caret, words of the message or hint, and the program after the edit.
 MISTAKES: list[tuple[str, str, str, str, str | None]] = [

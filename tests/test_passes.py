@@ -15,13 +15,13 @@ import porelang as pore
 from porelang.backends.glsl import shader
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import PoreError
+from porelang.elaborate.statements import roots_of
 from porelang.ir import FALSE, ONE, TRUE, ZERO, Node, Stage, X, Y, Z, const, node, order, param, show
-from porelang.language.elaborate import roots_of
-from porelang.passes import PIPELINE, run, uniforms
-from porelang.passes.gradient import derivatives
-from porelang.passes.place import place
-from porelang.passes.simplify import fold, share, simplify
-from porelang.passes.verify import verify
+from porelang.rewrites import PIPELINE, run, uniforms
+from porelang.rewrites.gradient import derivatives
+from porelang.rewrites.place import place
+from porelang.rewrites.simplify import fold, share, simplify
+from porelang.rewrites.verify import verify
 
 GOLDEN = Path(__file__).parent / "golden"
 PROGRAMS = {

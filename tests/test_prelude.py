@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import porelang
-from porelang.language import tree
-from porelang.language.prelude import prelude_files
-from porelang.language.syntax import parse
+from porelang.elaborate.prelude import prelude_files
+from porelang.syntax import tree
+from porelang.syntax.parse import parse
 
 Array = NDArray[np.float64]
 RNG = np.random.default_rng(20240601)

@@ -177,7 +177,7 @@ def test_params_of_every_sort() -> None:
 def test_a_param_changes_nothing_but_numbers() -> None:
     """The shader's text, and so its compilation, does not depend on a param's value."""
     program = porelang.compile("param w = 30 in 10..60\nparam k = gyroid in {gyroid, diamond}\nk(w) & sphere(50)")
-    from porelang.device import gpu
+    from porelang.gpu.fields import gpu
 
     points = np.random.default_rng(0).uniform(-40, 40, (100, 3))
     program.field(backend="glsl", dtype="f32")(points)

@@ -15,8 +15,8 @@ import pytest
 from numpy.typing import NDArray
 
 import porelang
-from porelang.device import gpu
-from porelang.passes.box import Box
+from porelang.analysis.box import Box
+from porelang.gpu.fields import gpu
 from porelang.render import Camera, Wishes, look, render_output
 from porelang.render.camera import VIEWS
 from porelang.render.cells import bound_cells

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 import porelang
+from porelang.analysis.phases import over_phases
 from porelang.backends.numpy import NumpyField
 from porelang.program import Program
-from porelang.reduce import memory, region
-from porelang.reduce.extremes import Hill
-from porelang.reduce.phases import over_phases
+from porelang.tasks import store as memory
+from porelang.tasks.numbers import region
+from porelang.tasks.numbers.extremes import Hill
 
 
 def numbers(text: str, **settings: float) -> list[tuple[float, float]]:

@@ -15,7 +15,8 @@ import pytest
 
 import porelang
 from porelang import cache
-from porelang.reduce import Reduced, memory
+from porelang.tasks import store as memory
+from porelang.tasks.numbers import Reduced
 
 TEXT = "param r = 3 in 1..9\nx + bare(volume(sphere(r))) + porosity(gyroid(3), sphere(r))"
 
@@ -35,7 +36,7 @@ def test_another_process_computes_nothing_again(tmp_path: Path, monkeypatch: pyt
     assert len(kept(tmp_path)) == 2
     memory.forget()  # what a new process knows
     with monkeypatch.context() as m:
-        m.setattr(porelang.reduce, "_compute", _never)
+        m.setattr(porelang.tasks.numbers, "_compute", _never)
         assert porelang.compile(TEXT).reduced(r=4) == first  # to the last bit
         with pytest.raises(AssertionError):
             porelang.compile(TEXT).reduced(r=4.000001)
@@ -52,7 +53,7 @@ def test_another_version_of_the_code_computes_again(tmp_path: Path, monkeypatch:
     porelang.compile(TEXT).reduced()
     memory.forget()
     monkeypatch.setattr(memory, "_code", lambda: "other")
-    monkeypatch.setattr(porelang.reduce, "_compute", lambda n, params: Reduced(1.0, 0.5))
+    monkeypatch.setattr(porelang.tasks.numbers, "_compute", lambda n, params: Reduced(1.0, 0.5))
     assert {r.value for r in porelang.compile(TEXT).reduced().values()} == {1.0}
 
 

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import porelang
+from porelang.analysis.box import Box
 from porelang.cli import main
-from porelang.device import gpu
 from porelang.diagnostics import PoreError
-from porelang.passes.box import Box
+from porelang.gpu.fields import gpu
 from porelang.program import Program
 from porelang.render import Camera, Picture, Wishes, look, render_output
 from porelang.render.camera import VIEWS
@@ -243,13 +243,16 @@ def test_slice_has_the_colours_of_its_values() -> None:
     picture = render_output(program, "part", wishes, bounds)
     assert picture.scale is not None
     assert picture.scale.low == pytest.approx(20)  # the centre is 20 deep, the corners lie farther out
+
     def colour(x: float, y: float, of: Picture = picture) -> NDArray[np.float64]:
         column, row = round(99.5 + x / of.pixel), round(99.5 - y / of.pixel)
         return of.pixels[row, column, :3].astype(np.float64)
+
     def expected(value: float) -> NDArray[np.float64]:
         """Red at the depth of the centre, yellow at zero, blue at what the corners of the plane attain."""
         ends = np.linspace(-20, 0, 5).tolist() + np.linspace(0, 42, 5).tolist()[1:]
         return np.array([np.interp(value, ends, 255 * channel) for channel in COLOURS.T])
+
     assert picture.scale.high == pytest.approx(42)  # 43.2 * sqrt(2) - 20 is 41.1
     for x, y in ((0, 0), (5, 5), (0, 39), (39, 39), (-30, 8)):
         assert np.abs(colour(x, y) - expected(math.hypot(x, y) - 20)).max() < 8

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from porelang import device
 from porelang.backends import glsl as glsl_backend
 from porelang.conformance.backend import NUMPY, glsl
 from porelang.conformance.programs import cases
 from porelang.conformance.report import certificate, doctor
 from porelang.conformance.suite import run_suite
+from porelang.gpu import fields as device
 from porelang.gpu import shared_gpu
 from porelang.interval import Interval, interval
 from porelang.ops import TABLE

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import porelang
+from porelang.analysis.box import Box
 from porelang.cli import main
-from porelang.passes.box import Box
 from porelang.slices import Format, stack_of, write_slices
 from porelang.slices.outline import outlines
 
@@ -221,9 +221,7 @@ def test_a_part_cut_by_bounds_is_closed_there(tmp_path: Path) -> None:
     assert text.count("M") == text.count("Z") > 0
 
 
-def test_layers_do_not_depend_on_what_is_computed_together(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_layers_do_not_depend_on_what_is_computed_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program = porelang.compile("gyroid(7) & sphere(9)")
     for form in ("png", "svg"):
         whole = write_slices(program, tmp_path / "a", 0.5, form=form)

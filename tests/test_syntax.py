@@ -12,9 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from porelang import cache, resources
-from porelang.language import syntax, tree
-from porelang.language.syntax import parse
 from porelang.source import Source
+from porelang.syntax import parse as syntax
+from porelang.syntax import tree
+from porelang.syntax.parse import parse
 
 FOLDER = Path(__file__).resolve().parent.parent
 
@@ -550,7 +551,7 @@ def test_the_grammar_is_strict() -> None:
 
 
 def test_lark_is_imported_only_to_parse() -> None:
-    code = "import sys, porelang.language.syntax; sys.exit('lark' in sys.modules)"
+    code = "import sys, porelang.syntax.parse; sys.exit('lark' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], cwd=FOLDER, check=False).returncode == 0
 
 

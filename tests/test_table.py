@@ -11,20 +11,20 @@ import pytest
 from numpy.typing import NDArray
 
 import porelang as pore
+from porelang.analysis.enclose import F64, enclose
 from porelang.backends.glsl import field_function
 from porelang.conformance.backend import NUMPY, Backend, glsl
 from porelang.conformance.exact import EXACT, exact
 from porelang.conformance.inputs import STAND_IN, hard
 from porelang.conformance.sweep import sweep
+from porelang.elaborate.dimensions import result
+from porelang.elaborate.values import Scalar
 from porelang.gpu import shared_gpu
 from porelang.interval import Interval, interval
 from porelang.ir import ZERO, Node, X, Y, Z, const, node
-from porelang.language.dimensions import result
-from porelang.language.values import Scalar
 from porelang.ops import TABLE, Op
-from porelang.passes.enclose import F64, enclose
-from porelang.passes.gradient import derivatives
 from porelang.resources import folder
+from porelang.rewrites.gradient import derivatives
 
 BACKENDS = [*NUMPY, glsl(shared_gpu())]
 REAL = [row for row in TABLE.values() if row.result == "real" and "bool" not in row.args]

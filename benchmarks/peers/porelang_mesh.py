@@ -4,7 +4,7 @@ import numpy as np
 
 import porelang
 from porelang.mesh import Surface
-from porelang.surface import mesh_output
+from porelang.mesh.output import mesh_output
 
 PACKAGES = ("porelang", "numpy")
 PROGRAM = "gyroid(30) |> shell(1.53) & cylinder(75, 300)"

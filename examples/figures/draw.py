@@ -11,10 +11,10 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 import porelang
+from porelang.mesh.output import Bounds
 from porelang.render.cuts import HalfSpace
 from porelang.render.picture import Wishes, render_output
 from porelang.render.planes import Plane
-from porelang.surface import Bounds
 
 HERE = Path(__file__).parent
 COLOURS = 256  # of a picture's palette; planes behind glass have more

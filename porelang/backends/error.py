@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.enclose import F32, F64, Precision, at_points, enclose, fixed
 from porelang.backends.numpy import NumpyField
 from porelang.interval import Interval
 from porelang.ir import Node
 from porelang.ops import kind
-from porelang.passes.enclose import F32, F64, Precision, at_points, enclose, fixed
 
 PRECISIONS: dict[str, Precision] = {"f32": F32, "f64": F64}
 

@@ -17,10 +17,10 @@ from typing import Literal
 import numpy as np
 
 from porelang import resources
+from porelang.analysis.enclose import F32, enclose, everywhere
 from porelang.interval import Interval, interval
 from porelang.ir import Node, Stage, order
 from porelang.ops import TABLE, kind
-from porelang.passes.enclose import F32, enclose, everywhere
 
 Form = Literal["points", "grid", "fragment", "webgl"]
 _SCAFFOLD = {"points": "points.comp", "grid": "grid.comp", "fragment": "march.frag", "webgl": "march.frag"}

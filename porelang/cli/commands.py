@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 from porelang.cli import report
 from porelang.cli.arguments import parse
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
-from porelang.watch import watched
+from porelang.progress import watched
 
 if TYPE_CHECKING:
     from porelang.program import Program
-    from porelang.reduce import Reduced
+    from porelang.tasks.numbers import Reduced
 
 Command = Callable[[Namespace], int]
 
@@ -118,9 +118,9 @@ def broken_checks(program: Program, settings: dict[str, str], measure: bool = Fa
 
 def undecided_checks(program: Program, settings: dict[str, str]) -> list[Diagnostic]:
     """A warning for each `check` that holds, but would not for other numbers within the errors of those it found."""
+    from porelang.analysis.enclose import enclose, fixed
     from porelang.interval import interval
     from porelang.ir import order
-    from porelang.passes.enclose import enclose, fixed
     from porelang.settings import settle
 
     numbers = program.numbers(**settings)
@@ -150,8 +150,8 @@ def _told(text: str, found: Reduced) -> str:
 def check(options: Namespace) -> int:
     """`pore check`: all diagnostics, the `check` statements included."""
     from porelang.files import read_source
-    from porelang.language.syntax import MOST
     from porelang.program import MOST_DIAGNOSTICS, try_compile
+    from porelang.syntax.parse import MOST
 
     source = read_source(options.file)
     program, found = try_compile(source)
@@ -184,7 +184,7 @@ def check(options: Namespace) -> int:
 def show(options: Namespace) -> int:
     """`pore show`: the graph after a pass, with what the pass notes of each node."""
     from porelang import ir
-    from porelang.passes import PIPELINE, run
+    from porelang.rewrites import PIPELINE, run
 
     names = [step.name for step in PIPELINE]
     after = options.after or names[-1]
@@ -214,8 +214,8 @@ def _boxes(program: Program, chosen: str | None) -> list[str]:
     """The box of each solid output with the params at their defaults, and a bound on how steep its field is inside."""
     import numpy as np
 
-    from porelang.language.values import Scalar
-    from porelang.passes.bounds import lipschitz
+    from porelang.analysis.bounds import lipschitz
+    from porelang.elaborate.values import Scalar
 
     lines: list[str] = []
     for name, output in program.outputs.items():
@@ -248,7 +248,7 @@ def glsl(options: Namespace) -> int:
 
 def notation(options: Namespace) -> int:
     """`pore notation`: the steps of the program as the paper writes them."""
-    from porelang.cli.notation import steps
+    from porelang.notation import steps
 
     found = steps(load(options))
     if options.json:

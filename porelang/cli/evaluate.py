@@ -55,7 +55,7 @@ def machine(options: Namespace, usual: Dtype) -> tuple[Backend, Dtype]:
 
     Says on standard error where it falls back to NumPy. Errors: E108 for GLSL in f64, E120 for GLSL without OpenGL.
     """
-    from porelang.device import gpu
+    from porelang.gpu.fields import gpu
 
     if options.backend == "glsl":
         if options.dtype == "f64":

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from porelang.cli import report
-from porelang.codes import CODES, Code
 from porelang.diagnostics import fail, suggest
+from porelang.error_codes import CODES, Code
 
 
 def explain(code: str | None, as_json: bool) -> int:

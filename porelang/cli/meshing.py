@@ -16,7 +16,7 @@ from porelang.compiled import on_compiling
 from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.mesh import Surface, write
 from porelang.mesh.export import writer_of
-from porelang.surface import checked_bounds, found_bounds, grid_of, mesh_output, notes_of, refine
+from porelang.mesh.output import checked_bounds, found_bounds, grid_of, mesh_output, notes_of, refine
 
 if TYPE_CHECKING:
     from porelang.program import Program
@@ -94,7 +94,7 @@ def too_coarse(program: Program, options: Namespace, settings: dict[str, str], s
     """A warning where the mesh does not hold the part's volume: walls thinner than a voxel come out as specks."""
     from porelang.ir import node
     from porelang.measure import block
-    from porelang.reduce.integrals import volume
+    from porelang.tasks.numbers.integrals import volume
 
     root, values = program.solid(options.out), program.settle(**settings)
     if options.bounds:

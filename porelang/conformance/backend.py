@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.enclose import F32, F64, Precision
 from porelang.backends.numpy import NumpyField
-from porelang.device import DeviceField
 from porelang.gpu import Gpu
+from porelang.gpu.fields import DeviceField
 from porelang.ir import Node
-from porelang.passes.enclose import F32, F64, Precision
 
 Points = NDArray[Any]
 Params = Mapping[str, float]

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.enclose import F64, enclose, fixed
 from porelang.backends.error import Verdict, judge
 from porelang.backends.uniform import uniform_values
 from porelang.conformance.backend import Backend, Params, Points, Ranges
 from porelang.ir import Node, Stage, order, show
-from porelang.passes.enclose import F64, enclose, fixed
 
 #: A bound wider than this, beside the reference or 1, says little: such points are counted apart.
 SHARP = 1e-2

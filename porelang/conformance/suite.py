@@ -14,12 +14,12 @@ from porelang.conformance.law import Failure, Finding, places, put
 from porelang.conformance.programs import Case, Variant, cases
 from porelang.conformance.sweep import Measurement, sweep
 from porelang.diagnostics import PoreError
+from porelang.elaborate.values import Vector
 from porelang.files import read_source
 from porelang.ir import Node, order
-from porelang.language.values import Vector
 from porelang.ops import TABLE
-from porelang.passes import Graph, run
 from porelang.program import Program, try_compile
+from porelang.rewrites import Graph, run
 from porelang.settings import Setting
 
 PLACES = 200

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.enclose import F64, Precision
 from porelang.conformance.backend import Backend
 from porelang.conformance.exact import exact
 from porelang.conformance.inputs import CALM, STAND_IN, rows
 from porelang.interval import Interval
 from porelang.ir import ZERO, Node, X, Y, Z, const, node
 from porelang.ops import TABLE, Op
-from porelang.passes.enclose import F64, Precision
 
 Arrays = list[NDArray[Any]]
 #: Random inputs per operation, beside the hard ones in all pairs.

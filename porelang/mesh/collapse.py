@@ -227,8 +227,19 @@ def _move(
 
 @compiled
 def _pass(
-    at: Floats, faces: Ints, first: Ints, following: Ints, quadric: Floats, moved: Floats, allowed: Floats, stamp: Ints,
-    turn: int, dirty: Any, left: Any, share: float, longest: float,
+    at: Floats,
+    faces: Ints,
+    first: Ints,
+    following: Ints,
+    quadric: Floats,
+    moved: Floats,
+    allowed: Floats,
+    stamp: Ints,
+    turn: int,
+    dirty: Any,
+    left: Any,
+    share: float,
+    longest: float,
 ) -> int:
     """Collapse what may go of the edges at `dirty` vertices; marks those `left` for the next pass; how many went."""
     star = np.empty(2 * STAR, np.int32)

@@ -55,9 +55,7 @@ def _can_go(fans: dict[int, set[int]], faces: dict[int, list[int]], keep: int, g
     return len(fans[keep] & fans[gone]) == 2 and len(common) == 2 and all(len(fans[v]) > 3 for v in common)
 
 
-def _join(
-    mesh: Patched, fans: dict[int, set[int]], faces: dict[int, list[int]], keep: int, gone: int
-) -> None:
+def _join(mesh: Patched, fans: dict[int, set[int]], faces: dict[int, list[int]], keep: int, gone: int) -> None:
     """Collapse an edge, unless a triangle turns over."""
     out = fans[keep] & fans[gone]
     moved = {i: [keep if v == gone else v for v in faces[i]] for i in fans[gone] - out}

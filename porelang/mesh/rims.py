@@ -26,7 +26,7 @@ CROSSING = np.sin(np.radians(1.0)) ** 2  # surfaces that meet at less are one su
 
 
 class Branched(Protocol):
-    """A field, and its smooth branches by number; see `porelang.backends.branches`."""
+    """A field, and its smooth branches by number; see `porelang.analysis.branches`."""
 
     count: int
 

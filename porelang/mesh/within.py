@@ -139,7 +139,15 @@ def square(px: float, py: float, pz: float, t: Floats) -> float:
 
 @compiled
 def _nearest(
-    x: float, y: float, z: float, corners: Floats, low: Floats, size: float, shape: Ints, start: Ints, member: Any,
+    x: float,
+    y: float,
+    z: float,
+    corners: Floats,
+    low: Floats,
+    size: float,
+    shape: Ints,
+    start: Ints,
+    member: Any,
     reach: float,
 ) -> Any:
     """The triangle nearest to a point among those within `reach`, or -1, and the square of its distance."""
@@ -157,8 +165,16 @@ def _nearest(
 
 @compiled
 def _prove(
-    vertices: Floats, faces: Any, corners: Floats, low: Floats, size: float, shape: Ints, start: Ints, member: Any,
-    distance: float, found: Floats,
+    vertices: Floats,
+    faces: Any,
+    corners: Floats,
+    low: Floats,
+    size: float,
+    shape: Ints,
+    start: Ints,
+    member: Any,
+    distance: float,
+    found: Floats,
 ) -> None:
     """Into `found` a bound on the distance of each triangle, or -1."""
     stack = np.empty((DEEPEST + 4, 3, 3))

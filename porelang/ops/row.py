@@ -29,7 +29,7 @@ class Tolerance:
 class Op:
     """All there is to know of a kernel operation.
 
-    `args` and `result` are kinds of values. `units` names the rule for dimensions (`porelang.language.dimensions`).
+    `args` and `result` are kinds of values. `units` names the rule for dimensions (`porelang.elaborate.dimensions`).
     `numpy` takes arrays or scalars and `out=`, which never overlaps an argument. `glsl` is a template over `{0}`,
     `{1}`, ...; `guarded`, if given, is a cheaper template that is right when the arguments are known to keep to
     `calm` (see `porelang.backends.glsl`).

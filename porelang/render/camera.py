@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.passes.box import Box
+from porelang.analysis.box import Box
 
 Points = NDArray[np.float64]
 Projection = Literal["perspective", "orthographic"]

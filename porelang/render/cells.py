@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.bounds import box_test, slopes
+from porelang.analysis.box import Box
+from porelang.analysis.enclose import EXACT, enclose, fixed
 from porelang.backends.uniform import take_branches
 from porelang.interval import INF, interval
 from porelang.ir import Node, order
-from porelang.passes.bounds import box_test, slopes
-from porelang.passes.box import Box
-from porelang.passes.enclose import EXACT, enclose, fixed
 
 Points = NDArray[np.float64]
 VOID, SOLID, STEEP = 0.0, -1.0, 1e30

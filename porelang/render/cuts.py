@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from porelang.analysis.box import Box
 from porelang.diagnostics import fail
-from porelang.passes.box import Box
 
 Faces = tuple[bool, bool, bool]
 #: As many as the shader has room for.

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.box import Box
 from porelang.backends.glsl import Shader, shader
 from porelang.backends.uniform import uniform_values
-from porelang.device import LONGEST
 from porelang.diagnostics import PoreError, fail
 from porelang.gpu import Gpu, GpuFailed
+from porelang.gpu.fields import LONGEST
 from porelang.ir import Node, order
-from porelang.passes.box import Box
 from porelang.render.camera import Camera
 from porelang.render.cells import Cells
 from porelang.render.cuts import MOST_NOTCHES, Shown
@@ -95,9 +95,7 @@ class Marcher:
         self.cells = scene.cells.values
         self.per_pixel, self.steps = self._probe()
 
-    def light(
-        self, distances: Distances, progress: Progress | None = None, glass: bool = False
-    ) -> NDArray[np.uint8]:
+    def light(self, distances: Distances, progress: Progress | None = None, glass: bool = False) -> NDArray[np.uint8]:
         """The picture of what lies at `distances`: (height, width, 4) bytes, alpha 0 where no part is seen.
 
         Of glass all colours are the brightness, alpha is how much it hides, and the faces of cuts are left out.

@@ -10,10 +10,10 @@ from typing import Any, BinaryIO, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.box import Box
 from porelang.diagnostics import fail, suggest
 from porelang.ir import Node
-from porelang.passes import Graph, run
-from porelang.passes.box import Box
+from porelang.mesh.output import Bounds, checked_bounds
 from porelang.program import Program, make_field
 from porelang.render import planes
 from porelang.render.camera import VIEWS, Camera, Projection, look
@@ -22,8 +22,8 @@ from porelang.render.cuts import Cut, take_away, whole
 from porelang.render.legend import legend, strip_of
 from porelang.render.march import Distances, Marcher, Progress, Scene
 from porelang.render.planes import Plane, Scale
+from porelang.rewrites import Graph, run
 from porelang.settings import Setting
-from porelang.surface import Bounds, checked_bounds
 from porelang.units import RATIO
 
 Solid = Literal["none", "opaque", "glass"]
@@ -114,7 +114,7 @@ def render_output(
         over[on, 3] = 1.0
         far, backend = seen.distance, field.backend
     if wishes.solid != "none":
-        from porelang.device import gpu
+        from porelang.gpu.fields import gpu
 
         scene = Scene(root, params, program.graph.ranges, bound_cells(root, params, shown.box), shown)
         if scene.cells.empty:

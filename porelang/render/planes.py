@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.passes.box import Box
+from porelang.analysis.box import Box
 from porelang.render.camera import Camera
 
 Points = NDArray[np.float64]
@@ -68,9 +68,7 @@ def stage(box: Box, planes: Sequence[Plane]) -> Box:
     return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
 
 
-def cross(
-    planes: Sequence[Plane], within: Box, camera: Camera, size: tuple[int, int], field: Evaluate
-) -> Cross:
+def cross(planes: Sequence[Plane], within: Box, camera: Camera, size: tuple[int, int], field: Evaluate) -> Cross:
     """Where the rays of a picture meet the nearest of the planes, and the field there."""
     width, height = size
     out = Cross(np.full((height, width), np.inf, np.float32), np.full((height, width), np.nan, np.float32),

@@ -10,8 +10,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.box import Box
 from porelang.diagnostics import fail
-from porelang.passes.box import Box
 from porelang.program import Field
 
 Format = Literal["png", "svg"]

@@ -15,11 +15,11 @@ import numpy as np
 
 from porelang.backends.numpy import Dtype
 from porelang.diagnostics import fail
+from porelang.mesh.output import Bounds, checked_bounds
 from porelang.program import Backend, Program, make_field
 from porelang.settings import Setting
 from porelang.slices.outline import area_of, outlines
 from porelang.slices.stack import Band, Format, Stack, layers, stack_of
-from porelang.surface import Bounds, checked_bounds
 
 MANIFEST = "layers.json"
 

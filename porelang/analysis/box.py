@@ -1,0 +1,339 @@
+"""The bounding box of a part: the smallest box outside of which the field is proven positive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.analysis.enclose import EXACT, enclose, fixed
+from porelang.interval import Interval, interval, meet
+from porelang.ir import Node, node, order
+from porelang.ops import TABLE
+
+#: Parts are looked for within this distance of the origin, in mm, along each axis.
+UNIVERSE = 1e5
+#: Members of a union that are looked at closely one by one; the others keep their rough (larger) box.
+MOST_CLOSE = 6
+FEW = 8
+#: Unions within smooth unions within ... are followed this deep.
+DEEPEST = 40
+
+
+Points = NDArray[np.float64]
+Rough = tuple[Points, Points]
+#: Whether any material is possible in each of n boxes, given by their corners (n, 3).
+Solid = Callable[[Points, Points], NDArray[np.bool_]]
+
+
+class Box(NamedTuple):
+    """An axis-aligned box, in mm: `lo, hi = box`."""
+
+    lo: tuple[float, float, float]
+    hi: tuple[float, float, float]
+
+    @property
+    def size(self) -> tuple[float, float, float]:
+        return (self.hi[0] - self.lo[0], self.hi[1] - self.lo[1], self.hi[2] - self.lo[2])
+
+    @property
+    def volume(self) -> float:
+        return float(np.prod(self.size))
+
+
+def part_box(root: Node, params: Mapping[str, float]) -> Box | None:
+    """The box that holds all of `root <= 0` within the universe, or None if that is proven empty.
+
+    Ends that touch +-UNIVERSE mean that the part has no end there. The box is tight to about 1e-4 of its size for
+    shapes along the axes, and to a few percent for rotated ones. A union is taken apart: each member gets a rough
+    box by
+    reading its formula backwards, and only those that reach the ends of the whole are looked at closely.
+    """
+    ranges = fixed(params)
+    seen: dict[tuple[Node, float], Rough | None] = {}
+    boxes = {m: _backwards(m, 0.0, ranges, seen, 0) for m in _members(root)}
+    rough = {m: box for m, box in boxes.items() if box is not None}
+    close: dict[Node, None] = {}
+    while rough:
+        lo = np.min([box[0] for box in rough.values()], axis=0)
+        hi = np.max([box[1] for box in rough.values()], axis=0)
+        near = 1e-9 * (hi - lo)
+        # an end is settled where a member that was looked at closely reaches it
+        open_lo = ~np.any([rough[m][0] <= lo + near for m in close], axis=0) if close else np.full(3, True)
+        open_hi = ~np.any([rough[m][1] >= hi - near for m in close], axis=0) if close else np.full(3, True)
+        # among many members, one that is small beside the whole is not worth a closer look
+        least = 0.2 * (hi - lo) if len(rough) > FEW else np.zeros(3)
+        todo = [
+            m
+            for m, box in rough.items()
+            if m not in close
+            and (((box[0] <= lo + near) & open_lo | (box[1] >= hi - near) & open_hi) & (box[1] - box[0] > least)).any()
+        ]
+        if todo and len(close) >= MOST_CLOSE:
+            if (hi - lo).max() >= UNIVERSE:  # some have no rough box: all together is cheaper now than one by one
+                found = _search(root, ranges, lo, hi)
+                if found is None:
+                    return None
+                lo, hi = found
+            todo = []
+        if not todo:
+            return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
+        member = todo[0]
+        found = _search(member, ranges, *rough.pop(member))
+        if found is not None:
+            rough[member] = found
+            close[member] = None
+    return None
+
+
+def _members(root: Node) -> list[Node]:
+    """The members of a union, or the root itself."""
+    stack, seen, out = [root], {root}, []
+    while stack:
+        n = stack.pop()
+        if n.op != "min":
+            out.append(n)
+            continue
+        for a in n.args:
+            if a not in seen:
+                seen.add(a)
+                stack.append(a)
+    return out
+
+
+def _backwards(
+    root: Node, most: float, ranges: Mapping[str, Interval], seen: dict[tuple[Node, float], Rough | None], depth: int
+) -> Rough | None:
+    """A rough box of `root <= most`: ranges pushed from the root back to the coordinates, a few times over."""
+    key = (root, most)
+    if key not in seen:
+        seen[key] = _pushed_back(root, most, ranges, seen, depth)
+    return seen[key]
+
+
+def _pushed_back(
+    root: Node, most: float, ranges: Mapping[str, Interval], seen: dict[tuple[Node, float], Rough | None], depth: int
+) -> Rough | None:
+    nodes = order([root])
+    space = [interval(np.array([-UNIVERSE]), np.array([UNIVERSE])) for _ in range(3)]
+    known: dict[Node, Interval] = {}
+    for _ in range(4):
+        known = dict(zip(nodes, (e.range for e in enclose(nodes, space, ranges, EXACT)), strict=True))
+        known[root] = meet(known[root], interval(np.array([-np.inf]), np.array([most])))
+        with np.errstate(all="ignore"):
+            for n in reversed(nodes):
+                narrow = TABLE[n.op].narrow if n.op in TABLE and n.axes else None
+                if narrow is None:
+                    continue
+                for a, r in zip(n.args, narrow(known[n], *(known[a] for a in n.args)), strict=True):
+                    if a.axes:
+                        known[a] = meet(known[a], r)
+        before = space
+        space = [meet(s, known[n]) if (n := node(axis)) in known else s for axis, s in zip("xyz", space, strict=True)]
+        space = _solved(nodes, known, space)
+        if any(bool((s.lo > s.hi).any()) for s in space):
+            return None
+        if all(float((s.hi - s.lo)[0]) > 0.95 * float((b.hi - b.lo)[0]) for s, b in zip(space, before, strict=True)):
+            break
+    lo, hi = np.array([float(s.lo[0]) for s in space]), np.array([float(s.hi[0]) for s in space])
+    if depth < DEEPEST and (hi - lo).max() >= UNIVERSE:
+        return _by_branches(nodes, known, lo, hi, ranges, seen, depth)
+    return lo, hi
+
+
+def _solved(nodes: list[Node], known: Mapping[Node, Interval], space: list[Interval]) -> list[Interval]:
+    """Coordinates from the ranges of turned ones: three linear forms of x, y, z are solved for them.
+
+    A rotated box says that three sums of coordinates are small; one at a time that says nothing about any coordinate.
+    """
+    forms: dict[Node, NDArray[np.float64]] = {}  # of the nodes that are linear: the factors of x, y, z, and the rest
+    for n in nodes:
+        if n.op in ("x", "y", "z"):
+            forms[n] = np.eye(4)["xyz".index(n.op)]
+        elif not n.axes:
+            value = known[n]
+            if value.lo.size == 1 and float(value.lo.flat[0]) == float(value.hi.flat[0]):
+                forms[n] = np.array([0.0, 0.0, 0.0, float(value.lo.flat[0])])
+        elif all(a in forms for a in n.args):
+            f = [forms[a] for a in n.args]
+            if n.op in ("add", "sub"):
+                forms[n] = f[0] + f[1] if n.op == "add" else f[0] - f[1]
+            elif n.op == "neg":
+                forms[n] = -f[0]
+            elif n.op == "mul" and not all(a.axes for a in n.args):
+                forms[n] = f[0] * f[1][3] if n.args[0].axes else f[1] * f[0][3]
+            elif n.op == "div" and not n.args[1].axes and f[1][3] != 0:
+                forms[n] = f[0] / f[1][3]
+    rows: list[tuple[float, NDArray[np.float64], float, float]] = []
+    for n, form in forms.items():
+        size = float(np.linalg.norm(form[:3]))
+        lo, hi = (float(known[n].lo.flat[0]), float(known[n].hi.flat[0])) if n.axes else (0.0, 0.0)
+        if size > 0 and np.isfinite([lo, hi]).all() and hi - lo < UNIVERSE * size:
+            rows.append(((hi - lo) / size, form / size, lo / size, hi / size))
+    picked: list[tuple[float, NDArray[np.float64], float, float]] = []
+    for row in sorted(rows, key=lambda r: r[0]):  # the narrowest three that are independent
+        stack = np.array([r[1][:3] for r in [*picked, row]])
+        if np.linalg.svd(stack, compute_uv=False)[-1] > 1e-3:
+            picked.append(row)
+        if len(picked) == 3:
+            break
+    if len(picked) < 3:
+        return space
+    inverse = np.linalg.inv(np.array([r[1][:3] for r in picked]))
+    low = np.array([r[2] - r[1][3] for r in picked])
+    high = np.array([r[3] - r[1][3] for r in picked])
+    middle, half = inverse @ (low + high) / 2, np.abs(inverse) @ (high - low) / 2
+    half = half * (1 + 1e-12) + 1e-12 * np.abs(middle)
+    return [meet(s, interval(middle[i : i + 1] - half[i], middle[i : i + 1] + half[i])) for i, s in enumerate(space)]
+
+
+def _by_branches(
+    nodes: list[Node],
+    known: Mapping[Node, Interval],
+    lo: Points,
+    hi: Points,
+    ranges: Mapping[str, Interval],
+    seen: dict[tuple[Node, float], Rough | None],
+    depth: int,
+) -> Rough | None:
+    """The box cut to where a lesser of two inside the formula can be as small as it must be, by either branch."""
+    for n in reversed(nodes[:-1]):
+        most = float(known[n].hi.max()) if n.op == "min" and n.axes else np.inf
+        if not np.isfinite(most) or most >= UNIVERSE:
+            continue
+        parts = [box for a in n.args if (box := _backwards(a, most, ranges, seen, depth + 1)) is not None]
+        if not parts:
+            return None
+        lo = np.maximum(lo, np.min([p[0] for p in parts], axis=0))
+        hi = np.minimum(hi, np.max([p[1] for p in parts], axis=0))
+        if (hi < lo).any():
+            return None
+        if (hi - lo).max() < UNIVERSE:
+            break
+    return lo, hi
+
+
+def _search(root: Node, ranges: Mapping[str, Interval], lo: Points, hi: Points) -> tuple[Points, Points] | None:
+    """A tight box within `lo..hi`: cells proven void are dropped, then the faces are moved inward."""
+    cost = len(order([root]))
+
+    def maybe_solid(lo: Points, hi: Points) -> NDArray[np.bool_]:
+        r = enclose([root], [interval(lo[:, i], hi[:, i]) for i in range(3)], ranges, EXACT)[0].range
+        return np.broadcast_to(r.lo <= 0, len(lo))
+
+    finest = 32 if cost < 300 else 16 if cost < 3000 else 8
+    steps = 22 if cost < 300 else 14 if cost < 1000 else 7 if cost < 5000 else 3
+    _shave(lo, hi, 4, 1, maybe_solid)
+    _snap(lo, hi, 2, maybe_solid)
+    cells = 8
+    for _ in range(60):
+        cell_lo, cell_hi = _split(lo, hi, (cells, cells, cells))
+        keep = maybe_solid(cell_lo, cell_hi)
+        if not keep.any():
+            return None
+        before = np.prod(hi - lo)
+        lo, hi = cell_lo[keep].min(axis=0), cell_hi[keep].max(axis=0)
+        if np.prod(hi - lo) < 0.9 * before:
+            continue
+        moved = _shave(lo, hi, min(steps, 8), _ACROSS, maybe_solid)
+        if moved:
+            _snap(lo, hi, 2, maybe_solid)
+            _shave(lo, hi, steps, _ACROSS, maybe_solid)
+            _snap(lo, hi, 4, maybe_solid)
+        # Where thin layers of cells as small as these could not be ruled out, the cells cannot be either; and where
+        # cells and the faces agree, as for shapes along the axes, finer cells find no more.
+        if cells >= finest or (not moved and cells < _ACROSS) or (cells > 8 and np.prod(hi - lo) > 0.98 * before):
+            break
+        cells *= 2
+    return lo, hi
+
+
+def unbounded_axes(box: Box) -> str:
+    """The axes along which a box reaches the end of the universe, as text."""
+    return ", ".join(name for name, a, b in zip("xyz", box.lo, box.hi, strict=True) if a <= -UNIVERSE or b >= UNIVERSE)
+
+
+def _split(lo: Points, hi: Points, counts: tuple[int, int, int]) -> tuple[Points, Points]:
+    """The corners (m, 3) of the cells of boxes (n, 3)."""
+    index = np.stack(np.meshgrid(*(np.arange(c) for c in counts), indexing="ij"), axis=-1).reshape(-1, 3)
+    lo, hi = np.atleast_2d(lo)[:, None], np.atleast_2d(hi)[:, None]
+    step = (hi - lo) / counts
+    low = lo + index * step
+    high = np.where(index + 1 == counts, hi, lo + (index + 1) * step)
+    return low.reshape(-1, 3), high.reshape(-1, 3)
+
+
+_ACROSS = 16  # cells along a layer that is looked at closely
+_DEPTHS = 32  # layers that are looked at whole in one go
+#: The faces of a box: an axis, and the side it is on.
+_FACES = tuple((axis, side) for axis in range(3) for side in (-1, 1))
+
+
+def _shave(lo: Points, hi: Points, steps: int, across: int, maybe_solid: Solid) -> bool:
+    """Move the faces of the box inward as far as the layers before them are proven void, all six at a time; whether any
+    has moved. Layers are looked at whole, many depths at once, or bisected in `across` by `across` cells."""
+    cuts = _DEPTHS if across == 1 else 1
+    width = np.array([side * (hi - lo)[axis] for axis, side in _FACES])
+    proven, failed = np.zeros(6), np.ones(6)  # shares of the width
+    moving = np.arange(6)
+    for step in range(steps):
+        shares = proven[:, None] + (failed - proven)[:, None] * (np.arange(1, cuts + 1) / (cuts + 1))
+        if not step:  # most often the face is where it should be
+            shares = np.full((6, 1), 1e-6)
+        planes = _ends(lo, hi)[:, None] - shares * width[:, None]
+        solid = _solid_beyond(lo, hi, moving, planes[moving], across, maybe_solid)
+        void = np.where(solid.any(axis=1), solid.argmax(axis=1), shares.shape[1])
+        for i, deepest in zip(moving, void, strict=True):
+            proven[i] = shares[i, deepest - 1] if deepest else proven[i]
+            failed[i] = shares[i, deepest] if deepest < shares.shape[1] else failed[i]
+        if not step:
+            moving = moving[void > 0]
+        if not len(moving):
+            return False
+    _move(lo, hi, moving, (_ends(lo, hi) - proven * width)[moving])
+    return True
+
+
+def _snap(lo: Points, hi: Points, figures: int, maybe_solid: Solid) -> None:
+    """Move faces to rounder numbers, if nothing lies beyond those: a radius of 75 mm should end at 75."""
+    rounder = _ends(lo, hi)
+    for i, (axis, _) in enumerate(_FACES):
+        if hi[axis] > lo[axis]:
+            rounder[i] = round(float(rounder[i]), figures - int(np.floor(np.log10(hi[axis] - lo[axis]))))
+    side = np.array([s for _, s in _FACES])
+    moving = np.flatnonzero((_ends(lo, hi) - rounder) * side > 0)
+    if len(moving):
+        planes = np.nextafter(rounder, side * np.inf)[moving, None]
+        void = moving[~_solid_beyond(lo, hi, moving, planes, _ACROSS, maybe_solid)[:, 0]]
+        _move(lo, hi, void, rounder[void])
+
+
+def _ends(lo: Points, hi: Points) -> Points:
+    """The coordinate of each face."""
+    return np.array([(hi if side > 0 else lo)[axis] for axis, side in _FACES])
+
+
+def _move(lo: Points, hi: Points, faces: NDArray[np.intp], to: Points) -> None:
+    """Put some faces at other coordinates."""
+    for i, end in zip(faces, to, strict=True):
+        axis, side = _FACES[i]
+        (hi if side > 0 else lo)[axis] = end
+
+
+def _solid_beyond(
+    lo: Points, hi: Points, faces: NDArray[np.intp], planes: Points, across: int, maybe_solid: Solid
+) -> NDArray[np.bool_]:
+    """Whether any material is possible between some faces of a box and planes (faces, n) inside it."""
+    lows, highs = [], []
+    for i, inner in zip(faces, planes, strict=True):
+        axis, side = _FACES[i]
+        sheet = (1 if axis == 0 else across, 1 if axis == 1 else across, 1 if axis == 2 else across)
+        layer_lo, layer_hi = np.tile(lo, (len(inner), 1)), np.tile(hi, (len(inner), 1))
+        (layer_lo if side > 0 else layer_hi)[:, axis] = inner
+        low, high = _split(layer_lo, layer_hi, sheet)
+        lows.append(low)
+        highs.append(high)
+    solid = maybe_solid(np.concatenate(lows), np.concatenate(highs)).reshape(*planes.shape, -1)
+    return np.asarray(solid.any(axis=2))

@@ -1,0 +1,258 @@
+"""The branches of a field: which argument of each max, min, abs or choice a point is on, and the field with them held.
+
+A rim of a part is where the active branch changes on its surface: the surfaces of two branches meet there, and each
+goes on beyond the rim, smoothly, where it is not the part's. So a rim can be found as two equations, not guessed.
+A branch has a number, the same for all points whose *active* choices agree: what is computed in an argument that is
+not taken does not count. floor, round, mod and sign hold the step that they are on. The graph of a branch has no
+choices left, and is small: of a union of a thousand struts it is one strut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.analysis.bounds import slopes
+from porelang.backends.numpy import spread, workers
+from porelang.backends.uniform import take_branches, uniform_values
+from porelang.ir import ZERO, Node, Stage, const, is_const, node, order
+from porelang.ops import TABLE
+from porelang.rewrites.simplify import share, simplify
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+PIECE = 2**14
+_SWITCHES = frozenset({"max", "min", "abs", "select", "floor", "round", "mod", "sign"})
+_AXIS = {"x": 0, "y": 1, "z": 2}
+
+
+@dataclass(frozen=True, slots=True)
+class _Flat:
+    """A graph ready to be evaluated: roots, nodes in order, and the values of those that no point changes."""
+
+    roots: tuple[Node, ...]
+    nodes: list[Node]
+    scalars: Mapping[Node, Any]
+
+    def values(self, points: Floats) -> dict[Node, Any]:
+        """Every node at points (n, 3)."""
+        values = dict(self.scalars)
+        for n in self.nodes:
+            if n.op in _AXIS:
+                values[n] = np.ascontiguousarray(points[:, _AXIS[n.op]])
+            elif n not in values:
+                values[n] = TABLE[n.op].numpy(*(values[a] for a in n.args))
+        return values
+
+    def into(self, points: Floats, out: Floats) -> None:
+        """Its roots at points (n, 3) as the columns of `out`."""
+        values = self.values(points)
+        for i, n in enumerate(self.roots):
+            out[:, i] = values[n]
+
+
+def _flat(roots: tuple[Node, ...], params: Mapping[str, float]) -> _Flat:
+    nodes = order(roots, lambda n: n.args if n.stage is Stage.FIELD else ())
+    known = uniform_values([n for n in nodes if n.stage is not Stage.FIELD], params)
+    return _Flat(roots, nodes, dict(known))
+
+
+class Branches:
+    """A flat root with its params set, its gradient and its branches, all in float64 at points (n, 3) in mm.
+
+    `count` is the number of choices in the graph: without any, the surface has no rims.
+    """
+
+    def __init__(self, root: Node, params: Mapping[str, float], threads: int | None = None):
+        self.params = params
+        self.root = share(simplify({"f": take_branches(root, params)}))["f"]
+        self.alone = _flat((self.root,), params)
+        self.sloped = _flat((self.root, *slopes(self.root)), params)
+        switches = [n for n in self.alone.nodes if n.op in _SWITCHES and n.stage is Stage.FIELD]
+        self.switches = {n: k for k, n in enumerate(switches)}
+        self.count = len(self.switches)
+        self.above: list[Node] = []  # nodes with a switch below them, the root first
+        reach = set(self.switches)
+        for n in self.alone.nodes:
+            if n in reach or any(a in reach for a in n.args):
+                reach.add(n)
+                self.above.insert(0, n)
+        self.mixing = np.random.default_rng(0).integers(-(2**62), 2**62, (self.count, 1))
+        self.threads = workers(threads)
+        self._known: dict[int, int] = {}
+        self._roots: dict[Node, int] = {}
+        self._held: list[_Flat] = []
+        self._lock = Lock()
+
+    def value(self, points: Floats) -> Floats:
+        """The field (n,)."""
+        out = np.empty((len(points), 1))
+        self._over(len(points), lambda s: self.alone.into(points[s], out[s]))
+        return out[:, 0]
+
+    def slope(self, points: Floats) -> tuple[Floats, Floats]:
+        """The field (n,) and its gradient (n, 3)."""
+        out = np.empty((len(points), 4))
+        self._over(len(points), lambda s: self.sloped.into(points[s], out[s]))
+        return out[:, 0], out[:, 1:]
+
+    def of(self, points: Floats) -> Ints:
+        """The number of the branch that each point is on, (n,)."""
+        numbers = np.zeros(len(points), np.int64)
+        if self.count:
+            self._over(len(points), lambda s: self._number(points[s], numbers[s]))
+        return numbers
+
+    def held(self, points: Floats, numbers: Ints) -> tuple[Floats, Floats]:
+        """The field and its gradient as they are on the branches `numbers` (n,), wherever the points are."""
+        out = np.empty((len(points), 4))
+        ranks = np.argsort(numbers, kind="stable")
+        ends = np.flatnonzero(np.diff(numbers[ranks], append=-1)) + 1
+        for some in np.split(ranks, ends[:-1]):
+            if not len(some):
+                continue
+            flat, here = self._held[numbers[some[0]]], points[some]
+            made = np.empty((len(some), 4))
+
+            def fill(s: slice, flat: _Flat = flat, here: Floats = here, made: Floats = made) -> None:
+                flat.into(here[s], made[s])
+
+            self._over(len(some), fill)
+            out[some] = made
+        return out[:, 0], out[:, 1:]
+
+    def _over(self, count: int, work: Callable[[slice], None]) -> None:
+        pieces = [slice(start, start + PIECE) for start in range(0, count, PIECE)]
+        spread(work, pieces, self.threads if len(pieces) >= 4 else 1)
+
+    def _number(self, points: Floats, numbers: Ints) -> None:
+        values = self.alone.values(points)
+        rows = np.zeros((self.count, len(points)))
+        active: dict[Node, Any] = {self.root: np.ones(len(points), np.bool_)}
+        for n in self.above:
+            on = active.get(n)
+            if on is None:
+                continue
+            ways = [(a, on) for a in n.args]
+            if n in self.switches:
+                choice = _choice(n, [values[a] for a in n.args])
+                rows[self.switches[n]] = np.where(on, choice, 0.0)
+                if n.op in ("max", "min"):
+                    ways = [(n.args[0], on & (choice > 0)), (n.args[1], on & (choice < 0))]
+                elif n.op == "select":
+                    ways = [(n.args[1], on & (choice > 0)), (n.args[2], on & (choice < 0))]
+            for a, way in ways:
+                active[a] = active[a] | way if a in active else way
+        keys = (np.nan_to_num(rows).astype(np.int64) * self.mixing).sum(axis=0)
+        different, first, which = np.unique(keys, return_index=True, return_inverse=True)
+        with self._lock:
+            for key, i in zip(different.tolist(), first, strict=True):
+                if key not in self._known:
+                    self._known[key] = self._numbered(rows[:, i], points[i : i + 1])
+            found = np.array([self._known[key] for key in different.tolist()])
+        numbers[:] = found[which.ravel()]
+
+    def _numbered(self, row: Floats, point: Floats) -> int:
+        """The number of the branch with the choices of a row, made as at a point: other choices may be the same."""
+        root = self._branch(row, point)
+        if root not in self._roots:
+            self._roots[root] = len(self._held)
+            self._held.append(_flat((root, *slopes(root)), self.params))
+        return self._roots[root]
+
+    def _branch(self, row: Floats, point: Floats) -> Node:
+        """The graph with the choices of a row made as at a point."""
+        choices = {n: float(row[k]) for n, k in self.switches.items()}
+        taken = {n: _taken(n, choice) for n, choice in choices.items()}
+        new: dict[Node, Node] = {}
+        for n in order([self.root], lambda n: taken.get(n, n.args) if n.stage is Stage.FIELD else ()):
+            if n.stage is not Stage.FIELD or not n.args:
+                new[n] = n
+            elif n in choices:
+                new[n] = _chosen(n, [new.get(a, a) for a in n.args], choices[n])
+            else:
+                new[n] = _made(n, tuple(new.get(a, a) for a in n.args))
+        root = share(simplify({"f": new[self.root]}))["f"]
+        return share(simplify({"f": self._unfolded(root, point)}))["f"]
+
+    def _unfolded(self, root: Node, point: Floats) -> Node:
+        """The graph with |u|, and hypot(u, 0), as u or -u, whichever it is at a point.
+
+        The distance from a box or a cylinder is such a hypot once it is known which sides are nearest; beyond the
+        surface u is below 0, and |u| would have a kink there.
+        """
+        nodes = order([root], lambda n: n.args if n.stage is Stage.FIELD else ())
+        with np.errstate(all="ignore"):
+            values = _flat((root,), self.params).values(point)
+        new: dict[Node, Node] = {}
+        for n in nodes:
+            args = tuple(new.get(a, a) for a in n.args) if n.stage is Stage.FIELD else n.args
+            alone = n.args[0] if n.op == "abs" else None
+            if n.op == "hypot" and any(is_const(a, 0.0) for a in n.args):
+                alone = n.args[0] if is_const(n.args[1], 0.0) else n.args[1]
+            if alone is not None and n.stage is Stage.FIELD:
+                new[n] = new[alone] if np.all(np.asarray(values[alone]) >= 0) else -new[alone]
+            elif n.args and n.stage is Stage.FIELD:
+                new[n] = _made(n, args)
+            else:
+                new[n] = n
+        return new[root]
+
+
+def _made(n: Node, args: tuple[Node, ...]) -> Node:
+    """A node with other arguments; 0 times anything is 0 here, as a choice that was not taken has no part in it."""
+    if n.op == "mul" and any(is_const(a, 0.0) for a in args):
+        return ZERO
+    if n.op == "neg" and is_const(args[0], 0.0):
+        return ZERO
+    return node(n.op, *args, value=n.value)
+
+
+def _choice(n: Node, args: list[Any]) -> Any:
+    """What a switch does at points: 1 or -1 for its first or second argument (a, or -a), or the step it is on."""
+    match n.op:
+        case "max":
+            return np.where(args[1] <= args[0], 1.0, -1.0)
+        case "min":
+            return np.where(args[0] <= args[1], 1.0, -1.0)
+        case "abs":
+            return np.where(args[0] >= 0, 1.0, -1.0)
+        case "select":
+            return np.where(args[0], 1.0, -1.0)
+        case "mod":
+            return np.floor(args[0] / args[1])
+        case _:
+            return TABLE[n.op].numpy(*args)
+
+
+def _taken(n: Node, choice: float) -> tuple[Node, ...]:
+    """The arguments of a switch that its choice takes."""
+    match n.op:
+        case "max" | "min":
+            return (n.args[0] if choice > 0 else n.args[1],)
+        case "select":
+            return (n.args[1] if choice > 0 else n.args[2],)
+        case "abs" | "mod":
+            return n.args
+        case _:
+            return ()
+
+
+def _chosen(n: Node, args: list[Node], choice: float) -> Node:
+    """A switch whose choice is held."""
+    match n.op:
+        case "max" | "min":
+            return args[0] if choice > 0 else args[1]
+        case "abs":
+            return args[0] if choice > 0 else -args[0]
+        case "select":
+            return args[1] if choice > 0 else args[2]
+        case "mod":
+            return args[0] - args[1] * const(choice)
+        case _:
+            return const(choice)

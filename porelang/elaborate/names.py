@@ -1,0 +1,240 @@
+"""Names: what each statement refers to, found before anything is evaluated.
+
+One walk reports unknown names and second bindings, and yields the order in which the definitions of a file can be
+evaluated (they may stand in any order) or the ring in which they refer to each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
+
+from porelang.diagnostics import Diagnostic, Edit, Label, suggest
+from porelang.source import Span
+from porelang.syntax import tree
+
+COORDINATES = ("x", "y", "z", "p")
+Bound = tree.Param | tree.Let | tree.Def | tree.Use | tree.Out
+
+
+#: Names of the language's design that no version has yet.
+_FOAMS = ("perlin", "simplex", "cubic_noise", "worley", "particles", "voronoi_cells", "voronoi_edges", "truss")
+PLANNED = frozenset({*_FOAMS, "metric", "phase", "load", "sample", "blur", "compress", "mesh", "frame"})
+
+
+def bound(
+    statements: Iterable[tree.Statement], known: Collection[str] = ()
+) -> tuple[dict[str, Bound], list[Diagnostic]]:
+    """The definitions of a file by name, and a diagnostic for each name bound twice or not to be bound.
+
+    An output can be referred to by its name too, unless the file binds that name or it is `known` outside:
+    `out cylinder = cylinder(75, 300)` is the function's.
+    """
+    names: dict[str, Bound] = {}
+    outs: dict[str, tree.Out] = {}
+    found: list[Diagnostic] = []
+    for s in statements:
+        if isinstance(s, tree.Out):
+            if s.name in outs:
+                found.append(_twice(s.name, s.name_span, outs[s.name].name_span, "output"))
+            outs.setdefault(s.name, s)
+        if not isinstance(s, tree.Param | tree.Let | tree.Def | tree.Use):
+            continue
+        if s.name in COORDINATES:
+            found.append(
+                Diagnostic(
+                    "E032",
+                    f"`{s.name}` is a coordinate and cannot be bound here",
+                    s.name_span,
+                    label="x, y, z and p are the point",
+                    hint="choose another name; a parameter may be called so",
+                )
+            )
+        elif s.name in names:
+            found.append(_twice(s.name, s.name_span, names[s.name].name_span, "name"))
+        else:
+            names[s.name] = s
+    for name, out in outs.items():
+        if name not in names and name not in known and name not in COORDINATES:
+            names[name] = out
+    return names, found
+
+
+def _twice(name: str, second: Span, first: Span, what: str) -> Diagnostic:
+    return Diagnostic(
+        "E031",
+        f"the {what} `{name}` is bound twice",
+        second,
+        label="bound again here",
+        others=(Label(first, "first bound here"),),
+        hint="give one of them another name",
+    )
+
+
+def children(item: object) -> Iterator[object]:
+    """The parts of a tree node that are tree nodes."""
+    if isinstance(item, tuple):
+        yield from item
+    elif is_dataclass(item) and not isinstance(item, Span):
+        for field in fields(item):
+            value = getattr(item, field.name)
+            if isinstance(value, tuple) or (is_dataclass(value) and not isinstance(value, Span)):
+                yield value
+
+
+def resolve(
+    statements: Iterable[tree.Statement], names: Collection[str]
+) -> tuple[dict[int, set[str]], list[Diagnostic]]:
+    """For each statement (by index) the names it uses that it does not bind itself, and a diagnostic for each that is
+    not among those that can be seen."""
+    uses: dict[int, set[str]] = {}
+    missing: dict[str, tuple[Diagnostic, list[Span]]] = {}
+    visible = {*names, *COORDINATES}
+    for i, s in enumerate(statements):
+        uses[i] = set()
+        stack: list[tuple[object, frozenset[str]]] = [(s, frozenset())]
+        while stack:
+            item, local = stack.pop()
+            if isinstance(item, tree.Name):
+                if item.name in local:
+                    continue
+                uses[i].add(item.name)
+                if item.name in missing:
+                    missing[item.name][1].append(item.span)
+                elif item.name not in visible:
+                    missing[item.name] = (unknown(item.name, item.span, visible | local), [])
+                continue
+            stack.extend(reversed(list(_parts(item, local))))
+    return uses, [_with_places(d, places) for d, places in missing.values()]
+
+
+def _with_places(d: Diagnostic, places: list[Span]) -> Diagnostic:
+    """A name that is unknown in several places is one mistake."""
+    if not places:
+        return d
+    more = f", and in {len(places) - 1} more places" if len(places) > 1 else ""
+    return replace(d, others=(Label(places[0], f"used here too{more}"),))
+
+
+def _parts(item: object, local: frozenset[str]) -> Iterator[tuple[object, frozenset[str]]]:
+    """The parts of a node, each with the names that are bound around it."""
+    match item:
+        case tree.Lambda():
+            yield item.body, local | {p.name for p in item.parameters}
+        case tree.Def():
+            inner = local | {p.name for p in item.parameters}
+            seen = local
+            for p in item.parameters:  # a default may use the parameters before it
+                if p.default is not None:
+                    yield p.default, seen
+                seen = seen | {p.name}
+                if p.where is not None:
+                    yield p.where, inner
+            yield item.body, inner
+        case tree.Block():
+            inner = local
+            for b in item.bindings:
+                yield b, inner
+                inner = inner | {b.name}
+            yield item.value, inner
+        case tree.Comprehension():
+            inner = local
+            for name, source in item.clauses:
+                yield source, inner
+                inner = inner | {name.name}
+            yield item.value, inner
+        case tree.Member():
+            yield item.target, local
+        case _:
+            for child in children(item):
+                yield child, local
+
+
+def unknown(name: str, span: Span, visible: Iterable[str]) -> Diagnostic:
+    """The diagnostic for a name that means nothing."""
+    if name in PLANNED:
+        return Diagnostic(
+            "E030",
+            f"`{name}` is not in this version of the language",
+            span,
+            label="planned, and not there yet",
+            hint="docs/language.md lists what there is",
+        )
+    near = suggest(name, (v for v in visible if not v.startswith("_")))
+    if name.lower() in ("nan", "inf", "infinity"):
+        return Diagnostic(
+            "E030",
+            f"there is no `{name}` in the language",
+            span,
+            label="not a number one can write",
+            hint="a field that is undefined somewhere is a mistake; leave that part out",
+        )
+    if near is None:
+        return Diagnostic(
+            "E030",
+            f"unknown name `{name}`",
+            span,
+            label="nothing is called this",
+            hint=f"bind it first: `let {name} = ...` or `param {name} = ... in lo..hi`",
+        )
+    return Diagnostic(
+        "E030",
+        f"unknown name `{name}`",
+        span,
+        label="nothing is called this",
+        hint=f"did you mean `{near}`?",
+        edit=Edit(span, near),
+    )
+
+
+def evaluation_order(names: Mapping[str, Bound], uses: Mapping[str, set[str]]) -> tuple[list[str], list[Diagnostic]]:
+    """The names in an order in which each comes after those it uses, and a diagnostic for every ring."""
+    done: set[str] = set()
+    ring: set[str] = set()
+    out: list[str] = []
+    found: list[Diagnostic] = []
+    for start in names:
+        if start in done:
+            continue
+        path: list[str] = [start]
+        stack = [iter(sorted(uses[start] & names.keys()))]
+        while stack:
+            for other in stack[-1]:
+                if other in path:
+                    loop = path[path.index(other) :]
+                    if not ring & set(loop):
+                        found.append(_ring([names[n] for n in loop]))
+                    ring |= set(loop)
+                elif other not in done:
+                    path.append(other)
+                    stack.append(iter(sorted(uses[other] & names.keys())))
+                    break
+            else:
+                stack.pop()
+                name = path.pop()
+                done.add(name)
+                out.append(name)
+    return out, found
+
+
+def _ring(loop: list[Bound]) -> Diagnostic:
+    first = loop[0]
+    shown = [*loop[:4], *loop[-1:]] if len(loop) > 6 else loop
+    parts = [f"`{b.name}`" for b in shown]
+    if len(loop) > 6:
+        parts.insert(4, "...")
+    way = " -> ".join([*parts, f"`{first.name}`"])
+    what = "calls itself" if len(loop) == 1 and isinstance(first, tree.Def) else "is defined by itself"
+    return Diagnostic(
+        "E033",
+        f"`{first.name}` {what}: {way}",
+        _named(first),
+        label="the ring starts here",
+        others=tuple(Label(_named(b), "and goes through this") for b in loop[1:4]),
+        hint="there is no recursion; for a repetition use `[for i in range(n): ...]` or `repeat`",
+    )
+
+
+def _named(b: Bound) -> Span:
+    """Where a name is bound; the bare last expression, which binds `part`, has no name to point at."""
+    return b.name_span if b.name_span.end > b.name_span.start else b.span

@@ -1,0 +1,186 @@
+"""Params: numbers (or choices) that are set after the program is compiled, with their range as part of the grammar."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from porelang.diagnostics import Label
+from porelang.elaborate import operators
+from porelang.elaborate.values import POISON, Bool, Choice, Function, Poison, Scalar, Scope, Text, Value, describe
+from porelang.ir import const, param
+from porelang.ir import node as make
+from porelang.source import Span
+from porelang.syntax import tree
+from porelang.units import Dimension
+
+if TYPE_CHECKING:
+    from porelang.elaborate.statements import Elaborator
+
+
+@dataclass(frozen=True, slots=True)
+class ParamInfo:
+    """A param: its default and range in base units, or the labels of its choices (its number is then the index).
+
+    `numbers` holds the values of a choice among numbers: they are set by value, not by index.
+    """
+
+    name: str
+    default: float
+    low: float
+    high: float
+    step: float | None
+    choices: tuple[str, ...]
+    numbers: tuple[float, ...]
+    dimension: Dimension | None
+    doc: str
+    span: Span
+
+    @property
+    def unit(self) -> str:
+        """The base unit its number is in, or nothing; a ratio has none, not the unit 1."""
+        return "" if self.dimension is None or self.dimension.unit == "1" else self.dimension.unit
+
+    def shown(self, value: float) -> str:
+        """A value as a user would write it."""
+        return self.choices[int(value)] if self.choices and not self.numbers else f"{value:g}{self.unit}"
+
+
+def declare(e: Elaborator, s: tree.Param, scope: Scope, prefix: str) -> Value:
+    """The value of a param's name, after noting the param itself."""
+    name = prefix + s.name
+    if s.choices:
+        return _choice(e, s, scope, name)
+    assert s.low is not None
+    assert s.high is not None
+    parts: list[tuple[str, tree.Expr]] = [
+        ("the default", s.default),
+        ("the lower end", s.low),
+        ("the upper end", s.high),
+    ]
+    if s.step is not None:
+        parts.append(("the step", s.step))
+    values: list[float] = []
+    dimension: Dimension | None = None
+    known: Span | None = None
+    for what, t in parts:
+        value = e.expr(t, scope)
+        number = e.need_constant(value, t.span, f"{what} of `{s.name}`")
+        if number is None or not isinstance(value, Scalar):
+            return POISON
+        if value.dimension is not None:
+            if dimension is not None and value.dimension != dimension:
+                assert known is not None
+                return e.error(
+                    "E062",
+                    f"`{s.name}` is {dimension} here and {value.dimension} there",
+                    t.span,
+                    label=f"this is {value.dimension}",
+                    others=(Label(known, f"this is {dimension}"),),
+                )
+            dimension, known = value.dimension, t.span
+        values.append(number)
+    default, low, high, *step = values
+    if not low < high:
+        return e.error(
+            "E081",
+            f"the range of `{s.name}` is empty: {low:g}..{high:g}",
+            s.low.span.to(s.high.span),
+            label="the lower end comes first",
+        )
+    if not low <= default <= high:
+        return e.error(
+            "E080",
+            f"the default of `{s.name}` lies outside its range",
+            s.default.span,
+            label=f"{default:g} is not in {low:g}..{high:g}",
+            others=(Label(s.low.span.to(s.high.span), "its range"),),
+            hint="widen the range or change the default",
+        )
+    if step and not 0 < step[0] <= high - low and s.step is not None:
+        return e.error(
+            "E081",
+            f"the step of `{s.name}` does not fit its range",
+            s.step.span,
+            label=f"must be above 0 and at most {high - low:g}",
+        )
+    e.out.params[name] = ParamInfo(
+        name, default, low, high, step[0] if step else None, (), (), dimension, s.doc, s.name_span
+    )
+    return Scalar(param(name), dimension)
+
+
+def _choice(e: Elaborator, s: tree.Param, scope: Scope, name: str) -> Value:
+    options = [e.expr(t, scope) for t in s.choices]
+    default = e.expr(s.default, scope)
+    if isinstance(default, Poison) or any(isinstance(o, Poison) for o in options):
+        return POISON
+    labels = tuple(_label(o, t) for o, t in zip(options, s.choices, strict=True))
+    if all(isinstance(o, Scalar) for o in [*options, default]):
+        return _number_choice(e, s, options, default, labels, name)
+    if len({type(o) for o in options}) > 1 and not all(
+        isinstance(o, Function) or callable(getattr(o, "call", None)) for o in options
+    ):
+        return e.error(
+            "E082",
+            f"the choices of `{s.name}` are of different kinds",
+            s.choices[0].span.to(s.choices[-1].span),
+            label=", ".join(describe(o) for o in options),
+        )
+    wanted = _label(default, s.default)
+    if wanted not in labels:
+        return e.error(
+            "E080",
+            f"the default of `{s.name}` is none of its choices",
+            s.default.span,
+            label=f"`{wanted}` is not among them",
+            hint=f"the choices are {', '.join(labels)}",
+        )
+    index = float(labels.index(wanted))
+    e.out.params[name] = ParamInfo(name, index, 0.0, float(len(options) - 1), 1.0, labels, (), None, s.doc, s.name_span)
+    node = param(name)
+    if all(isinstance(o, Bool) for o in options):
+        out: Value = options[-1]
+        for i in range(len(options) - 2, -1, -1):
+            out = operators.either(e, make("eq", node, const(float(i))), options[i], out, s.span)
+        return out
+    return Choice(s.name, node, tuple(options))
+
+
+def _number_choice(
+    e: Elaborator, s: tree.Param, options: list[Value], default: Value, labels: tuple[str, ...], name: str
+) -> Value:
+    numbers: list[float] = []
+    dimension: Dimension | None = None
+    for o, t in zip([*options, default], [*s.choices, s.default], strict=True):
+        assert isinstance(o, Scalar)
+        number = e.need_constant(o, t.span, f"a choice of `{s.name}`")
+        if number is None:
+            return POISON
+        if o.dimension is not None:
+            if dimension is not None and dimension != o.dimension:
+                return e.error(
+                    "E062",
+                    f"the choices of `{s.name}` are {dimension} and {o.dimension}",
+                    t.span,
+                    label=f"this is {o.dimension}",
+                )
+            dimension = o.dimension
+        numbers.append(number)
+    *numbers, chosen = numbers
+    if chosen not in numbers:
+        return e.error(
+            "E080",
+            f"the default of `{s.name}` is none of its choices",
+            s.default.span,
+            label=f"{chosen:g} is not among them",
+            hint=f"the choices are {', '.join(labels)}",
+        )
+    e.out.params[name] = ParamInfo(
+        name, chosen, min(numbers), max(numbers), None, labels, tuple(numbers), dimension, s.doc, s.name_span
+    )
+    return Scalar(param(name), dimension)
+
+
+def _label(value: Value, t: tree.Expr) -> str:
+    return value.value if isinstance(value, Text) else t.span.text

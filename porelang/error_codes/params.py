@@ -1,0 +1,86 @@
+"""E080-E099, W201 to W203: params, their settings, and contracts that depend on them."""
+
+from __future__ import annotations
+
+from porelang.error_codes.page import Code
+
+PARAMS = (
+    Code(
+        "E080",
+        "a default outside its range",
+        "The default of a param is one of the values it may have.",
+        "param w = 5mm in 10mm..60mm\ngyroid(w) & sphere(20)",
+        "param w = 15mm in 10mm..60mm\ngyroid(w) & sphere(20)",
+    ),
+    Code(
+        "E081",
+        "a range that holds nothing",
+        "The lower end of a range comes first, and the step fits into it.",
+        "param w = 30mm in 60mm..10mm\ngyroid(w) & sphere(20)",
+        "param w = 30mm in 10mm..60mm\ngyroid(w) & sphere(20)",
+    ),
+    Code(
+        "E082",
+        "choices of different kinds",
+        "A param chooses among numbers, texts, conditions or functions, all of one kind.",
+        "param kind = gyroid in {gyroid, 5}\nkind(10) & sphere(20)",
+        "param kind = gyroid in {gyroid, diamond}\nkind(10) & sphere(20)",
+    ),
+    Code(
+        "E083",
+        "a setting for a param that does not exist",
+        "`--set NAME=VALUE`, or a keyword in Python, names a param of the program. The params of a used file are\n"
+        "written with its name before them: `plates.t`.",
+        "",
+        "param w = 30mm in 10mm..60mm\ngyroid(w) & sphere(20)",
+    ),
+    Code(
+        "E084",
+        "a setting that is no value of its param",
+        "A setting is a number, with or without a unit (`25`, `2.5cm`), or the name of one of the choices. A bare\n"
+        "number is in base units: mm, rad, N, MPa.",
+        "",
+        "param w = 30mm in 10mm..60mm\ngyroid(w) & sphere(20)",
+    ),
+    Code(
+        "E085",
+        "a setting outside its range",
+        "The range of a param is a promise of the program: within it the program was checked. Widen the range in the\n"
+        "program if the value makes sense.",
+        "",
+        "param w = 30mm in 10mm..60mm\ngyroid(w) & sphere(20)",
+    ),
+    Code(
+        "E086",
+        "a contract that some setting breaks",
+        "What a function asks of its arguments is proven for every value that the params may take; the message names\n"
+        "settings that break it. Narrow the range, or change the formula so that it holds.",
+        "param r = 10mm in 0mm..20mm\nsphere(r)",
+        "param r = 10mm in 1mm..20mm\nsphere(r)",
+    ),
+    Code(
+        "W201",
+        "a contract that a field breaks somewhere",
+        "What a function asks of a field could not be proven within the part's box, and a point was found where it is\n"
+        "broken; the message names it. The program runs, but at such points its values mean nothing.",
+        "gyroid(x) & sphere(20)",
+        "gyroid(max(abs(x), 5)) & sphere(20)",
+    ),
+    Code(
+        "W202",
+        "a mesh that is not the part",
+        "The volume of the mesh differs from that of the part by more than 3 % and more than the error of the\n"
+        "latter. Most often walls are thinner than a voxel: they come out torn, as specks, or not at all.\n"
+        "Mesh again with a smaller --voxel; a few voxels to the thinnest wall give a sound mesh.",
+        "",
+        "",
+    ),
+    Code(
+        "W203",
+        "a check that its numbers do not decide",
+        "A number found from whole fields has an error. This check holds for the number, but not for all numbers\n"
+        "within its error: `porosity(...) >= 50%` of a part that was made to have 50 %. Leave a margin.",
+        "",
+        "",
+    ),
+)

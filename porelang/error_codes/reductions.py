@@ -1,0 +1,54 @@
+"""E090-E099: numbers that are found from whole fields, such as a porosity."""
+
+from __future__ import annotations
+
+from porelang.error_codes.page import Code
+
+REDUCTIONS = (
+    Code(
+        "E090",
+        "a porosity that cannot be",
+        "A porosity is the fraction of void: it lies between 0 and 1, and is written 0.5 or 50%.",
+        "",
+        "let d = to_porosity(gyroid(20), 50%, sphere(30))\noffset(gyroid(20), d) & sphere(30)",
+    ),
+    Code(
+        "E091",
+        "a number over a region without an end",
+        "A volume, an area, a mean or a porosity is that of a part with an end. Intersect the field with a shape,\n"
+        "or hand over a bounded solid as `within`.",
+        "",
+        'check volume(gyroid(20) & sphere(30)) > 1, "empty"\ngyroid(20) & sphere(30)',
+    ),
+    Code(
+        "E092",
+        "a number over a region without material",
+        "The region over which a number is to be found holds no point that is solid, or is far thinner than it is\n"
+        "wide. Solid is negative: check its sign.",
+        "",
+        'check volume(sphere(30)) > 1, "empty"\nsphere(30)',
+    ),
+    Code(
+        "E093",
+        "a number of a field that is not a number",
+        "Within the region the field is undefined in places: a division of zero by zero, a root or logarithm of a\n"
+        "negative number.",
+        "",
+        'check mean(sqrt(abs(x)), sphere(30)) > 1, "too small"\nsphere(30)',
+    ),
+    Code(
+        "E094",
+        "a number that cannot be reached",
+        "What `solve` or `to_porosity` looks for lies outside what the range allows; the message says between which\n"
+        "values it can be.",
+        "",
+        "let d = to_porosity(gyroid(20), 50%, sphere(30))\noffset(gyroid(20), d) & sphere(30)",
+    ),
+    Code(
+        "E095",
+        "a range in which nothing can be found",
+        "`solve` looks from the lower end of a range to the upper one: the lower comes first.",
+        "",
+        "sphere(30)",
+    ),
+)

@@ -1,0 +1,129 @@
+"""E100-E119: what is asked of a program: its outputs, bounds, points, meshes and files."""
+
+from __future__ import annotations
+
+from porelang.error_codes.page import Code
+
+REQUESTS = (
+    Code(
+        "E100",
+        "an output that does not exist",
+        "A program has the outputs that it names with `out`, and `part`, its last bare expression. With several, and\n"
+        "none called part, say which with `--out NAME`.",
+        "",
+        "out solid = sphere(20)\nout skin = shell(sphere(20), 2)",
+    ),
+    Code(
+        "E101",
+        "an output that has no surface",
+        "A surface is where a number passes zero: a vector and a condition have none. They can be evaluated at points.",
+        "",
+        "out direction = grad(sphere(20))\nout part = sphere(20)",
+    ),
+    Code(
+        "E102",
+        "a part without an end",
+        "A lattice fills all of space. Intersect it with a shape, or say with `--bounds` which box you want of it.",
+        "",
+        "gyroid(30) & cylinder(75, 300)",
+    ),
+    Code(
+        "E103",
+        "a part without material",
+        "The field is positive everywhere: solid is negative. Perhaps a sign is turned, an offset is too large, or\n"
+        "two parts that are intersected do not meet.",
+        "",
+        "sphere(20) & translate(sphere(20), [30, 0, 0])",
+    ),
+    Code(
+        "E104",
+        "points that are none",
+        "Points are rows of three finite numbers, x, y, z in mm: an array of shape (n, 3), or lines of CSV. A first\n"
+        "line that names the columns x, y and z picks them out of more.",
+        "",
+        "",
+    ),
+    Code(
+        "E105",
+        "a file that cannot be read",
+        "The file is not there, is a folder, or may not be read. The path of a `use` starts at the file that uses it.",
+        'use "nowhere.pore" as parts\nparts.a',
+        "sphere(20)",
+    ),
+    Code(
+        "E106",
+        "a file that is no text",
+        "A program is a text in UTF-8.",
+        "",
+        "sphere(20)",
+    ),
+    Code(
+        "E107",
+        "bounds that hold nothing",
+        "Bounds are the lower corner and the upper corner of a box, in mm: x0,y0,z0,x1,y1,z1.",
+        "",
+        "",
+    ),
+    Code(
+        "E108",
+        "a command line that cannot be read",
+        "A command, an option or its value is not known. `pore --help` lists the commands and `pore COMMAND --help`\n"
+        "the options of one.",
+        "",
+        "",
+    ),
+    Code(
+        "E109",
+        "an envelope that does not exist",
+        "`--within NAME` names an output or a `let` of the program: the solid whose share of void is the porosity. It\n"
+        "is a plain shape, which does not itself depend on numbers found from fields.",
+        "",
+        "",
+    ),
+    Code(
+        "E110",
+        "a field that is not a number",
+        "At the point named the field is undefined: a division of zero by zero, the root or logarithm of a negative\n"
+        "number, a power of a negative number. Such a place has no inside and no outside.",
+        "",
+        "sqrt(max(x, 0)) - 2 & sphere(10)",
+    ),
+    Code(
+        "E111",
+        "a part without a surface",
+        "Within the box that was sampled the field does not pass zero. The message gives the range of its values and\n"
+        "the place where it came nearest. Solid is negative; walls thinner than the voxel are missed.",
+        "",
+        "shell(sphere(20), 2)",
+    ),
+    Code(
+        "E112",
+        "a file format that is not known",
+        "The ending of a file's name says how it is written: .stl, .obj, .ply, .3mf, .glb, .vtp for\n"
+        "meshes, .npy for values.",
+        "",
+        "",
+    ),
+    Code(
+        "E113",
+        "a file that cannot be written",
+        "The folder is not there, is full, or may not be written to. A file is written whole or not at all.",
+        "",
+        "",
+    ),
+    Code(
+        "E114",
+        "a grid that cannot be",
+        "The voxel, the resolution or the bounds make no grid, or one of more samples than anybody waits for. The\n"
+        "message says which voxel would do; `--bounds` meshes a part of the whole.",
+        "",
+        "",
+    ),
+    Code(
+        "E115",
+        "a mesh that is too fine for its format",
+        "STL stores seven digits: two corners that lie closer together become one. .ply and .obj keep more.",
+        "",
+        "",
+    ),
+)

@@ -1,0 +1,172 @@
+"""`parse`: from a source text to its syntax tree and all that is wrong with its syntax.
+
+The text is lexed once and split at the ends of its statements; each statement is parsed by itself, so that every bad
+one is reported and every good one is kept. Nothing here recurses: how deep a program nests is checked, not suffered.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import platform
+from collections.abc import Iterable, Iterator
+from dataclasses import fields, is_dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from porelang import cache as store
+from porelang import resources
+from porelang.diagnostics import Diagnostic, Edit, PoreError
+from porelang.source import Source, Span
+from porelang.syntax import tree
+from porelang.syntax.builder import Bare, Builder
+from porelang.syntax.failure import Failure
+from porelang.syntax.mistakes import explain
+from porelang.syntax.tokens import READ_HERE, LexedToken, Piece, Token, split, words
+
+if TYPE_CHECKING:
+    import lark
+
+GRAMMAR = "grammar/pore.lark"
+LARGEST = 1_000_000  # characters of a source
+DEEPEST = 800  # nodes on a path through a statement's tree, so that its readers may recurse
+MOST = 50  # diagnostics of one source
+
+
+class KeepAll:
+    """Has the lexer keep the terminals that no rule names; the reader takes them out."""
+
+    always_accept = READ_HERE
+
+    def process(self, stream: Iterator[lark.Token]) -> Iterator[lark.Token]:
+        return stream
+
+
+def parse(source: Source) -> tuple[tree.File, list[Diagnostic]]:
+    """The statements of a source that could be read, and one diagnostic for each that could not (50 at most)."""
+    if len(source.text) > LARGEST:
+        message = f"this file is too large: {len(source.text)} characters, where {LARGEST} are read"
+        hint = "share definitions with `use`"
+        return tree.File(source, ()), [Diagnostic("E028", message, Span(source, 0, 0), hint=hint)]
+    statements: list[tree.Statement] = []
+    diagnostics: list[Diagnostic] = []
+    for piece, following in _followed(split(list(words(source, _lexed(source.text))))):
+        try:
+            if piece.tokens:
+                statements.append(_statement(piece, following))
+        except PoreError as error:
+            diagnostics.extend(error.diagnostics)
+        if piece.remark is not None:
+            diagnostics.append(piece.remark)
+        if len(diagnostics) >= MOST:
+            break
+    return tree.File(source, tuple(statements)), sorted(diagnostics, key=_start)[:MOST]
+
+
+def build(text: str, *, strict: bool = False) -> lark.Lark:
+    """The parser of a grammar text; `strict` refuses any conflict (and needs the package `interegular`)."""
+    import lark
+
+    return lark.Lark(
+        text, parser="lalr", lexer="basic", start="file", postlex=KeepAll(), transformer=Builder(), strict=strict
+    )
+
+
+@cache
+def parser() -> lark.Lark:
+    """The parser, from the cache where it is there; the import of lark waits until something has to be parsed."""
+    import lark
+
+    text = resources.read(GRAMMAR)
+    made_of = "\n".join((lark.__version__, platform.python_implementation(), platform.python_version(), text))
+    key = f"grammar-{hashlib.sha256(made_of.encode()).hexdigest()[:32]}"
+    if (kept := store.get(key)) is not None:
+        try:
+            return lark.Lark.load(io.BytesIO(kept))
+        except Exception:  # a damaged file can fail in any way; it is written anew below
+            pass
+    made = build(text)
+    out = io.BytesIO()
+    made.save(out)
+    store.put(key, out.getvalue())
+    return made
+
+
+def _lexed(text: str) -> Iterable[LexedToken]:
+    thread: Any = parser().parse_interactive(text).lexer_thread
+    for token in thread.lex(None):
+        yield LexedToken(token.type, str(token), token.start_pos or 0)
+
+
+def _start(diagnostic: Diagnostic) -> int:
+    return diagnostic.span.start if diagnostic.span else 0
+
+
+def _followed(pieces: Iterator[Piece]) -> Iterator[tuple[Piece, Token | None]]:
+    """Each piece with the first word of the next one that has any."""
+    waiting: Piece | None = None
+    for piece in pieces:
+        if not piece.tokens:
+            yield piece, None
+            continue
+        if waiting is not None:
+            yield waiting, piece.tokens[0]
+        waiting = piece
+    if waiting is not None:
+        yield waiting, None
+
+
+def _statement(piece: Piece, following: Token | None) -> tree.Statement:
+    if piece.trouble is not None:
+        raise PoreError(piece.trouble)
+    statement: tree.Statement | Bare = _parsed(piece.tokens)
+    if len(piece.tokens) > DEEPEST and _is_deep(statement):
+        hint = "name the inner parts with `let`"
+        raise PoreError(Diagnostic("E027", "this statement is nested too deeply", piece.tokens[0].span, hint=hint))
+    if isinstance(statement, Bare):
+        if following is not None:
+            raise PoreError(_not_last(statement, following))
+        start = Span(statement.span.source, statement.span.start, statement.span.start)
+        return tree.Out(statement.span, "part", start, statement.value)
+    return statement
+
+
+def _parsed(tokens: list[Token]) -> Any:
+    from lark import UnexpectedToken
+
+    state: Any = parser().parse_interactive()
+    last = tokens[-1].span
+    ended = [*tokens, Token("$END", "", Span(last.source, last.end, last.end), False)]
+    for i, token in enumerate(ended):
+        try:
+            result = state.feed_token(token)
+        except UnexpectedToken as error:
+            raise PoreError(explain(Failure(ended, i, error.expected))) from None
+    return result[0]
+
+
+def _not_last(statement: Bare, following: Token) -> Diagnostic:
+    start = statement.span.start
+    place = Span(statement.span.source, start, start)
+    if following.type in ("MINUS", "TILDE", "LPAR", "LBRACK"):
+        hint = f"a line that starts with `{following.text}` starts anew; to go on, put it at the end of the line before"
+    else:
+        hint = "give it a name: `let a = ...`, or `out a = ...` for a result"
+    message = "this value is not used: only the last expression of a file is its part"
+    return Diagnostic(
+        "E018", message, statement.span, "no name is given to it", hint=hint, edit=Edit(place, "let a = ")
+    )
+
+
+def _is_deep(statement: Any) -> bool:
+    """Whether a path of more than `DEEPEST` nodes leads through the tree."""
+    todo: list[tuple[Any, int]] = [(statement, 1)]
+    while todo:
+        node, depth = todo.pop()
+        if isinstance(node, tuple):
+            todo.extend((part, depth) for part in node if not isinstance(part, str | Span))
+        elif is_dataclass(node) and not isinstance(node, Span):
+            if depth > DEEPEST:
+                return True
+            todo.extend((getattr(node, f.name), depth + 1) for f in fields(node))
+    return False

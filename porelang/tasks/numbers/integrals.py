@@ -1,0 +1,181 @@
+"""Volumes, porosities and means by stratified sampling of the cells that enclosures leave undecided.
+
+Cells that are provably inside or outside count exactly. Every other cell is cut into strata with two random points in
+each: the estimate has no bias, no aliasing with the period of a lattice, and the difference of the two points of each
+stratum tells its variance, which falls as N^(-4/3) for a solid with a smooth surface. Errors are three standard
+deviations.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.analysis.bounds import Points
+from porelang.backends.numpy import NumpyField
+from porelang.diagnostics import fail
+from porelang.ir import Node, node, order
+from porelang.tasks.numbers.region import (
+    Reduced,
+    Region,
+    empty,
+    fast_enough,
+    finer,
+    finer_throughout,
+    pairs,
+    region,
+    sorted_out,
+)
+from porelang.tasks.numbers.rods import Count, Crossings, Rods, along
+
+#: Three standard deviations of a porosity, or of a volume relative to itself, unless asked otherwise.
+ACCURACY = 5e-4
+#: The same of a mean, relative to the standard deviation of the field.
+MEAN_ACCURACY = 2e-4
+_PILOT = 1  # strata along a cell's side, to begin with
+_MOST = 30_000_000  # samples; beyond it the error says what was reached
+_MOST_PIECES = 2_000_000
+MOST_VALUES = 8_000_000  # samples whose values are kept
+Values = NDArray[np.float64]
+
+
+def volume(root: Node, params: Mapping[str, float], accuracy: float = ACCURACY) -> Reduced:
+    """The volume of a solid in mm^3."""
+    where = finer(root, params, region(root, params, "the solid"))
+    return _share(root, where, params, accuracy, 0.0)
+
+
+def _share(root: Node, where: Region, params: Mapping[str, float], relative: float, goal: float) -> Reduced:
+    """The volume of a solid in its cells, to within the greater of `relative` of itself and `goal` mm^3."""
+    certain = where.certain + where.cell * len(where.inside)
+    if not len(where.undecided):
+        return Reduced(certain, 0.0)
+    field = NumpyField(root, params, fast_enough(root, params, where))
+    m, by_lines = _PILOT, None
+    while True:
+        hits = differ = 0
+        for first, second in pairs(where.undecided, where.size, m):
+            a, b = field.at(first) <= 0, field.at(second) <= 0
+            hits += int(np.count_nonzero(a)) + int(np.count_nonzero(b))
+            differ += int(np.count_nonzero(a != b))
+        weight = where.cell / m**3 / 2
+        value = certain + weight * hits
+        error = 3 * weight * math.sqrt(max(differ, 9))
+        wanted = max(goal, relative * value)
+        more = more_strata(m, error, wanted, len(where.undecided))
+        if more is None:
+            return by_lines if by_lines is not None and by_lines.error < error else Reduced(value, error)
+        if by_lines is None and 2 * len(where.undecided) * (m * math.sqrt(error / wanted)) ** 3 > _MOST:
+            by_lines = _by_lines(root, where, params, certain, wanted)
+            if by_lines.error <= wanted:
+                return by_lines
+        m = more
+
+
+def _by_lines(root: Node, where: Region, params: Mapping[str, float], certain: float, goal: float) -> Reduced:
+    """The volume from how long lines along an axis are inside: of walls that random points hardly ever hit."""
+    rods = Rods(root, params)
+    sure = rods.rising(where.undecided, where.size)
+    axis = int(np.argmax(sure.sum(0)))
+    m = 1
+    while True:
+        found = along(rods, where, sure, axis, m, _lengths(axis, float(where.size[axis])))
+        error = 3 * math.sqrt(found.variance)
+        if error <= goal or 2 * len(where.undecided) * (2 * m) ** 2 > _MOST_PIECES:
+            return Reduced(certain + found.total, error)
+        m *= 2
+
+
+def _lengths(axis: int, length: float) -> Count:
+    """How long each piece is inside: from its start to where the line leaves, less to where it enters."""
+
+    def count(met: Crossings, starts: Points) -> tuple[Values, Values]:
+        along_it = met.points[:, axis] - starts[met.piece, axis]
+        return np.where(met.ends_inside, length, 0.0), np.where(met.leaves, along_it, -along_it)
+
+    return count
+
+
+def more_strata(m: int, error: float, goal: float, cells: int, most_samples: int = _MOST) -> int | None:
+    """How finely to cut the cells next (the error falls as the square of it), or None where it is fine enough."""
+    if error <= goal:
+        return None
+    most = max(1, int((most_samples / 2 / cells) ** (1 / 3)))
+    wanted = max(m + 1, math.ceil(1.1 * m * math.sqrt(error / goal))) if goal > 0 else most
+    return None if m >= most else min(wanted, most)
+
+
+def porosity(root: Node, within: Node, params: Mapping[str, float], accuracy: float = ACCURACY) -> Reduced:
+    """1 - volume(root & within) / volume(within)."""
+    read = {str(n.value) for n in order([within]) if n.op == "param"}
+    where, envelope = _envelope(within, tuple((k, v) for k, v in params.items() if k in read), 0.3 * accuracy)
+    if envelope.value <= 0:
+        raise empty("the region `within`")
+    part = node("max", root, within)
+    seen = sorted_out(part, params, Region(where.box, where.size, np.empty((0, 3)), where.cells))
+    solid = _share(part, finer(part, params, seen), params, 0.0, 0.7 * accuracy * envelope.value)
+    share = solid.value / envelope.value
+    error = (solid.error + share * envelope.error) / envelope.value
+    return Reduced(1 - share, error)
+
+
+@lru_cache(maxsize=16)
+def _envelope(within: Node, params: tuple[tuple[str, float], ...], accuracy: float) -> tuple[Region, Reduced]:
+    """Where a solid is, and its volume: a `solve` asks for the same many times."""
+    where = region(within, dict(params), "the region `within`")
+    return where, _share(within, finer(within, dict(params), where), dict(params), accuracy, 0.0)
+
+
+def mean(root: Node, within: Node, params: Mapping[str, float], accuracy: float = MEAN_ACCURACY) -> Reduced:
+    """The mean of a field within a solid; the accuracy is relative to the field's standard deviation there."""
+    where = finer_throughout(within, params, region(within, params, "the region `within`"))
+    m = _PILOT
+    while True:
+        values, inside = sampled(root, within, where, params, m)
+        here = values[inside]
+        middle, scatter = float(np.mean(here)), float(np.std(here))
+        rest = np.where(inside, values - middle, 0.0)
+        error = 3 * math.sqrt(float(np.sum((rest[0] - rest[1]) ** 2))) / len(here)
+        rounding = 2.0**-50 * float(np.abs(here).max())
+        more = more_strata(m, error, accuracy * scatter + rounding, len(where.cells), MOST_VALUES)
+        if more is None:
+            return Reduced(middle, error + rounding)
+        m = more
+
+
+def sampled(
+    root: Node, within: Node, where: Region, params: Mapping[str, float], m: int
+) -> tuple[Values, NDArray[np.bool_]]:
+    """Values of a field at the two random points of each stratum, (2, n), and which of them lie within the solid.
+
+    In float64: values have no bounds that float32 would be sure to hold. Outside the solid the values are 0.
+    Errors: E092 where no point is inside, E093 where a value there is no number.
+    """
+    fence, field = NumpyField(within, params, "f64"), NumpyField(root, params, "f64")
+    values: list[list[Values]] = [[], []]
+    inside: list[list[NDArray[np.bool_]]] = [[], []]
+    for both in pairs(where.cells, where.size, m):
+        for k, points in enumerate(both):
+            within_it = np.asarray(fence.at(points) <= 0)
+            found = np.where(within_it, field.at(points), 0.0)
+            if not np.isfinite(found).all():
+                what = "not a number" if np.isnan(found).any() else "infinite"
+                raise fail(
+                    "E093",
+                    f"the field of this number is {what} in places",
+                    hint="look for a division by zero, or a root, logarithm or power of a negative number there",
+                )
+            values[k].append(found)
+            inside[k].append(within_it)
+    mask = np.stack([np.concatenate(part) for part in inside])
+    if not mask.any():
+        raise fail(
+            "E092",
+            "the region `within` of this number holds no material that can be sampled",
+            hint="it is far thinner than it is wide",
+        )
+    return np.stack([np.concatenate(part) for part in values]), mask

@@ -1,0 +1,191 @@
+"""Where lines along an axis meet a solid's surface, within its undecided cells: crossings proven, not seen.
+
+A piece of a line holds one crossing if the field changes its sign there and is proven to rise or fall throughout; none
+if it is proven to keep its sign. Any other piece is halved, up to `_HALVINGS` times and while no more than `_MOST` are
+open; what is open then and has the same sign at both ends is taken for a touch. So walls thinner than any grid are met.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.analysis.bounds import Points, slopes
+from porelang.analysis.enclose import EXACT, enclose, fixed
+from porelang.backends.numpy import NumpyField, spread, workers
+from porelang.interval import Interval, interval
+from porelang.ir import Node
+from porelang.progress import tell
+from porelang.tasks.numbers.region import Region, seed
+
+_HALVINGS = 10  # of a piece of which nothing is proven; what is left is a touch, where the surface runs along the line
+_BISECTIONS = 14
+_MOST = 2_000_000  # pieces at once
+_AT_ONCE = 8192
+_PIECES = 1 << 17
+Values = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Crossings:
+    """Points (n, 3) where pieces of lines meet the surface, the piece each lies on, and whether the line leaves there.
+
+    `ends_inside` says of each piece whether its far end lies in the solid.
+    """
+
+    points: Points
+    piece: Indices
+    leaves: NDArray[np.bool_]
+    ends_inside: NDArray[np.bool_]
+
+
+class Rods:
+    """A solid's field and slopes, ready for lines."""
+
+    def __init__(self, root: Node, params: Mapping[str, float]):
+        self.root, self.ranges = root, fixed(params)
+        self.field = NumpyField(root, params, "f64")
+        self.slopes = slopes(root)
+        self.slope = [NumpyField(s, params, "f64") for s in self.slopes]
+
+    def rising(self, low: Points, size: Values) -> NDArray[np.bool_]:
+        """Whether the field is proven to rise or to fall along each axis throughout each cell, (n, 3)."""
+        out = np.zeros((len(low), 3), np.bool_)
+
+        def look(some: Indices) -> None:
+            value, *slope = enclose([self.root, *self.slopes], _box(low[some], low[some] + size), self.ranges, EXACT)
+            for i, s in enumerate(slope):
+                out[some, i] = _signed(s.range) & ~value.jumps
+
+        _threaded(look, np.arange(len(low)))
+        return out
+
+    def cross(self, low: Points, length: float, axis: int, sure: NDArray[np.bool_]) -> Crossings:
+        """Where pieces of lines from `low`, `length` mm along an axis, meet the surface; `sure` where the field is
+        proven to rise or to fall along the piece."""
+        high = low.copy()
+        high[:, axis] += length
+        at_low, at_high = self.field.at(low) <= 0, self.field.at(high) <= 0
+        ends_inside = at_high
+        line = np.arange(len(low))
+        found: list[tuple[Points, Points, NDArray[np.bool_], Indices]] = []
+        changes = at_low != at_high
+        found.append((low[sure & changes], high[sure & changes], at_low[sure & changes], line[sure & changes]))
+        low, high, line = low[~sure], high[~sure], line[~sure]
+        at_low, at_high = at_low[~sure], at_high[~sure]
+        for halving in range(_HALVINGS + 1):
+            if not len(low):
+                break
+            one_way, none = self._proven(low, high, axis)
+            last = halving == _HALVINGS or len(low) > _MOST
+            changes = at_low != at_high
+            once = changes & (one_way | last)
+            found.append((low[once], high[once], at_low[once], line[once]))
+            open_ = ~none & ~one_way & (not last)
+            low, high, line = low[open_], high[open_], line[open_]
+            at_low, at_high = at_low[open_], at_high[open_]
+            middle = (low + high) / 2
+            at_middle = self.field.at(middle) <= 0
+            low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+            at_low, at_high = np.concatenate([at_low, at_middle]), np.concatenate([at_middle, at_high])
+            line = np.concatenate([line, line])
+        inside = np.concatenate([f[2] for f in found])
+        met = self._met(np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found]), inside)
+        return Crossings(met, np.concatenate([f[3] for f in found]), inside, ends_inside)
+
+    def _proven(self, low: Points, high: Points, axis: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Which pieces are crossed once at most, and which not at all."""
+        one_way, none = np.zeros((2, len(low)), np.bool_)
+
+        def kept_sign(some: Indices) -> None:
+            r = enclose([self.root], _box(low[some], high[some]), self.ranges, EXACT)[0].range
+            none[some] = ((r.lo > 0) | (r.hi < 0)) & ~r.nan
+
+        def kept_slope(some: Indices) -> None:
+            box = _box(low[some], high[some])
+            value, slope = enclose([self.root, self.slopes[axis]], box, self.ranges, EXACT)
+            one_way[some] = _signed(slope.range) & ~value.jumps
+
+        _threaded(kept_sign, np.arange(len(low)))
+        _threaded(kept_slope, np.nonzero(~none)[0])  # the slopes are the longer formulas
+        return one_way, none
+
+    def _met(self, low: Points, high: Points, inside: NDArray[np.bool_]) -> Points:
+        """The crossing of each piece, by halving it."""
+        for _ in range(_BISECTIONS if len(low) else 0):
+            middle = (low + high) / 2
+            same = (self.field.at(middle) <= 0) == inside
+            low, high = np.where(same[:, None], middle, low), np.where(same[:, None], high, middle)
+        return np.asarray((low + high) / 2)
+
+    def normals(self, points: Points) -> Points:
+        """The unit normals of the surface at its points; not a number where the field has no slope there."""
+        slope = np.stack([f.at(points) for f in self.slope], 1)
+        with np.errstate(all="ignore"):
+            return np.asarray(slope / np.linalg.norm(slope, axis=1)[:, None])
+
+
+@dataclass(frozen=True, slots=True)
+class Met:
+    """Sums over all lines along an axis: of what was counted of each, its variance, and the crossings left out."""
+
+    total: float
+    variance: float
+    uncounted: float
+
+
+#: What a batch of pieces adds: to each piece, and to the piece of each crossing; NaN where that is not known.
+Count = Callable[[Crossings, Points], tuple[Values, Values]]
+
+
+def along(rods: Rods, where: Region, sure: NDArray[np.bool_], axis: int, m: int, count: Count) -> Met:
+    """What random lines along an axis meet, in mm^2 times what is counted of each line; two lines in each of m^2 strata
+    of every column of cells.
+
+    A line runs through all cells of its column: a surface that leaves one cell for the next is met all the same.
+    """
+    low, size = where.undecided, where.size
+    across = [i for i in range(3) if i != axis]
+    index = np.rint((low[:, across] - np.array(where.box.lo)[across]) / size[across]).astype(int)
+    columns, column = np.unique(index, axis=0, return_inverse=True)
+    strata = np.stack(np.meshgrid(np.arange(m), np.arange(m), indexing="ij"), -1).reshape(-1, 1, 2)
+    random = np.random.default_rng(seed(3 * m + axis)).random((len(columns), m * m, 2, 2))
+    at = np.array(where.box.lo)[across] + (columns[:, None, None, :] + (strata + random) / m) * size[across]
+    at = at.reshape(len(columns), -1, 2)
+    lines = at.shape[1]
+    sums, uncounted = np.zeros(len(columns) * lines), 0
+    each = max(1, _PIECES // lines)
+    for start in range(0, len(low), each):
+        tell(start, len(low))
+        part = slice(start, start + each)
+        starts = np.repeat(low[part], lines, axis=0)
+        starts[:, across] = at[column[part]].reshape(-1, 2)
+        met = rods.cross(starts, float(size[axis]), axis, np.repeat(sure[part, axis], lines))
+        of_piece, of_crossing = count(met, starts)
+        unknown = np.isnan(of_crossing)
+        uncounted += int(np.count_nonzero(unknown))
+        line = (column[part, None] * lines + np.arange(lines)).reshape(-1)
+        sums += np.bincount(line, of_piece, len(sums))
+        sums += np.bincount(line[met.piece], np.where(unknown, 0.0, of_crossing), len(sums))
+    stands_for = float(np.prod(size[across])) / (2 * m * m)
+    pairs = sums.reshape(-1, 2)
+    squares = float(((pairs[:, 0] - pairs[:, 1]) ** 2).sum())
+    return Met(stands_for * float(sums.sum()), stands_for**2 * squares, stands_for * uncounted)
+
+
+def _signed(r: Interval) -> NDArray[np.bool_]:
+    """Where all of a range lies on one side of 0."""
+    return np.asarray(((r.lo > 0) | (r.hi < 0)) & ~r.nan & ~r.empty)
+
+
+def _threaded(work: Callable[[Indices], None], rows: Indices) -> None:
+    """Work on rows in batches, on this process's threads."""
+    spread(work, [rows[start : start + _AT_ONCE] for start in range(0, len(rows), _AT_ONCE)], workers(None))
+
+
+def _box(low: Points, high: Points) -> list[Interval]:
+    return [interval(low[:, i], high[:, i]) for i in range(3)]
