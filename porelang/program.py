@@ -29,8 +29,8 @@ from porelang.source import Source, Span
 from porelang.syntax.parse import parse
 
 if TYPE_CHECKING:
+    from porelang.data import Reduced
     from porelang.gpu.fields import DeviceField, DeviceGrid
-    from porelang.tasks.numbers import Reduced
 
 Backend = Literal["auto", "numpy", "glsl"]
 Points = NDArray[np.float64]

@@ -15,8 +15,8 @@ import pytest
 
 import porelang
 from porelang import cache
+from porelang.data import Reduced
 from porelang.tasks import store as memory
-from porelang.tasks.numbers import Reduced
 
 TEXT = "param r = 3 in 1..9\nx + bare(volume(sphere(r))) + porosity(gyroid(3), sphere(r))"
 

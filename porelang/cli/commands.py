@@ -17,8 +17,8 @@ from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
 from porelang.progress import watched
 
 if TYPE_CHECKING:
+    from porelang.data import Reduced
     from porelang.program import Program
-    from porelang.tasks.numbers import Reduced
 
 Command = Callable[[Namespace], int]
 

@@ -15,9 +15,9 @@ from functools import cache as once
 from pathlib import Path
 
 from porelang import __version__, cache, resources
+from porelang.data import Reduced
 from porelang.ir import Node, order, show
 from porelang.progress import tell
-from porelang.tasks.numbers.region import Reduced
 
 _KEPT = 512
 _FILES = 4096

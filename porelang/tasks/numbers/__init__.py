@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from porelang.backends.uniform import uniform_values
+from porelang.data import Reduced as Reduced
 from porelang.diagnostics import fail
 from porelang.ir import REDUCTIONS, Node, const, order
 from porelang.ir import node as make
@@ -17,7 +18,6 @@ from porelang.tasks.numbers.area import area
 from porelang.tasks.numbers.extremes import maximum, minimum
 from porelang.tasks.numbers.integrals import mean, porosity, volume
 from porelang.tasks.numbers.quantiles import offset_for
-from porelang.tasks.numbers.region import Reduced as Reduced
 from porelang.tasks.numbers.roots import root_of
 from porelang.tasks.store import remembered
 

@@ -14,8 +14,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from porelang.analysis.bounds import Points
+from porelang.data import Reduced
 from porelang.ir import Node
-from porelang.tasks.numbers.region import Reduced, finer, region
+from porelang.tasks.numbers.region import finer, region
 from porelang.tasks.numbers.rods import Count, Crossings, Rods, Values, along
 
 #: Four standard deviations, relative to the area; three times that where it would take many lines, as in lattices.

@@ -19,12 +19,13 @@ from porelang.analysis.box import Box
 from porelang.analysis.enclose import EXACT, enclose, fixed
 from porelang.analysis.phases import over_phases
 from porelang.backends.numpy import NumpyField
+from porelang.data import Reduced
 from porelang.diagnostics import fail
 from porelang.interval import INF, Interval, interval
 from porelang.ir import Node, node, order
 from porelang.progress import tell
 from porelang.rewrites.simplify import share, simplify
-from porelang.tasks.numbers.region import Reduced, Region, finer_throughout, halves, region
+from porelang.tasks.numbers.region import Region, finer_throughout, halves, region
 
 #: The proven gap, relative to the range of values met.
 ACCURACY = 1e-4

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from porelang.analysis.bounds import Points
 from porelang.backends.numpy import NumpyField
+from porelang.data import Reduced
 from porelang.diagnostics import fail
 from porelang.ir import Node, node, order
 from porelang.tasks.numbers.region import (
-    Reduced,
     Region,
     empty,
     fast_enough,

@@ -9,10 +9,11 @@ import numpy as np
 
 from porelang.analysis.bounds import box_test
 from porelang.analysis.enclose import EXACT
+from porelang.data import Reduced
 from porelang.diagnostics import fail
 from porelang.ir import Node
 from porelang.tasks.numbers.integrals import ACCURACY, MOST_VALUES, Values, more_strata, sampled
-from porelang.tasks.numbers.region import Reduced, Region, finer_throughout, region
+from porelang.tasks.numbers.region import Region, finer_throughout, region
 
 
 def offset_for(

@@ -26,14 +26,6 @@ SEED = 20230611
 
 
 @dataclass(frozen=True, slots=True)
-class Reduced:
-    """A number found from fields, and its error: the true value lies within `value +- error`."""
-
-    value: float
-    error: float
-
-
-@dataclass(frozen=True, slots=True)
 class Region:
     """The cells of a box, of equal size: corners of those decided to be inside, and of those undecided.
 

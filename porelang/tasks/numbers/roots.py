@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from porelang.data import Reduced
 from porelang.diagnostics import PoreError, fail
-from porelang.tasks.numbers.region import Reduced
 
 _STEPS = 60
 _PROBES = 3

@@ -1,0 +1,122 @@
+"""What is computed before a field and bound to it: numbers with their errors, and data that vary in space.
+
+Data never change once they are made, and are known by a digest of their content: what was computed from them can be
+kept, and a device need not be sent them twice.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Reduced:
+    """A number found from fields, and its error: the true value lies within `value +- error`."""
+
+    value: float
+    error: float
+
+
+@dataclass(frozen=True, eq=False)
+class SampledField:
+    """Values at the nodes of a regular grid, of one component or several.
+
+    `values` is (nx, ny, nz, components), at least two nodes along each axis, finite, float32 or float64. `origin` is
+    the place of the first node and `spacing` the distance between nodes, in mm.
+    """
+
+    values: NDArray[Any]
+    origin: Triple
+    spacing: Triple
+
+    @classmethod
+    def from_array(cls, values: Any, origin: Sequence[float], spacing: float | Sequence[float]) -> SampledField:
+        """A field from an array (nx, ny, nz) or (nx, ny, nz, components). Errors: ValueError, which says what is wrong.
+
+        >>> SampledField.from_array(np.zeros((2, 3, 4)), (0, 0, 0), 1.0).shape
+        (2, 3, 4)
+        """
+        array = np.asarray(values)
+        if array.dtype.kind not in "fiub":
+            raise ValueError(f"the values are {array.dtype}, not numbers")
+        if array.ndim == 3:
+            array = array[..., None]
+        if array.ndim != 4 or min(array.shape[:3]) < 2 or array.shape[3] < 1:
+            raise ValueError(
+                f"the values have the shape {np.shape(values)}, not (nx, ny, nz) with two nodes or more each"
+            )
+        array = np.array(array, dtype=np.float32 if array.dtype == np.float32 else np.float64, order="C")
+        bad = ~np.isfinite(array)
+        if bad.any():
+            i, j, k, _ = (int(v) for v in np.argwhere(bad)[0])
+            raise ValueError(f"{int(bad.sum()):,} values are not finite numbers, the first at node ({i}, {j}, {k})")
+        place = np.broadcast_to(np.asarray(origin, np.float64), (3,))
+        step = np.broadcast_to(np.asarray(spacing, np.float64), (3,))
+        if not np.isfinite(place).all():
+            raise ValueError(f"the origin is {tuple(place.tolist())}, which is no place")
+        if not (np.isfinite(step) & (step > 0)).all():
+            raise ValueError(f"the spacing is {tuple(step.tolist())}, which must be above 0")
+        array.setflags(write=False)
+        return cls(array, _triple(place), _triple(step))
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """The number of nodes along each axis."""
+        nx, ny, nz, _ = self.values.shape
+        return nx, ny, nz
+
+    @property
+    def components(self) -> int:
+        return int(self.values.shape[3])
+
+    @property
+    def end(self) -> Triple:
+        """The place of the last node."""
+        return _triple(np.array(self.origin) + np.array(self.spacing) * (np.array(self.shape) - 1))
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the content."""
+        return _digest("sampled", self.values, np.array(self.origin), np.array(self.spacing))
+
+
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """Bars: straight pieces from `starts` to `ends` (n, 3), of `radii` (n,), all in mm and float64, none without length."""
+
+    starts: NDArray[np.float64]
+    ends: NDArray[np.float64]
+    radii: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.radii)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the content."""
+        return _digest("segments", self.starts, self.ends, self.radii)
+
+
+Data = SampledField | Segments
+
+
+def _triple(values: NDArray[np.float64]) -> Triple:
+    x, y, z = (float(v) for v in values)
+    return x, y, z
+
+
+def _digest(kind: str, *arrays: NDArray[Any]) -> str:
+    made = hashlib.sha256(kind.encode())
+    for array in arrays:
+        made.update(f"{array.dtype.str}{array.shape}".encode())
+        made.update(np.ascontiguousarray(array).data)
+    return made.hexdigest()
