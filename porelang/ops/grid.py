@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.data import SampledField
-from porelang.interval import Interval, truth
 from porelang.ops.derived import derived
 from porelang.ops.points import Points, points, room, target
 

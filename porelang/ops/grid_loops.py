@@ -16,7 +16,10 @@ Values = NDArray[Any]
 
 
 class Lattice(NamedTuple):
-    """A grid in the working type: `origin`, `rate` (1 / spacing), `top` (the last node's number); `values` may be float32."""
+    """A grid in the working type: `origin`, `rate` (1 / spacing) and `top` (the last node's number).
+
+    `values` are flat, and float32 for either type where the data are.
+    """
 
     values: Values
     shape: tuple[int, int, int, int]
@@ -146,6 +149,23 @@ def _blend(m: Any, n: Any, o: Any, p: Any, a: Any, b: Any, c: Any, base: Any) ->
 
 
 @compiled
+def _line(values: Values, start: int, places: Any, weights: Any) -> Any:
+    """The cubic through four nodes along z."""
+    a, b, c, base = weights
+    real = type(base)
+    return _blend(
+        real(values[start + places[0]]),
+        real(values[start + places[1]]),
+        real(values[start + places[2]]),
+        real(values[start + places[3]]),
+        a,
+        b,
+        c,
+        base,
+    )
+
+
+@compiled
 def cubic(
     grid: Lattice,
     constants: Values,
@@ -212,6 +232,7 @@ def cubic(
                 k0, k1 = (k - 1 if k > 0 else 0) * step + component, k * step + component
                 k2, k3 = k1 + step, (k + 2 if k + 2 < nz else k + 1) * step + component
                 j0, j1, j2, j3 = (j - 1 if j > 0 else 0) * row, j * row, (j + 1) * row, min(j + 2, ny - 1) * row
+                places, along_z = (k0, k1, k2, k3), (za, zb, zc, base_z)
                 r0 = r1 = r2 = r3 = nought
                 for m in range(4):
                     n = i - 1 + m
