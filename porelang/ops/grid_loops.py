@@ -149,10 +149,10 @@ def _blend(m: Any, n: Any, o: Any, p: Any, a: Any, b: Any, c: Any, base: Any) ->
 
 
 @compiled
-def _line(values: Values, start: int, places: Any, weights: Any) -> Any:
+def _line(values: Values, start: int, places: Any, weights: Any, constants: Values) -> Any:
     """The cubic through four nodes along z."""
     a, b, c, base = weights
-    real = type(base)
+    real = constants.dtype.type
     return _blend(
         real(values[start + places[0]]),
         real(values[start + places[1]]),
@@ -239,50 +239,10 @@ def cubic(
                     n = n if n > 0 else 0
                     n = n if n < nx else nx - 1
                     p = n * plane
-                    q = p + j0
-                    s0 = _blend(
-                        real(values[q + k0]),
-                        real(values[q + k1]),
-                        real(values[q + k2]),
-                        real(values[q + k3]),
-                        za,
-                        zb,
-                        zc,
-                        base_z,
-                    )
-                    q = p + j1
-                    s1 = _blend(
-                        real(values[q + k0]),
-                        real(values[q + k1]),
-                        real(values[q + k2]),
-                        real(values[q + k3]),
-                        za,
-                        zb,
-                        zc,
-                        base_z,
-                    )
-                    q = p + j2
-                    s2 = _blend(
-                        real(values[q + k0]),
-                        real(values[q + k1]),
-                        real(values[q + k2]),
-                        real(values[q + k3]),
-                        za,
-                        zb,
-                        zc,
-                        base_z,
-                    )
-                    q = p + j3
-                    s3 = _blend(
-                        real(values[q + k0]),
-                        real(values[q + k1]),
-                        real(values[q + k2]),
-                        real(values[q + k3]),
-                        za,
-                        zb,
-                        zc,
-                        base_z,
-                    )
+                    s0 = _line(values, p + j0, places, along_z, constants)
+                    s1 = _line(values, p + j1, places, along_z, constants)
+                    s2 = _line(values, p + j2, places, along_z, constants)
+                    s3 = _line(values, p + j3, places, along_z, constants)
                     r = _blend(s0 * scale_z, s1 * scale_z, s2 * scale_z, s3 * scale_z, ya, yb, yc, base_y) * scale_y
                     if m == 0:
                         r0 = r
