@@ -16,7 +16,7 @@ Values = NDArray[Any]
 
 
 class Lattice(NamedTuple):
-    """A grid in the working type: `origin`, `rate` (1 / spacing) and `top` (the last node's number).
+    """A grid in the working type: `origin`, `rate` (1 / spacing), `top` (the last node's number) and `end` (its place).
 
     `values` are flat, and float32 for either type where the data are.
     """
@@ -26,6 +26,7 @@ class Lattice(NamedTuple):
     origin: Values
     rate: Values
     top: Values
+    end: Values
 
 
 @compiled
@@ -258,16 +259,14 @@ def cubic(
 @compiled
 def covers(grid: Lattice, x: Strided, y: Strided, z: Strided, out: Strided, loops: Triple) -> None:
     """Whether a point lies within the nodes' box."""
-    nought = grid.origin.dtype.type(0)
     ox, oy, oz = grid.origin[0], grid.origin[1], grid.origin[2]
-    rx, ry, rz = grid.rate[0], grid.rate[1], grid.rate[2]
-    tx, ty, tz = grid.top[0], grid.top[1], grid.top[2]
+    ex, ey, ez = grid.end[0], grid.end[1], grid.end[2]
     for a in range(loops[0]):
         for b in range(loops[1]):
             for c in range(loops[2]):
-                u = (x.memory[a * x.steps[0] + b * x.steps[1] + c * x.steps[2]] - ox) * rx
-                v = (y.memory[a * y.steps[0] + b * y.steps[1] + c * y.steps[2]] - oy) * ry
-                w = (z.memory[a * z.steps[0] + b * z.steps[1] + c * z.steps[2]] - oz) * rz
+                px = x.memory[a * x.steps[0] + b * x.steps[1] + c * x.steps[2]]
+                py = y.memory[a * y.steps[0] + b * y.steps[1] + c * y.steps[2]]
+                pz = z.memory[a * z.steps[0] + b * z.steps[1] + c * z.steps[2]]
                 out.memory[a * out.steps[0] + b * out.steps[1] + c * out.steps[2]] = (
-                    u >= nought and u <= tx and v >= nought and v <= ty and w >= nought and w <= tz
+                    px >= ox and px <= ex and py >= oy and py <= ey and pz >= oz and pz <= ez
                 )
