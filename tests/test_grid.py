@@ -191,7 +191,11 @@ def test_no_sample_leaves_its_bound(payload: ops.Payload, cubic: bool) -> None:
         assert not bound.nan.any()
         for t in [*RNG.uniform(0, 1, (60, 3, 1)), *np.array(list(itertools.product((0, 1), repeat=3)))[..., None]]:
             got = exact(grid, lo + t * (hi - lo), payload, cubic)
-            slack = 1e-13 * np.abs(grid.values).max() * np.prod([s**-o for s, o in zip(grid.spacing, payload[1:])])
+            slack = (
+                1e-13
+                * np.abs(grid.values).max()
+                * np.prod([s**-o for s, o in zip(grid.spacing, payload[1:], strict=True)])
+            )
             assert (got >= bound.lo - 20 * slack).all()  # rounding of the samples
             assert (got <= bound.hi + 20 * slack).all()
 
