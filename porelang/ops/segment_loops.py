@@ -1,7 +1,8 @@
 """The loops that find the nearest bar, compiled: a tree of boxes over the bars, and its walk for every point.
 
-The tree is complete: node n has the children 2n and 2n + 1, the root is 1, and the leaves are the last 2^depth nodes,
-of 4 bars at most. So it needs no pointers, and a stack of depth + 1 suffices. pore_nearest.glsl walks it too.
+The bars are halved again and again, into leaves of 8 at most; the tree has every third of these levels, so that a group
+of 8 boxes, or a leaf of 8 bars, is looked at with one vector instruction a step. It is complete and needs no pointers:
+`pore_nearest.glsl` walks it too.
 """
 
 from __future__ import annotations
@@ -18,26 +19,28 @@ Values = NDArray[Any]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Numbers = NDArray[np.int32]
-LEAF = 4
-#: More levels than memory has room for.
-DEEPEST = 40
+WIDE = 8
+#: Places on the stack of a walk: 7 for each of more levels than memory has room for.
+STACK = 80
 
 
 class Tree(NamedTuple):
-    """Bars in the order of their leaves, in a working type, and the boxes over them.
+    """Boxes and bars in a working type.
 
-    `nodes` (2 leaves, 8): low and high corner of the axes' box, the largest radius, 0. `starts`: where a leaf's bars
-    begin. `bars` (n, 8): start, end, radius and 1 / length^2. `frames` (n, 4): direction and length. `ids`: the number
-    of each bar. `scale` (2,): the largest coordinate, and 16 epsilon: what rounding may do to a distance, by which the
-    walk goes further, so that its result is that of trying every bar.
+    `boxes` (groups, 7, 8): low and high corner of the axes' box, and the largest radius, of each child of a group. The
+    root's group is 0 and has `top` children; child c of group g is c + 1 where g is 0, else 8 g - 7 + top + c, which
+    means a group or, from the number of groups on, a leaf. `bars` (leaves, 8, 8): start, end, radius and 1 / length^2
+    of each bar of a leaf; places left over have the radius -inf. `frames` (places, 4): direction and length. `ids`
+    (places): the number of each bar. `scale` (3,): the largest coordinate; 16 epsilon, what rounding may do to a
+    distance, by which the walk goes further, so that its result is that of trying every bar; and the largest number.
     """
 
-    nodes: Values
-    starts: Numbers
+    boxes: Values
     bars: Values
     frames: Values
     ids: Numbers
     scale: Values
+    top: int
 
 
 @compiled
@@ -92,94 +95,100 @@ def _part(order: Numbers, centres: Floats, axis: int, first: int, last: int, mid
 
 
 @compiled
-def bound(nodes: Values, starts: Numbers, bars: Values) -> None:
+def bound(boxes: Values, bars: Values, top: int) -> None:
     """Fill in the boxes, from the leaves to the root."""
-    leaves = len(starts) - 1
-    for leaf in range(leaves):
-        node = leaves + leaf
-        nodes[node, 0:3], nodes[node, 3:6], nodes[node, 6], nodes[node, 7] = np.inf, -np.inf, -np.inf, 0
-        for m in range(starts[leaf], starts[leaf + 1]):
-            for a in range(3):
-                nodes[node, a] = min(nodes[node, a], bars[m, a], bars[m, 3 + a])
-                nodes[node, 3 + a] = max(nodes[node, 3 + a], bars[m, a], bars[m, 3 + a])
-            nodes[node, 6] = max(nodes[node, 6], bars[m, 6])
-    for node in range(leaves - 1, 0, -1):
-        for a in range(8):
-            p, q = nodes[2 * node, a], nodes[2 * node + 1, a]
-            nodes[node, a] = min(p, q) if a < 3 else max(p, q)
+    groups = len(boxes)
+    for node in range(groups + len(bars) - 1, 0, -1):
+        group = 0 if node <= top else (node + 7 - top) // WIDE
+        lane = node - 1 if node <= top else (node + 7 - top) % WIDE
+        for a in range(7):
+            value = boxes[group, a, lane]
+            for c in range(WIDE):
+                if node < groups:
+                    value = min(value, boxes[node, a, c]) if a < 3 else max(value, boxes[node, a, c])
+                elif bars[node - groups, 6, c] >= 0:
+                    p, q = bars[node - groups, a, c], bars[node - groups, (a + 3) % 6 if a < 6 else 6, c]
+                    value = min(value, p, q) if a < 3 else max(value, p, q)
+            boxes[group, a, lane] = value
 
 
 @compiled
-def _gap(nodes: Values, node: int, x: Any, y: Any, z: Any, nought: Any) -> Any:
-    """The square of the distance from a node's box."""
-    dx = max(max(nodes[node, 0] - x, x - nodes[node, 3]), nought)
-    dy = max(max(nodes[node, 1] - y, y - nodes[node, 4]), nought)
-    dz = max(max(nodes[node, 2] - z, z - nodes[node, 5]), nought)
-    return dx * dx + dy * dy + dz * dz
+def _keys(boxes: Values, x: Any, y: Any, z: Any, nought: Any, out: Values) -> None:
+    """What the distances from the surfaces in the eight boxes of a group are not below."""
+    for c in range(len(out)):  # a length that the compiler does not know: it vectorizes loops before it unrolls them
+        dx, dy, dz = boxes[0, c] - x, boxes[1, c] - y, boxes[2, c] - z
+        ex, ey, ez = x - boxes[3, c], y - boxes[4, c], z - boxes[5, c]
+        dx, dy, dz = dx if dx > ex else ex, dy if dy > ey else ey, dz if dz > ez else ez
+        dx, dy, dz = dx if dx > nought else nought, dy if dy > nought else nought, dz if dz > nought else nought
+        out[c] = np.sqrt(dx * dx + dy * dy + dz * dz) - boxes[6, c]
 
 
 @compiled
-def _foot(bars: Values, m: int, x: Any, y: Any, z: Any, nought: Any, one: Any) -> tuple[Any, Any, Any, Any]:
+def _foot(bars: Values, c: int, x: Any, y: Any, z: Any, nought: Any, one: Any) -> tuple[Any, Any, Any, Any]:
     """The vector from the nearest place on a bar's axis to a point, and where along the axis that place is.
 
     Beyond an end the vector is measured from the end itself, so that bars that meet there tie exactly.
     """
-    ex, ey, ez = bars[m, 3] - bars[m, 0], bars[m, 4] - bars[m, 1], bars[m, 5] - bars[m, 2]
-    wx, wy, wz = x - bars[m, 0], y - bars[m, 1], z - bars[m, 2]
-    t = (wx * ex + wy * ey + wz * ez) * bars[m, 7]
-    if t <= nought:
-        return wx, wy, wz, nought
-    if t >= one:
-        return x - bars[m, 3], y - bars[m, 4], z - bars[m, 5], one
-    return wx - ex * t, wy - ey * t, wz - ez * t, t
+    ex, ey, ez = bars[3, c] - bars[0, c], bars[4, c] - bars[1, c], bars[5, c] - bars[2, c]
+    wx, wy, wz = x - bars[0, c], y - bars[1, c], z - bars[2, c]
+    t = (wx * ex + wy * ey + wz * ez) * bars[7, c]
+    inside, beyond = t > nought, t >= one
+    qx, qy, qz = wx - ex * t, wy - ey * t, wz - ez * t
+    qx, qy, qz = qx if inside else wx, qy if inside else wy, qz if inside else wz
+    wx, wy, wz = x - bars[3, c], y - bars[4, c], z - bars[5, c]
+    qx, qy, qz = wx if beyond else qx, wy if beyond else qy, wz if beyond else qz
+    t = t if inside else nought
+    return qx, qy, qz, one if beyond else t
 
 
 @compiled
-def _distance(bars: Values, m: int, x: Any, y: Any, z: Any, nought: Any, one: Any) -> Any:
-    qx, qy, qz, _ = _foot(bars, m, x, y, z, nought, one)
-    return np.sqrt(qx * qx + qy * qy + qz * qz) - bars[m, 6]
+def _distances(bars: Values, x: Any, y: Any, z: Any, nought: Any, one: Any, out: Values) -> None:
+    """The distances from the surfaces of the eight bars of a leaf."""
+    for c in range(len(out)):
+        qx, qy, qz, _ = _foot(bars, c, x, y, z, nought, one)
+        out[c] = np.sqrt(qx * qx + qy * qy + qz * qz) - bars[6, c]
 
 
 @compiled
-def _walk(tree: Tree, x: Any, y: Any, z: Any, seed: int, stack: Numbers, gaps: Values, nought: Any, one: Any) -> int:
-    """The place (in the tree's order) of the bar whose surface is nearest; the lower number where some tie."""
-    nodes, bars, ids = tree.nodes, tree.bars, tree.ids
-    leaves = len(tree.starts) - 1
+def _walk(
+    tree: Tree, x: Any, y: Any, z: Any, seed: int, stack: Numbers, keys: Values, work: Values, nought: Any, one: Any
+) -> int:
+    """The place (leaf and lane) of the bar whose surface is nearest; that of the lower number where some tie."""
+    boxes, ids = tree.boxes, tree.ids
+    groups = len(boxes)
     best = seed
-    least = _distance(bars, seed, x, y, z, nought, one)
+    qx, qy, qz, _ = _foot(tree.bars[seed // WIDE], seed % WIDE, x, y, z, nought, one)
+    least = np.sqrt(qx * qx + qy * qy + qz * qz) - tree.bars[seed // WIDE, 6, seed % WIDE]
     slack = tree.scale[1] * (tree.scale[0] + (abs(x) + abs(y) + abs(z)))
-    node, height = 1, 0
+    if not least + slack <= tree.scale[2]:  # too far away for the square of the distance
+        return best
+    node, height = 0, 0
     while True:
-        if node < leaves:
-            node = 2 * node
-            near, far = _gap(nodes, node, x, y, z, nought), _gap(nodes, node + 1, x, y, z, nought)
-            near_reach, far_reach = least + nodes[node, 6] + slack, least + nodes[node + 1, 6] + slack
-            enters = near_reach >= nought and near <= near_reach * near_reach
-            other = far_reach >= nought and far <= far_reach * far_reach
-            if enters and other:
-                first = node if near <= far else node + 1
-                stack[height] = 2 * node + 1 - first
-                gaps[height] = far if near <= far else near
-                height += 1
-                node = first
-                continue
-            if enters:
-                continue
-            if other:
-                node += 1
-                continue
+        if node < groups:
+            _keys(boxes[node], x, y, z, nought, work)
+            first = 1 if node == 0 else WIDE * node - 7 + tree.top
+            bottom = height
+            for c in range(WIDE):
+                if work[c] <= least + slack:
+                    at = height  # the nearest ends up on top
+                    while at > bottom and keys[at - 1] < work[c]:
+                        stack[at], keys[at] = stack[at - 1], keys[at - 1]
+                        at -= 1
+                    stack[at], keys[at] = first + c, work[c]
+                    height += 1
         else:
-            for m in range(tree.starts[node - leaves], tree.starts[node - leaves + 1]):
-                d = _distance(bars, m, x, y, z, nought, one)
-                if d < least or (d == least and ids[m] < ids[best]):
-                    best, least = m, d
+            _distances(tree.bars[node - groups], x, y, z, nought, one, work)
+            for c in range(WIDE):
+                if work[c] <= least:
+                    m = (node - groups) * WIDE + c
+                    if work[c] < least or ids[m] < ids[best]:
+                        best, least = m, work[c]
         while True:  # back to the last branch that may still hold a nearer bar
             if height == 0:
                 return best
             height -= 1
-            node = stack[height]
-            reach = least + nodes[node, 6] + slack
-            if reach >= nought and gaps[height] <= reach * reach:
+            if keys[height] <= least + slack:
+                node = stack[height]
                 break
 
 
@@ -189,8 +198,8 @@ def nearest(tree: Tree, wanted: int, x: Strided, y: Strided, z: Strided, out: Va
     real = tree.bars.dtype.type
     nought, one = real(0), real(1)
     bad, endless = real(float("nan")), real(float("inf"))
-    stack, gaps = np.empty(DEEPEST, np.int32), np.empty(DEEPEST, tree.bars.dtype)
-    bars = tree.bars
+    stack, keys = np.empty(STACK, np.int32), np.empty(STACK, tree.bars.dtype)
+    work = np.empty(WIDE, tree.bars.dtype)
     n, row, seed = 0, 0, 0
     for a in range(loops[0]):
         for b in range(loops[1]):
@@ -200,11 +209,12 @@ def nearest(tree: Tree, wanted: int, x: Strided, y: Strided, z: Strided, out: Va
                 py = y.memory[a * y.steps[0] + b * y.steps[1] + c * y.steps[2]]
                 pz = z.memory[a * z.steps[0] + b * z.steps[1] + c * z.steps[2]]
                 if px == px and py == py and pz == pz:
-                    seed = _walk(tree, px, py, pz, seed, stack, gaps, nought, one)
-                    qx, qy, qz, t = _foot(bars, seed, px, py, pz, nought, one)
+                    seed = _walk(tree, px, py, pz, seed, stack, keys, work, nought, one)
+                    leaf, lane = tree.bars[seed // WIDE], seed % WIDE
+                    qx, qy, qz, t = _foot(leaf, lane, px, py, pz, nought, one)
                     q = np.sqrt(qx * qx + qy * qy + qz * qz)
                     there = q < endless
-                    distance = q - bars[seed, 6] if there else endless
+                    distance = q - tree.bars[seed // WIDE, 6, seed % WIDE] if there else endless
                 else:
                     qx = qy = qz = t = q = distance = bad
                     there = False
@@ -229,7 +239,7 @@ def nearest(tree: Tree, wanted: int, x: Strided, y: Strided, z: Strided, out: Va
                     elif bit == 7:
                         value = t
                     elif bit == 8:
-                        value = bars[seed, 6]
+                        value = tree.bars[seed // WIDE, 6, seed % WIDE]
                     elif bit == 9:
                         value = tree.frames[seed, 3]
                     else:

@@ -61,24 +61,31 @@ def tree(bars: Segments, dtype: Any) -> Any:
 def _make_tree(bars: Segments, dtype: np.dtype[Any]) -> Any:
     from porelang.ops import segment_loops as loops
 
-    count = len(bars)
+    count, wide = len(bars), loops.WIDE
     if count == 0:
         raise ValueError("there is no bar")
-    depth = max(0, (-(-count // loops.LEAF) - 1).bit_length())
+    depth = max(0, (-(-count // wide) - 1).bit_length())
+    leaves, levels = 1 << depth, -(-depth // 3)
+    top = 1 << (depth - 3 * (levels - 1)) if levels else 0
     order, starts = derived(bars, "order", lambda: loops.arrange((bars.starts + bars.ends) / 2, depth))
+    leaf = np.repeat(np.arange(leaves), np.diff(starts))
+    place = leaf * wide + np.arange(count) - starts[leaf]
+    packed, frames = np.zeros((leaves * wide, 8), dtype), np.zeros((leaves * wide, 4), dtype)
+    ids = np.full(leaves * wide, np.iinfo(np.int32).max, np.int32)
+    packed[:, 6] = -np.inf
+    ids[place] = order
     with np.errstate(over="ignore", divide="ignore"):
-        packed = np.empty((count, 8), dtype)
-        packed[:, 0:3], packed[:, 3:6], packed[:, 6] = bars.starts[order], bars.ends[order], bars.radii[order]
+        mine = np.column_stack([bars.starts, bars.ends, bars.radii])[order].astype(dtype)
         # of the rounded bar; one that rounding has shrunk to a point is met at its start
-        axis = packed[:, 3:6].astype(np.float64) - packed[:, 0:3]
-        square = (axis**2).sum(axis=1)
-        packed[:, 7] = np.where(square > 0, 1.0 / square, 0.0)
-        packed[:, 7] = np.where(np.isfinite(packed[:, 7]), packed[:, 7], 0.0)
+        square = ((mine[:, 3:6].astype(np.float64) - mine[:, 0:3]) ** 2).sum(axis=1)
+        inverse = np.where(square > 0, 1.0 / square, 0.0).astype(dtype)
+        packed[place, :7], packed[place, 7] = mine, np.where(np.isfinite(inverse), inverse, 0.0)
         axis = (bars.ends - bars.starts)[order]
         length = np.sqrt((axis**2).sum(axis=1))
-        frames = np.column_stack([axis / length[:, None], length]).astype(dtype)
-    nodes = np.zeros((2 << depth, 8), dtype)
-    loops.bound(nodes, starts, packed)
-    largest = max(float(np.abs(packed[:, :6]).max()), float(packed[:, 6].max()))
-    scale = np.array([largest, 16 * np.finfo(dtype).eps], dtype)
-    return loops.Tree(nodes, starts, packed, frames, order, scale)
+        frames[place] = np.column_stack([axis / length[:, None], length])
+    lanes = np.ascontiguousarray(packed.reshape(leaves, wide, 8).transpose(0, 2, 1))
+    boxes = np.empty(((1 + top * (8 ** (levels - 1) - 1) // 7) if levels else 0, 7, wide), dtype)
+    boxes[:, :3], boxes[:, 3:] = np.inf, -np.inf
+    loops.bound(boxes, lanes, top)
+    scale = np.array([np.abs(mine).max(), 16 * np.finfo(dtype).eps, np.finfo(dtype).max], dtype)
+    return loops.Tree(boxes, lanes, frames, ids, scale, top)
