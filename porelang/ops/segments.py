@@ -8,12 +8,13 @@ else NaN.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from porelang.data import Segments
+from porelang.interval import Array, Interval, Mask
 from porelang.ops.derived import derived
 from porelang.ops.points import points
 
@@ -89,3 +90,139 @@ def _make_tree(bars: Segments, dtype: np.dtype[Any]) -> Any:
     loops.bound(boxes, lanes, top)
     scale = np.array([np.abs(mine).max(), 16 * np.finfo(dtype).eps, np.finfo(dtype).max], dtype)
     return loops.Tree(boxes, lanes, frames, ids, scale, top)
+
+
+# ---- bounds ----------------------------------------------------------------------------------------------------------
+#: Of float32: bars that are as near as each other but for its rounding may each be found nearest.
+EPSILON = 2.0**-23
+#: Beyond this the square of a distance may be no number of float32.
+FARTHEST = 1e18
+
+
+class _Limits(NamedTuple):
+    """What is true of all bars: ranges of the results, the largest coordinate, length and radius, and their box."""
+
+    ranges: Array
+    coordinate: float
+    length: float
+    radius: float
+    lo: Array
+    hi: Array
+    places: NDArray[np.int64]  # of each bar in the tree
+
+
+def enclose_nearest(
+    bars: Segments, x: Interval, y: Interval, z: Interval, wanted: Sequence[str] = RESULTS
+) -> tuple[Interval, ...]:
+    """Ranges that hold the exact results (in the order of RESULTS) over boxes, of every bar that rounding may favour."""
+    ranges, _, _, shape = _over(bars, x, y, z, wanted != ("distance",))
+    none = np.broadcast_to(x.empty | y.empty | z.empty, shape)
+    nan = np.broadcast_to(x.nan | y.nan | z.nan, shape)
+    far = np.broadcast_to(np.maximum.reduce([_size(r) for r in (x, y, z)]) > FARTHEST, shape)
+    results = []
+    for k, name in enumerate(RESULTS):
+        if name in wanted:
+            lo, hi = np.where(none, np.inf, ranges[..., k, 0]), np.where(none, -np.inf, ranges[..., k, 1])
+            results.append(Interval(lo, hi, nan if k == 0 else nan | far))
+    return tuple(results)
+
+
+def jumps_nearest(bars: Segments, x: Interval, y: Interval, z: Interval) -> tuple[Mask, ...]:
+    """Over which boxes each of RESULTS may jump: where several bars may be nearest; the gradient also on an axis."""
+    _, several, touches, shape = _over(bars, x, y, z, True)
+    never = np.zeros(shape, np.bool_)
+    return tuple(never if k == 0 else several | touches if k < 4 else several for k in range(len(RESULTS)))
+
+
+def rounding_nearest(bars: Segments, x: Interval, y: Interval, z: Interval) -> tuple[Array, ...]:
+    """How far evaluation may be from the exact results, in units of the type's epsilon e; infinite where anything goes.
+
+    Let C be the largest coordinate, w the vector from a bar's start to the point, q that from its foot, l its length;
+    |w| is at most the distance plus the largest radius and length: W. Rounding the ends moves the bar by 0.87 e C, the
+    radius by e/2 r. The foot's place along the bar is off by 3.5 e |w| / l (two roundings of each vector, three of the
+    dot product, two of 1 / l^2), that is by 3.5 e |w| in mm; q by e |w| more, the root by 2 e |q|, the difference by
+    half an e: in all e (C + 8 W). Where along (0..1) the foot is moves by that over l, and seven times as much with
+    2 |q| / l more, for the bar turns; q moves with the foot, and the unit vector by twice as much over |q|.
+    """
+    limits = _limits(bars)
+    ranges, _, _, _ = _over(bars, x, y, z, True)
+    far = np.maximum(np.abs(ranges[..., 0, 0]), np.abs(ranges[..., 0, 1]))
+    radius, length = ranges[..., 8, :], ranges[..., 9, :]
+    with np.errstate(all="ignore"):
+        own = np.where(far < FARTHEST, 1.01 * (limits.coordinate + 8 * (far + limits.radius + limits.length)), np.inf)
+        most = np.maximum(ranges[..., 0, 1] + radius[..., 1], 0.0)
+        least = np.maximum(ranges[..., 0, 0] + radius[..., 0], 0.0)
+        along = own / length[..., 0] * (8 + 2 * most / length[..., 0])
+        along = np.where(EPSILON * own / length[..., 0] < 0.02, along, np.inf)  # else it is more than a small change
+        turn = np.where(least > 0, 2 * (own + along * length[..., 1]) / least + 3, np.inf)
+        turn, along = (np.where(np.isnan(v), np.inf, v) for v in (turn, along))
+        turn = np.where(EPSILON * turn < 0.1, 1.1 * turn, np.inf)
+    one = np.ones_like(own)
+    return (own, turn, turn, turn, one, one, one, along + 1, 0.5 * radius[..., 1], 0.5 * length[..., 1], 0 * one)
+
+
+def narrow_distance(w: Interval, bars: Segments, x: Interval, y: Interval, z: Interval) -> tuple[Interval, ...]:
+    """Where the coordinates lie if the distance lies in `w`: in the box of the bars, as far around it."""
+    limits = _limits(bars)
+    return tuple(
+        Interval(limits.lo[a] - w.hi, limits.hi[a] + w.hi, np.zeros(np.shape(w.hi), np.bool_)) for a in range(3)
+    )
+
+
+def _limits(bars: Segments) -> _Limits:
+    return derived(bars, "limits", lambda: _make_limits(bars))
+
+
+def _make_limits(bars: Segments) -> _Limits:
+    made = tree(bars, np.float64)
+    used = np.flatnonzero(made.ids < len(bars))
+    frames, radii = made.frames[used], bars.radii
+    ranges = np.empty((len(RESULTS), 2))
+    ranges[0], ranges[1:4], ranges[7], ranges[10] = (-np.inf, np.inf), (-1.0, 1.0), (0.0, 1.0), (0.0, len(bars) - 1.0)
+    ranges[[4, 5, 6, 9]] = np.column_stack([frames.min(0), frames.max(0)])
+    ranges[8] = radii.min(), radii.max()
+    ends = np.stack([bars.starts, bars.ends])
+    lo, hi = (ends.min(0) - radii[:, None]).min(0), (ends.max(0) + radii[:, None]).max(0)
+    places = np.empty(len(bars), np.int64)
+    places[made.ids[used]] = used
+    return _Limits(ranges, float(np.abs(ends).max()), float(frames[:, 3].max()), float(radii.max()), lo, hi, places)
+
+
+def _size(r: Interval) -> Array:
+    return np.where(r.empty, 0.0, np.maximum(np.abs(r.lo), np.abs(r.hi)))
+
+
+def _over(
+    bars: Segments, x: Interval, y: Interval, z: Interval, all_results: bool
+) -> tuple[Array, Mask, Mask, tuple[int, ...]]:
+    """Ranges (..., results, 2) over boxes, where several bars may be nearest, and where an axis may be touched."""
+    from porelang.ops import segment_ranges as loops
+
+    limits = _limits(bars)
+    lo, hi = (np.stack(np.broadcast_arrays(*ends)) for ends in ((x.lo, y.lo, z.lo), (x.hi, y.hi, z.hi)))
+    shape = lo.shape[1:]
+    lo, hi = lo.reshape(3, -1), hi.reshape(3, -1)
+    with np.errstate(all="ignore"):
+        centre = lo / 2 + hi / 2
+        good = np.isfinite(centre).all(0) & (np.abs(centre) < 1e150).all(0)
+        cx, cy, cz = np.where(good, centre, np.nan)
+        distance, index = nearest(bars, cx, cy, cz, ("distance", "index"))
+        places = np.where(good, limits.places[np.where(good, index, 0).astype(np.int64)], -1)
+        # two distances, each rounded
+        reach = np.abs(distance) + limits.radius + limits.length + np.sqrt(((hi - lo) ** 2).sum(0)) / 2
+        slack = np.where(good, 2.02 * EPSILON * (limits.coordinate + 8 * reach), 0.0)
+        count = lo.shape[1]
+        found = loops.Found(np.empty((count, len(RESULTS), 2)), np.zeros(count, np.bool_), np.zeros(count, np.bool_))
+        loops.enclose(tree(bars, np.float64), loops.Boxes(lo, hi, places), limits.ranges, all_results, slack, found)
+        own = 2.0**-48 * (limits.coordinate + limits.radius + np.abs(lo).max(0) + np.abs(hi).max(0))
+        own = np.where(np.isfinite(own), own, 2.0**-48 * limits.coordinate)
+        found.ranges[:, 0, 0] -= own  # the roundings of float64
+        found.ranges[:, 0, 1] += own
+        found.ranges[:, 1:4] += np.array([-1e-14, 1e-14])
+        found.ranges[:, 7] += np.stack([-own, own], 1) / limits.ranges[9, 0]
+    return (
+        found.ranges.reshape(*shape, len(RESULTS), 2),
+        found.several.reshape(shape),
+        found.touches.reshape(shape),
+        shape,
+    )
