@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
+from slots import ES, at_points
 
 from porelang.data import SampledField
+from porelang.gpu import Gpu, GpuMissing, open_gpu
 from porelang.interval import Interval, interval
 from porelang.ops import grid as ops
 
@@ -310,3 +313,48 @@ def test_float32_stays_within_the_rounding_that_is_said(payload: ops.Payload, cu
             if values != "constant":
                 most = max(most, (far / bound)[steady].max())
     assert most > (0.002 if cubic else 0.02)  # it is no idle bound
+
+
+# ---- shaders ---------------------------------------------------------------------------------------------------------
+@pytest.fixture(scope="module")
+def gpu() -> Iterator[Gpu]:
+    try:
+        opened = open_gpu("egl")
+    except GpuMissing as missing:
+        pytest.skip(f"no OpenGL here: {missing.reason}")
+    with opened:
+        yield opened
+
+
+def hard_points(grid: SampledField) -> Values:
+    """Places inside and outside, on nodes and beside them, without a number and infinitely far away."""
+    p = inside(grid, 4000, 0.3)
+    step, origin = np.array(grid.spacing)[:, None], np.array(grid.origin)[:, None]
+    p[:, :1500] = origin + np.rint((p[:, :1500] - origin) / step) * step
+    single = p.astype(np.float32)
+    single[:, :500] = np.nextafter(single[:, :500], np.float32(np.inf))
+    single[:, 500:1000] = np.nextafter(single[:, 500:1000], np.float32(-np.inf))
+    single[0, 2000:2010], single[1, 2005:2015], single[2, 2012:2020] = np.nan, np.inf, -np.inf
+    return single
+
+
+@pytest.mark.parametrize("place", [((-3.0, 1.0, 0.25), (0.5, 1.5, 0.8)), ((1e4, -300.1, 7.7), (0.013, 0.37, 2.9))])
+def test_shaders_equal_numpy_in_float32(gpu: Gpu, place: Any) -> None:
+    grid = noise((9, 2, 7, 2), origin=place[0], spacing=place[1])
+    p = hard_points(grid)
+    inside_ = at_points(gpu, grid, "pore_covers", "o[at] = pore_covers0(x, y, z) ? 1.0 : 0.0;", 1, p)[0]
+    np.testing.assert_array_equal(inside_ != 0, ops.covers(grid, *p))
+    for payload, cubic in [*BOTH, ((1, 0, 0, 0), False), ((1, 0, 0, 0), True)]:
+        name = "pore_cubic" if cubic else "pore_lookup"
+        call = f"o[at] = {name}0(x, y, z, {', '.join(map(str, payload))});"
+        got = at_points(gpu, grid, name, call, 1, p)[0]
+        want = evaluate(grid, p, payload, cubic)
+        np.testing.assert_array_equal(got, want, err_msg=f"{name} {payload}")
+
+
+def test_lookup_is_valid_for_opengl_es(gpu: Gpu) -> None:
+    grid = noise()
+    p = inside(grid, 500).astype(np.float32)
+    for name, cubic in (("pore_lookup", False), ("pore_cubic", True)):
+        got = at_points(gpu, grid, name, f"o[at] = {name}0(x, y, z, 0, 0, 0, 0);", 1, p, ES)[0]
+        np.testing.assert_allclose(got, evaluate(grid, p, (0, 0, 0, 0), cubic), atol=1e-4)

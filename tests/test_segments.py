@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from slots import ES, at_points
 
 from porelang.data import Segments
+from porelang.gpu import Gpu, GpuMissing, open_gpu
 from porelang.interval import Interval, interval
 from porelang.ops import segments as ops
 
@@ -240,3 +243,37 @@ def test_a_frame_of_a_hundred_thousand_bars() -> None:
     tree = ops.tree(bars, np.float32)
     numbers = tree.ids[tree.ids < len(bars)]
     np.testing.assert_array_equal(np.sort(numbers), np.arange(len(bars)))
+
+
+# ---- shaders ---------------------------------------------------------------------------------------------------------
+@pytest.fixture(scope="module")
+def gpu() -> Iterator[Gpu]:
+    try:
+        opened = open_gpu("egl")
+    except GpuMissing as missing:
+        pytest.skip(f"no OpenGL here: {missing.reason}")
+    with opened:
+        yield opened
+
+
+WALK = "pore_Nearest v = pore_nearest0(x, y, z);" + "".join(f"o[at + {k}] = v.{r};" for k, r in enumerate(ops.RESULTS))
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_shaders_find_what_numpy_finds_in_float32(gpu: Gpu, name: str) -> None:
+    bars = FRAMES[name]
+    p = around(bars, 2000).astype(np.float32)
+    if name == "lattice":
+        p[:, ::2] = np.rint(p[:, ::2] * 4) / 4  # places where bars tie
+    p[0, :3], p[1, 3], p[2, 4:6] = np.nan, np.inf, -np.inf
+    p[0, 6] = 1e30
+    got = at_points(gpu, bars, "pore_nearest", WALK, len(ops.RESULTS), p)
+    for result, values, want in zip(ops.RESULTS, got, ops.nearest(bars, *p), strict=True):
+        np.testing.assert_array_equal(values, want, err_msg=result)
+
+
+def test_the_walk_is_valid_for_opengl_es(gpu: Gpu) -> None:
+    bars = FRAMES["random"]
+    p = around(bars, 500).astype(np.float32)
+    got = at_points(gpu, bars, "pore_nearest", WALK, len(ops.RESULTS), p, ES)
+    np.testing.assert_allclose(got[0], ops.nearest(bars, *p)[0], atol=1e-4)

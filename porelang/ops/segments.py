@@ -114,7 +114,7 @@ class _Limits(NamedTuple):
 def enclose_nearest(
     bars: Segments, x: Interval, y: Interval, z: Interval, wanted: Sequence[str] = RESULTS
 ) -> tuple[Interval, ...]:
-    """Ranges that hold the exact results (in the order of RESULTS) over boxes, of every bar that rounding may favour."""
+    """Ranges that hold the exact results over boxes, in the order of RESULTS, of every bar that rounding may favour."""
     ranges, _, _, shape = _over(bars, x, y, z, wanted != ("distance",))
     none = np.broadcast_to(x.empty | y.empty | z.empty, shape)
     nan = np.broadcast_to(x.nan | y.nan | z.nan, shape)
