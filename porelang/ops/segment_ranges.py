@@ -19,7 +19,7 @@ Flags = NDArray[np.bool_]
 WIDE = 8
 STACK = 80
 #: Bars looked at for one box before all of them are taken for possible.
-MOST = 512
+MOST = 128
 RESULTS = 11
 
 
