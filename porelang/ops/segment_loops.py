@@ -193,18 +193,43 @@ def _walk(
 
 
 @compiled
-def nearest(tree: Tree, wanted: int, x: Strided, y: Strided, z: Strided, out: Values, loops: Triple) -> None:
-    """Write the results whose bits are set in `wanted` as rows of `out` (results, points)."""
+def curve(x: Strided, y: Strided, z: Strided, lo: Floats, rate: Floats, out: NDArray[np.uint16]) -> None:
+    """The cells of points, of 32^3 from `lo` on and 1 / `rate` wide, numbered along a curve that stays near itself."""
+    for n in range(len(out)):
+        u = (float(x.memory[n * x.steps[2]]) - lo[0]) * rate[0]
+        v = (float(y.memory[n * y.steps[2]]) - lo[1]) * rate[1]
+        w = (float(z.memory[n * z.steps[2]]) - lo[2]) * rate[2]
+        i, j, k = (
+            int(min(u, 31.0)) if u > 0 else 0,
+            int(min(v, 31.0)) if v > 0 else 0,
+            int(min(w, 31.0)) if w > 0 else 0,
+        )
+        code = 0
+        for bit in range(5):
+            code |= (i >> bit & 1) << 3 * bit | (j >> bit & 1) << 3 * bit + 1 | (k >> bit & 1) << 3 * bit + 2
+        out[n] = code
+
+
+@compiled
+def nearest(
+    tree: Tree, wanted: int, x: Strided, y: Strided, z: Strided, order: Ints, out: Values, loops: Triple
+) -> None:
+    """Write the results whose bits are set in `wanted` as rows of `out` (results, points).
+
+    `order`, unless it is empty, is that in which the points of a list (1, 1, n) are looked at.
+    """
     real = tree.bars.dtype.type
     nought, one = real(0), real(1)
     bad, endless = real(float("nan")), real(float("inf"))
     stack, keys = np.empty(STACK, np.int32), np.empty(STACK, tree.bars.dtype)
     work = np.empty(WIDE, tree.bars.dtype)
-    n, row, seed = 0, 0, 0
+    row, seed = 0, 0
     for a in range(loops[0]):
         for b in range(loops[1]):
             seed = row
-            for c in range(loops[2]):
+            for step in range(loops[2]):
+                c = order[step] if len(order) else step
+                n = (a * loops[1] + b) * loops[2] + c
                 px = x.memory[a * x.steps[0] + b * x.steps[1] + c * x.steps[2]]
                 py = y.memory[a * y.steps[0] + b * y.steps[1] + c * y.steps[2]]
                 pz = z.memory[a * z.steps[0] + b * z.steps[1] + c * z.steps[2]]
@@ -218,11 +243,10 @@ def nearest(tree: Tree, wanted: int, x: Strided, y: Strided, z: Strided, out: Va
                 else:
                     qx = qy = qz = t = q = distance = bad
                     there = False
-                if c == 0:
+                if step == 0:
                     row = seed
                 if wanted == 1:
                     out[0, n] = distance
-                    n += 1
                     continue
                 k = 0
                 for bit in range(11):
@@ -246,4 +270,3 @@ def nearest(tree: Tree, wanted: int, x: Strided, y: Strided, z: Strided, out: Va
                         value = real(tree.ids[seed])
                     out[k, n] = value
                     k += 1
-                n += 1

@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from porelang.data import Segments
 from porelang.interval import Array, Interval, Mask
 from porelang.ops.derived import derived
-from porelang.ops.points import points
+from porelang.ops.points import Points, points
 
 Values = NDArray[Any]
 #: What one walk finds: the distance from the surface (negative inside), its gradient (the unit vector from the foot on
 #: the axis to the point, 0 on the axis), the unit direction of the bar, where along it the foot is (0..1), and the
 #: bar's radius, length and number.
 RESULTS = ("distance", "nx", "ny", "nz", "dx", "dy", "dz", "along", "radius", "length", "index")
+SORTED = 1024  # a list of fewer points is walked as it comes
 
 
 def nearest(
@@ -42,7 +43,7 @@ def nearest(
     at = points(x, y, z)
     mask = sum(1 << RESULTS.index(name) for name in set(wanted))
     found = np.empty((len(set(wanted)), int(np.prod(at.shape))), at.dtype)
-    loops.nearest(tree(bars, at.dtype), mask, at.x, at.y, at.z, found, at.loops)
+    loops.nearest(tree(bars, at.dtype), mask, at.x, at.y, at.z, _order(bars, at), found, at.loops)
     results = tuple(row.reshape(at.shape) for row in found)
     if out is None:
         return results
@@ -51,6 +52,21 @@ def nearest(
             raise ValueError(f"out is {place.dtype} {place.shape}, the result {at.dtype} {at.shape}")
         place[...] = values
     return tuple(out)
+
+
+def _order(bars: Segments, at: Points) -> NDArray[np.int64]:
+    """An order in which the points of a list lie near each other; empty where they do so as they come.
+
+    A walk that begins with its neighbour's bar, in the same part of the tree, takes 2/3 of the time of another.
+    """
+    from porelang.ops import segment_loops as loops
+
+    if at.loops[2] < SORTED or at.loops[:2] != (1, 1):
+        return np.empty(0, np.int64)
+    limits = _limits(bars)
+    codes = np.empty(at.loops[2], np.uint16)
+    loops.curve(at.x, at.y, at.z, limits.lo, 32 / np.maximum(limits.hi - limits.lo, 1e-30), codes)
+    return np.argsort(codes, kind="stable")  # of 16 bits: by radix
 
 
 def tree(bars: Segments, dtype: Any) -> Any:
