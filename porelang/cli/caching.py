@@ -61,7 +61,7 @@ def _cleared(options: Namespace) -> int:
 
 def _sized(found: store.Usage) -> dict[str, Any]:
     folder = None if found.folder is None else str(found.folder)
-    return {"folder": folder, "entries": len(found.entries), "bytes": found.total, "limit": found.limit}
+    return {"folder": folder, "results": len(found.entries), "bytes": found.total, "limit": found.limit}
 
 
 def _listed(found: store.Usage) -> dict[str, Any]:
