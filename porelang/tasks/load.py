@@ -98,9 +98,11 @@ class _Bounded:
         self.seekable: Callable[[], bool] = file.seekable
 
     def read(self, count: int = -1) -> bytes:
-        if not 0 <= count <= max(_DIRECTORY, _CHUNK):
+        most = max(_DIRECTORY, _CHUNK)
+        found = self._file.read(count if 0 <= count <= most else most + 1)
+        if len(found) > most:
             raise zipfile.BadZipFile("its directory is too large")
-        return self._file.read(count)
+        return found
 
 
 def _members(asked: _Asked, archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
