@@ -220,6 +220,38 @@ def test_what_is_no_file_of_ours_alone_is_absent(plant: Callable[[Path], None], 
     assert kept(folder) == [f"{key(1)}.result"]
 
 
+def test_a_device_is_never_opened(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To open one can do something: a tape winds back."""
+    store.put(key(1), ONE)
+    plant_pipe(folder / f"{key(1)}.result")
+    store.forget()
+    monkeypatch.setattr(os, "open", lambda *_: pytest.fail("opened"))
+    assert store.get(key(1)) is None
+
+
+def test_what_is_put_in_its_place_at_the_last_moment_is_absent(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store.put(key(1), ONE)
+    store.forget()
+    path, open_file = folder / f"{key(1)}.result", os.open
+
+    def late(*args: Any) -> int:
+        path.chmod(0o666)
+        return open_file(*args)
+
+    monkeypatch.setattr(os, "open", late)
+    assert store.get(key(1)) is None
+
+
+def test_a_link_of_ours_to_a_folder_of_ours_is_used(folder: Path, tmp_path: Path) -> None:
+    """A cache that was moved to a larger disk."""
+    (tmp_path / "large").mkdir(mode=0o700)
+    folder.parent.symlink_to(tmp_path / "large")
+    store.put(key(1), ONE)
+    store.forget()
+    assert store.get(key(1)) == ONE
+    assert kept(tmp_path / "large" / "results") == [f"{key(1)}.result"]
+
+
 def test_a_planted_link_is_not_followed_when_writing(folder: Path, tmp_path: Path) -> None:
     precious = tmp_path / "precious"
     precious.write_text("mine")
@@ -540,9 +572,7 @@ def test_the_list_says_what_is_there(folder: Path, capsys: pytest.CaptureFixture
     assert main(["cache", "list"]) == 0
     told = capsys.readouterr()
     lines = told.out.splitlines()
-    assert [line.split()[-1][:16] for line in lines][0] == key(3)[
-        :16
-    ]  # the last used first, its key for want of a label
+    assert lines[0].split()[-1] == key(3)[:16]  # the last used first, by its key for want of a label
     assert "stress in grid.npz" in lines[1]
     assert "porosity( gyroid(3), sphere(9))" in lines[2]
     assert "\x1b" not in told.out
