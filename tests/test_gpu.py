@@ -94,7 +94,7 @@ def ended(pid: int) -> bool:
 
 def test_info_names_the_device_and_its_limits(gpu: Gpu) -> None:
     info = gpu.info
-    assert info.kind in ("egl", "osmesa")
+    assert info.driver in ("egl", "osmesa")
     assert info.renderer
     assert float(info.glsl) >= 4.3
     assert info.max_buffer_bytes >= 2**27  # what OpenGL 4.3 guarantees is 2^24; Mesa gives 2^27
@@ -367,9 +367,9 @@ def test_the_environment_chooses_the_kind(monkeypatch: pytest.MonkeyPatch, opene
     opened("osmesa").close()
     monkeypatch.setenv("PORELANG_GL", "osmesa")
     with open_gpu() as gpu:
-        assert gpu.info.kind == "osmesa"
+        assert gpu.info.driver == "osmesa"
     with open_gpu("egl") as gpu:  # what the program asks for outweighs it
-        assert gpu.info.kind == "egl"
+        assert gpu.info.driver == "egl"
     monkeypatch.setenv("PORELANG_GL", "vulkan")
     with pytest.raises(GpuMissing, match="vulkan"):
         open_gpu()
