@@ -7,7 +7,7 @@ import os
 import sys
 import threading
 import weakref
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, Literal
@@ -146,20 +146,19 @@ class Gpu:
     def _turn(self, data: Sequence[Data], first: int, timeout: float, cancel: Cancel | None) -> Iterator[None]:
         """The turn of this thread, with a child that holds the data; `first` is the binding of the first of them."""
         ready: dict[str, NDArray[Any]] = {}
-        needed = {digest for digest, _ in data}
+        places = {digest: i for i, (digest, _) in enumerate(data)}
         while True:
             with self._locked(cancel):
-                known = self._child.resident
-                missing = [i for i, (digest, _) in enumerate(data) if digest not in known and digest not in ready]
-                if not missing:
-                    for digest in needed.difference(known):
-                        self._keep(digest, ready[digest], needed, timeout, cancel)
-                    known.use(needed)
+                missing = [digest for digest in places if digest not in self._child.resident]
+                if not (wanted := [digest for digest in missing if digest not in ready]):
+                    for digest in missing:
+                        self._keep(digest, ready[digest], places, timeout, cancel)
+                    self._child.resident.use(places)
                     yield
                     return
-            for i in missing:  # outside the lock: others need not wait while they are made
-                digest, words = data[i]
-                ready[digest] = self._input(first + i, words())
+            for digest in wanted:  # outside the lock: others need not wait while they are made
+                i = places[digest]
+                ready[digest] = self._input(first + i, data[i][1]())
 
     @contextmanager
     def _locked(self, cancel: Cancel | None) -> Iterator[None]:
@@ -177,7 +176,9 @@ class Gpu:
         finally:
             lock.release()
 
-    def _keep(self, digest: str, array: NDArray[Any], needed: set[str], timeout: float, cancel: Cancel | None) -> None:
+    def _keep(
+        self, digest: str, array: NDArray[Any], needed: Collection[str], timeout: float, cancel: Cancel | None
+    ) -> None:
         """Send data to the child, which lets go of others for them."""
         resident = self._child.resident
         dropped = resident.to_drop(array.nbytes, needed)

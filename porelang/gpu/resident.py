@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 
 #: Bytes of data that stay on a device, the least recently used go first; what one call needs is kept whatever it takes.
 MOST_KEPT = 1 << 30
@@ -23,9 +23,6 @@ class Resident:
     def size(self) -> int:
         """Bytes kept."""
         return sum(self._sizes.values())
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._sizes)
 
     def use(self, digests: Collection[str]) -> None:
         """Note that a call reads these."""
