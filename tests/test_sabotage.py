@@ -14,8 +14,7 @@ from porelang.conformance.backend import NUMPY, glsl
 from porelang.conformance.programs import cases
 from porelang.conformance.report import certificate, doctor
 from porelang.conformance.suite import run_suite
-from porelang.gpu import fields as device
-from porelang.gpu import shared_gpu
+from porelang.gpu import fields, shared_gpu
 from porelang.interval import Interval, interval
 from porelang.ops import TABLE
 
@@ -26,9 +25,9 @@ F64, F32 = NUMPY
 @pytest.fixture(autouse=True)
 def _fresh() -> Iterator[None]:
     """Shaders are kept by their graph, which knows nothing of a changed table."""
-    device._shader.cache_clear()
+    fields._shader.cache_clear()
     yield
-    device._shader.cache_clear()
+    fields._shader.cache_clear()
 
 
 def broken(monkeypatch: pytest.MonkeyPatch, name: str, **changes: Any) -> None:

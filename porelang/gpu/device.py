@@ -39,6 +39,7 @@ class Gpu:
 
     def __init__(self, driver: str) -> None:
         self._driver, self._lock, self._compiled, self._closed = driver, threading.RLock(), 0, False
+        self._at_end: weakref.finalize[[], Gpu] | None = None
         self._child = self._start()
         _opened.add(self)
 
@@ -139,7 +140,9 @@ class Gpu:
 
     def _start(self, cancel: Cancel | None = None) -> Child:
         child = Child(self._driver, cancel)
-        weakref.finalize(self, child.end)  # when this object is dropped, and at the end of the program
+        if self._at_end is not None:
+            self._at_end.detach()  # of a child that has ended
+        self._at_end = weakref.finalize(self, child.end)  # when this object is dropped, and at the end of the program
         return child
 
     @contextmanager
