@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import subprocess
@@ -349,7 +350,7 @@ def test_data_may_be_made_with_the_same_gpu(gpu: Gpu) -> None:
     np.testing.assert_array_equal(got, grid.words.view(np.float32) + bars.words)
 
 
-def test_data_that_cannot_be_made_or_kept_harm_nothing(gpu: Gpu) -> None:
+def test_data_that_cannot_be_made_or_kept_harm_nothing(gpu: Gpu, monkeypatch: pytest.MonkeyPatch) -> None:
     grid, bars = sources("harm")
 
     def broken() -> np.ndarray:
@@ -365,6 +366,14 @@ def test_data_that_cannot_be_made_or_kept_harm_nothing(gpu: Gpu) -> None:
     large = np.broadcast_to(np.uint32(1), (gpu.info.max_buffer_bytes // 4 + 1,))
     with pytest.raises(GpuFailed, match="the buffer at binding 2 has 134217732 bytes, a buffer of this device"):
         call(("harm large", lambda: large))
+
+    def full(size: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(gpu._child.arena, "grow", full)
+        with pytest.raises(GpuFailed, match="no memory to share"):
+            added(gpu, grid, bars)
     added(gpu, grid, bars)
 
 

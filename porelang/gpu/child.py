@@ -103,8 +103,9 @@ class DriverState:
             raise Refused(f"OpenGL reports {error}")
 
     def keep(self, request: Keep) -> None:
-        for digest in request.dropped:
-            self.data.pop(digest).release()
+        for digest in (*request.dropped, request.digest):  # the parent may have been interrupted before it noted one
+            if digest in self.data:
+                self.data.pop(digest).release()
         buffer = self.context.buffer(reserve=request.size)
         try:
             buffer.write(self.arena.view(0, request.size))

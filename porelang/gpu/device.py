@@ -95,7 +95,8 @@ class Gpu:
         digests = tuple(digest for digest, _ in data)
         request = Compute(shader, 4 * output, sizes, digests, _uniforms(uniforms), (groups[0], groups[1], groups[2]))
         with self._turn(data, 1 + len(arrays), timeout, cancel):
-            arena = self._ask(request, arrays, 4 * output, timeout, cancel)
+            arena = self._hand_over(arrays, 4 * output)
+            self._answer(request, timeout, cancel)
             return np.frombuffer(arena.view(0, 4 * output), np.float32).copy()
 
     def render(
@@ -122,7 +123,8 @@ class Gpu:
         sizes, digests = tuple(a.nbytes for a in arrays), tuple(digest for digest, _ in data)
         request = Render(fragment, (width, height), sizes, digests, _uniforms(uniforms))
         with self._turn(data, 1 + len(arrays), timeout, cancel):
-            arena = self._ask(request, arrays, 4 * width * height, timeout, cancel)
+            arena = self._hand_over(arrays, 4 * width * height)
+            self._answer(request, timeout, cancel)
             pixels = np.frombuffer(arena.view(0, 4 * width * height), np.uint8)
             return pixels.reshape(height, width, 4)[::-1].copy()
 
@@ -185,26 +187,27 @@ class Gpu:
         """Send data to the child, which lets go of others for them."""
         resident = self._child.resident
         dropped = resident.to_drop(array.nbytes, needed)
-        resident.drop(dropped)
-        self._ask(Keep(digest, array.nbytes, dropped), [array], array.nbytes, timeout, cancel)
+        self._hand_over([array], array.nbytes)
+        resident.drop(dropped)  # the child lets go of them even where there is no room for the new ones
+        self._answer(Keep(digest, array.nbytes, dropped), timeout, cancel)
         resident.add(digest, array.nbytes)
 
-    def _ask(
-        self, request: Request, arrays: list[NDArray[Any]], result: int, timeout: float, cancel: Cancel | None
-    ) -> Arena:
-        child = self._child
-        starts = offsets(tuple(a.nbytes for a in arrays))
+    def _hand_over(self, arrays: list[NDArray[Any]], result: int) -> Arena:
+        """Copy arrays to the memory that the child shares, which has room for a result of `result` bytes."""
+        arena, starts = self._child.arena, offsets(tuple(a.nbytes for a in arrays))
         try:
-            child.arena.grow(max(starts[-1], result))
+            arena.grow(max(starts[-1], result))
         except OSError as error:
             raise GpuFailed(f"no memory to share with the graphics driver: {error.strerror}") from None
         for start, array in zip(starts, arrays, strict=False):
-            np.copyto(np.frombuffer(child.arena.view(start, array.nbytes), array.dtype), array.reshape(-1))
-        answer = child.ask(request, timeout, cancel)
+            np.copyto(np.frombuffer(arena.view(start, array.nbytes), array.dtype), array.reshape(-1))
+        return arena
+
+    def _answer(self, request: Request, timeout: float, cancel: Cancel | None) -> None:
+        answer = self._child.ask(request, timeout, cancel)
         self._compiled += answer.compiled
         if isinstance(answer, Failed):
             raise GpuFailed(answer.reason, answer.log)
-        return child.arena
 
     def _input(self, binding: int, array: NDArray[Any]) -> NDArray[Any]:
         if array.dtype.name not in INPUTS:
