@@ -8,8 +8,8 @@ driver's log) and may go on: the next call starts a fresh child.
 are named by a digest and stay on the device (`data` of `compute` and `render`).
 """
 
-from porelang.gpu.device import Gpu, Lane, open_gpu, shared_gpu
+from porelang.gpu.device import Gpu, Lane, Words, open_gpu, shared_gpu
 from porelang.gpu.errors import GpuFailed, GpuMissing
 from porelang.gpu.wire import Driver, GpuInfo
 
-__all__ = ["Driver", "Gpu", "GpuFailed", "GpuInfo", "GpuMissing", "Lane", "open_gpu", "shared_gpu"]
+__all__ = ["Driver", "Gpu", "GpuFailed", "GpuInfo", "GpuMissing", "Lane", "Words", "open_gpu", "shared_gpu"]

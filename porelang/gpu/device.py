@@ -21,8 +21,8 @@ from porelang.gpu.wire import Arena, Compute, Driver, Failed, GpuInfo, Keep, Ren
 
 #: Long work, or what a person waits for: each has a child of its own, so that neither waits for the other.
 Lane = Literal["work", "person"]
-#: Data by a digest of their content, and how to get them where the device does not hold them yet.
-Data = tuple[str, Callable[[], NDArray[Any]]]
+#: Data for buffers, by a digest of their content, and how to get them where the device does not hold them yet.
+Words = tuple[str, Callable[[], NDArray[Any]]]
 Uniform = float | int | Sequence[float] | NDArray[Any]
 ENVIRONMENT = "PORELANG_GL"  # none, egl or osmesa; for tests, and for machines whose EGL is broken
 INPUTS = ("float32", "uint32", "int32")
@@ -68,7 +68,7 @@ class Gpu:
         *,
         output: int,
         inputs: Sequence[NDArray[Any]] = (),
-        data: Sequence[Data] = (),
+        data: Sequence[Words] = (),
         uniforms: Mapping[str, Uniform] = {},
         groups: tuple[int, int, int],
         timeout: float = TIMEOUT,
@@ -106,7 +106,7 @@ class Gpu:
         size: tuple[int, int],
         uniforms: Mapping[str, Uniform] = {},
         inputs: Sequence[NDArray[Any]] = (),
-        data: Sequence[Data] = (),
+        data: Sequence[Words] = (),
         timeout: float = TIMEOUT,
         cancel: Cancel | None = None,
     ) -> NDArray[np.uint8]:
@@ -148,7 +148,7 @@ class Gpu:
         return child
 
     @contextmanager
-    def _turn(self, data: Sequence[Data], first: int, timeout: float, cancel: Cancel | None) -> Iterator[None]:
+    def _turn(self, data: Sequence[Words], first: int, timeout: float, cancel: Cancel | None) -> Iterator[None]:
         """The turn of this thread, with a child that holds the data; `first` is the binding of the first of them."""
         ready: dict[str, NDArray[Any]] = {}
         places = {digest: i for i, (digest, _) in enumerate(data)}
