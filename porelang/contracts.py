@@ -16,8 +16,7 @@ from porelang.analysis.box import part_box
 from porelang.analysis.enclose import EXACT, enclose, fixed
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic
-from porelang.elaborate.params import ParamInfo
-from porelang.elaborate.statements import Requirement
+from porelang.elaborate.results import ParamInfo, Requirement
 from porelang.interval import interval
 from porelang.ir import Node, Stage, node, order
 from porelang.ops import TABLE

@@ -17,9 +17,10 @@ from porelang.backends.numpy import Dtype, GridField, NumpyField
 from porelang.backends.uniform import uniform_values
 from porelang.contracts import broken_requirements, doubtful_contracts
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
-from porelang.elaborate.params import ParamInfo
 from porelang.elaborate.prelude import prelude_scope
-from porelang.elaborate.statements import Elaborated, Elaborator, Output, Requirement, room_to_compile, roots_of
+from porelang.elaborate.results import Elaborated, Output, ParamInfo, Requirement, roots_of
+from porelang.elaborate.runtime import room_to_compile
+from porelang.elaborate.statements import elaborate_file
 from porelang.elaborate.values import Scalar, Vector
 from porelang.files import load_used, read_source
 from porelang.ir import Node, order
@@ -418,7 +419,7 @@ def try_compile(source: Source) -> tuple[Program | None, list[Diagnostic]]:
 def _compiled(source: Source) -> tuple[Program | None, list[Diagnostic]]:
     file, found = parse(source)
     lost = frozenset(_BINDING.findall(source.text)) if found else frozenset()
-    out = Elaborator(prelude_scope(), load_used).program(file, lost)
+    out = elaborate_file(file, prelude_scope(), load_used, lost)
     diagnostics = [*found, *out.diagnostics]
     program: Program | None = None
     sound = not any(d.severity == "error" for d in diagnostics)

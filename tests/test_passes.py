@@ -15,7 +15,7 @@ import porelang as pore
 from porelang.backends.glsl import shader
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import PoreError
-from porelang.elaborate.statements import roots_of
+from porelang.elaborate.results import roots_of
 from porelang.ir import FALSE, ONE, TRUE, ZERO, Node, Stage, X, Y, Z, const, node, order, param, show
 from porelang.rewrites import PIPELINE, run, uniforms
 from porelang.rewrites.gradient import derivatives

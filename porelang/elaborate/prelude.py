@@ -16,7 +16,9 @@ from porelang import cache, resources
 from porelang.diagnostics import PoreError
 from porelang.elaborate import names as resolution
 from porelang.elaborate.builtins import builtins
-from porelang.elaborate.statements import Elaborator, room_to_compile
+from porelang.elaborate.context import Context
+from porelang.elaborate.expressions import evaluate
+from porelang.elaborate.runtime import room_to_compile
 from porelang.elaborate.values import Function, Record, Scalar, Scope, Value
 from porelang.source import Source
 from porelang.syntax import tree
@@ -95,7 +97,7 @@ def _resolve(files: list[tuple[str, tree.File]]) -> None:
     groups = [everything, *(file.statements for name, file in files if "/" in name)]
     outer: set[str] = set(known)
     for statements in groups:
-        bound, found = resolution.bound(statements)
+        bound, found = resolution.bindings(statements)
         uses, unknown = resolution.resolve(statements, {*bound, *outer})
         _, rings = resolution.evaluation_order(bound, {s.name: uses[statements.index(s)] for s in bound.values()})
         if problems := [*found, *unknown, *rings]:
@@ -108,14 +110,14 @@ def _scope(file: tree.File, base: Scope) -> Scope:
     """The definitions of a file (or several, as one) as values; lets are constants."""
     names: dict[str, Value] = {}
     scope = Scope(names, base)
-    elaborator = Elaborator(base)
+    ctx = Context(evaluate)
     for s in file.statements:
         if isinstance(s, tree.Def):
             names[s.name] = Function(s.name, s.parameters, s.body, scope, s)
     for s in file.statements:
         if isinstance(s, tree.Let):
-            value = elaborator.expr(s.value, scope)
+            value = ctx.evaluate(s.value, scope)
             names[s.name] = Scalar(value.node, value.dimension, True) if isinstance(value, Scalar) else value
-    if elaborator.out.diagnostics:
-        raise PoreError(elaborator.out.diagnostics)
+    if ctx.found.diagnostics:
+        raise PoreError(ctx.found.diagnostics)
     return scope

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from porelang.elaborate.calls import Given, argument_places, call
+from porelang.elaborate.context import Context
 from porelang.elaborate.values import POISON, Builtin, Function, Poison, Range, Scalar, Value, describe
 from porelang.ir import Node, Stage, node, param
 from porelang.syntax import tree
 from porelang.units import AREA, RATIO, VOLUME, Dimension
-
-if TYPE_CHECKING:
-    from porelang.elaborate.statements import Elaborator
 
 _SELF = "dimension of the field"
 _SHAPES: tuple[tuple[str, tuple[str, ...], Dimension | str | None, str], ...] = (
@@ -42,7 +38,7 @@ _SHAPES: tuple[tuple[str, tuple[str, ...], Dimension | str | None, str], ...] = 
 
 
 def _reduction(name: str, signature: tuple[str, ...], dimension: Dimension | str | None, doc: str) -> Builtin:
-    def call_it(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
+    def call_it(e: Context, site: tree.Call, values: list[Value]) -> Value:
         nodes: list[Node] = []
         for value, parameter, place in zip(values, signature, argument_places(site, len(values)), strict=True):
             if not isinstance(value, Scalar):
@@ -75,7 +71,7 @@ def _reduction(name: str, signature: tuple[str, ...], dimension: Dimension | str
     return Builtin(name, signature, call_it, len(signature), len(signature), doc)
 
 
-def _solve(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
+def _solve(e: Context, site: tree.Call, values: list[Value]) -> Value:
     function, target, ends = values
     places = argument_places(site, 3)
     if not isinstance(ends, Range):
