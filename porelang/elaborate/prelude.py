@@ -10,7 +10,6 @@ import gc
 import hashlib
 import pickle
 import sys
-from functools import cache as once
 
 from porelang import cache, resources
 from porelang.diagnostics import PoreError
@@ -20,6 +19,7 @@ from porelang.elaborate.context import Context
 from porelang.elaborate.expressions import evaluate
 from porelang.elaborate.runtime import room_to_compile
 from porelang.elaborate.values import Function, Record, Scalar, Scope, Value
+from porelang.once import once
 from porelang.source import Source
 from porelang.syntax import tree
 from porelang.syntax.parse import parse

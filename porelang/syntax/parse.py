@@ -11,12 +11,12 @@ import io
 import platform
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from porelang import cache as store
 from porelang import resources
 from porelang.diagnostics import Diagnostic, Edit, PoreError
+from porelang.once import once
 from porelang.source import Source, Span
 from porelang.syntax import tree
 from porelang.syntax.builder import Bare, Builder
@@ -72,7 +72,7 @@ def build(text: str, *, strict: bool = False) -> lark.Lark:
     )
 
 
-@cache
+@once
 def parser() -> lark.Lark:
     """The parser, from the cache where it is there; the import of lark waits until something has to be parsed."""
     import lark
