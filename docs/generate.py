@@ -19,7 +19,7 @@ from porelang.units import UNITS
 
 PAGE = Path(__file__).parent / "language.md"
 PART = re.compile(r"(<!-- generated: ([a-z_ /]+) -->\n).*?(<!-- end -->)", re.DOTALL)
-FACT = re.compile(r"(Formula|Range|Volume fraction|Steepest|Balanced|Reference|Example): ?(.*)")
+FACT = re.compile(r"(Formula|Range|Volume fraction|Steepest|Balanced|Reference|Modifies|Example): ?(.*)")
 
 
 def page(text: str) -> str:
@@ -79,7 +79,8 @@ def prelude(name: str) -> str:
         function = scope.names[s.name]
         assert isinstance(function, Function)
         example = f" Example: `{facts['Example']}`" if "Example" in facts else ""
-        lines.append(f"- `{signature(function)}`: {text}{example}")
+        modifies = f" Modifies {_modifies(facts['Modifies'])}." if "Modifies" in facts else ""
+        lines.append(f"- `{signature(function)}`: {text}{modifies}{example}")
     return "\n".join(lines)
 
 
@@ -129,6 +130,12 @@ def _read(doc: str) -> tuple[str, dict[str, str]]:
             last = ""
             text.append(line.strip())
     return " ".join(" ".join(text).split()), facts
+
+
+def _modifies(fact: str) -> str:
+    """`space by angle, as a local frame` in a sentence, with the parameters as code."""
+    dimension, parameters, *letter = re.split(r" by |, ", fact)
+    return ", ".join([f"the {dimension} by {' or '.join(map(code, parameters.split(' or ')))}", *letter])
 
 
 PARTS: dict[str, Callable[[], str]] = {

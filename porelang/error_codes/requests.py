@@ -126,4 +126,17 @@ REQUESTS = (
         "",
         "",
     ),
+    Code(
+        "E116",
+        "what a function modifies does not read",
+        "`pore notation` writes each step as the paper does, and takes what a function modifies from its\n"
+        "documentation: `## Modifies:`, then type, space, wavelength, distance or ratio, `by` and a parameter, or\n"
+        "several (`by w or phase`). Where the argument does not show what it amounts to, `, as a local frame` or\n"
+        "`, as a vector field` follows.",
+        "",
+        "## Walls that grow with d.\n"
+        "## Modifies: distance by d\n"
+        "def walls(f: field, d: field) = shell(f, 1) - d\n"
+        "walls(sphere(20), z / 40) & sphere(40)",
+    ),
 )
