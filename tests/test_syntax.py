@@ -38,7 +38,7 @@ def show(node: Any) -> str:
             return f"{node.value:g}{node.unit}"
         case tree.Text():
             return repr(node.value)
-        case tree.Truth():
+        case tree.Boolean():
             return str(node.value).lower()
         case tree.Name():
             return node.name
@@ -58,7 +58,7 @@ def show(node: Any) -> str:
             return f"({branches} {show(node.otherwise)})"
         case tree.Lambda():
             return f"(({', '.join(p.name for p in node.parameters)}) => {show(node.body)})"
-        case tree.ListOf():
+        case tree.List():
             return "[" + ", ".join(map(show, node.items)) + "]"
         case tree.Comprehension():
             return "[" + " ".join(f"for {n.name} in {show(v)}" for n, v in node.clauses) + f": {show(node.value)}]"
@@ -336,7 +336,7 @@ def test_spans_are_the_text_of_each_node() -> None:
     assert isinstance(product, tree.Chain)
     assert product.first.span.text == "(f(x, r=2) + q.x)"
     vector = product.rest[0][1]
-    assert isinstance(vector, tree.ListOf)
+    assert isinstance(vector, tree.List)
     assert [item.span.text for item in vector.items] == ["1mm", "-b"]
     assert vector.span.column == text.index("[") + 1
 

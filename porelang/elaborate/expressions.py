@@ -43,7 +43,7 @@ def evaluate(ctx: Context, t: tree.Expr, scope: Scope) -> Value:
             return _chain(ctx, t, scope)
         case tree.Unary():
             return operators.unary(ctx, t.op, ctx.evaluate(t.operand, scope), t.span, t.operand.span)
-        case tree.ListOf():
+        case tree.List():
             return _list(ctx, t, scope)
         case tree.Member():
             return _member(ctx, t, scope)
@@ -62,7 +62,7 @@ def evaluate(ctx: Context, t: tree.Expr, scope: Scope) -> Value:
             return ListValue(tuple(items)) if sound else POISON
         case tree.Text():
             return Text(t.value)
-        case tree.Truth():
+        case tree.Boolean():
             return Bool(const(t.value))
 
 
@@ -161,7 +161,7 @@ def _at(ctx: Context, value: Value, span: Span, point: Value, at: Span) -> Value
     return Vector(moved(value.x), moved(value.y), moved(value.z), value.dimension)
 
 
-def _list(ctx: Context, t: tree.ListOf, scope: Scope) -> Value:
+def _list(ctx: Context, t: tree.List, scope: Scope) -> Value:
     items = [ctx.evaluate(i, scope) for i in t.items]
     if any(isinstance(i, Poison) for i in items):
         return POISON

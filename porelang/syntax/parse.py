@@ -22,7 +22,7 @@ from porelang.syntax import tree
 from porelang.syntax.builder import Bare, Builder
 from porelang.syntax.failure import Failure
 from porelang.syntax.mistakes import explain
-from porelang.syntax.tokens import READ_HERE, LexedToken, Piece, Token, split, words
+from porelang.syntax.tokens import LEXER_ONLY, LexedToken, RawStatement, Token, split_statements, tokenize
 
 if TYPE_CHECKING:
     import lark
@@ -34,9 +34,9 @@ MOST = 50  # diagnostics of one source
 
 
 class KeepAll:
-    """Has the lexer keep the terminals that no rule names; the reader takes them out."""
+    """Has the lexer keep the terminals that no rule names; `tokens` takes them out."""
 
-    always_accept = READ_HERE
+    always_accept = LEXER_ONLY
 
     def process(self, stream: Iterator[lark.Token]) -> Iterator[lark.Token]:
         return stream
@@ -50,14 +50,14 @@ def parse(source: Source) -> tuple[tree.File, list[Diagnostic]]:
         return tree.File(source, ()), [Diagnostic("E028", message, Span(source, 0, 0), hint=hint)]
     statements: list[tree.Statement] = []
     diagnostics: list[Diagnostic] = []
-    for piece, following in _followed(split(list(words(source, _lexed(source.text))))):
+    for raw, following in _followed(split_statements(list(tokenize(source, _lexed(source.text))))):
         try:
-            if piece.tokens:
-                statements.append(_statement(piece, following))
+            if raw.tokens:
+                statements.append(_statement(raw, following))
         except PoreError as error:
             diagnostics.extend(error.diagnostics)
-        if piece.remark is not None:
-            diagnostics.append(piece.remark)
+        if raw.error_after is not None:
+            diagnostics.append(raw.error_after)
         if len(diagnostics) >= MOST:
             break
     return tree.File(source, tuple(statements)), sorted(diagnostics, key=_start)[:MOST]
@@ -102,27 +102,27 @@ def _start(diagnostic: Diagnostic) -> int:
     return diagnostic.span.start if diagnostic.span else 0
 
 
-def _followed(pieces: Iterator[Piece]) -> Iterator[tuple[Piece, Token | None]]:
-    """Each piece with the first word of the next one that has any."""
-    waiting: Piece | None = None
-    for piece in pieces:
-        if not piece.tokens:
-            yield piece, None
+def _followed(statements: Iterator[RawStatement]) -> Iterator[tuple[RawStatement, Token | None]]:
+    """Each statement with the first token of the next one that has any."""
+    waiting: RawStatement | None = None
+    for raw in statements:
+        if not raw.tokens:
+            yield raw, None
             continue
         if waiting is not None:
-            yield waiting, piece.tokens[0]
-        waiting = piece
+            yield waiting, raw.tokens[0]
+        waiting = raw
     if waiting is not None:
         yield waiting, None
 
 
-def _statement(piece: Piece, following: Token | None) -> tree.Statement:
-    if piece.trouble is not None:
-        raise PoreError(piece.trouble)
-    statement: tree.Statement | Bare = _parsed(piece.tokens)
-    if len(piece.tokens) > DEEPEST and _is_deep(statement):
+def _statement(raw: RawStatement, following: Token | None) -> tree.Statement:
+    if raw.error is not None:
+        raise PoreError(raw.error)
+    statement: tree.Statement | Bare = _parsed(raw.tokens)
+    if len(raw.tokens) > DEEPEST and _is_deep(statement):
         hint = "name the inner parts with `let`"
-        raise PoreError(Diagnostic("E027", "this statement is nested too deeply", piece.tokens[0].span, hint=hint))
+        raise PoreError(Diagnostic("E027", "this statement is nested too deeply", raw.tokens[0].span, hint=hint))
     if isinstance(statement, Bare):
         if following is not None:
             raise PoreError(_not_last(statement, following))
