@@ -7,7 +7,7 @@ WORKERS ?= auto
 ENVIRONMENT := PYTHONUNBUFFERED=1
 
 .DEFAULT_GOAL := help
-.PHONY: help demo figures test check gl bench bench-peers lint golden docs clean
+.PHONY: help demo figures test check gl bench bench-peers lint golden docs grammar clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -57,6 +57,10 @@ golden: $(READY)  ## rewrite the texts that tests compare with; look at the diff
 
 docs: $(READY)  ## write the generated parts of docs/language.md anew
 	@$(BIN)/python docs/generate.py
+
+grammar: $(READY)  ## write grammar/pore.lalr.json, the tables of grammar/pore.lark, anew
+	@PYTHONHASHSEED=0 $(BIN)/python -c 'from porelang.syntax.parse import tables; print(tables(), end="")' > grammar/made
+	@mv grammar/made grammar/pore.lalr.json
 
 clean:  ## remove the environment, caches and out/
 	rm -rf $(VENV) .peers out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

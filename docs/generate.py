@@ -106,7 +106,7 @@ def _scope(name: str) -> Scope:
     scope = prelude_scope()
     folder, _, last = name.rpartition("/")
     if folder:
-        record = scope.names[folder]
+        record = scope.find(folder)
         assert isinstance(record, Record)
         inner = record.members[last]
         assert isinstance(inner, Record)

@@ -105,6 +105,17 @@ def test_lower_storeys_are_pure(name: str) -> None:
     assert not found + calls
 
 
+def test_nothing_that_is_read_can_run_code() -> None:
+    """Files are data: no module reads a format that can. (The GPU's child is spoken to through a socket of our own.)"""
+    unsafe = {"pickle", "marshal", "shelve", "dill", "joblib"}
+    assert not [
+        f"{name}:{line} imports {imported}"
+        for name, path in MODULES.items()
+        for imported, line in imports(path)
+        if imported.split(".")[0] in unsafe
+    ]
+
+
 def test_every_storey_is_in_the_picture() -> None:
     """docs/architecture.md names every module or package of the table above."""
     text = (PACKAGE.parent / "docs" / "architecture.md").read_text(encoding="utf-8")

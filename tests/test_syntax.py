@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +14,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from porelang import cache, resources
-from porelang.source import Source
+from porelang.source import Source, Span
 from porelang.syntax import parse as syntax
 from porelang.syntax import tree
+from porelang.syntax.builder import Builder
 from porelang.syntax.parse import parse
+from porelang.syntax.tables import unpack
 
 FOLDER = Path(__file__).resolve().parent.parent
 
@@ -555,29 +559,52 @@ def test_lark_is_imported_only_to_parse() -> None:
     assert subprocess.run([sys.executable, "-c", code], cwd=FOLDER, check=False).returncode == 0
 
 
-def test_the_parser_is_kept_and_a_damaged_copy_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PORELANG_CACHE", str(tmp_path / "kept"))
-    fresh = syntax.parser.__wrapped__
-    fresh()
-    (file,) = (tmp_path / "kept").iterdir()
-    whole = file.read_bytes()
+def test_the_tables_in_the_package_are_those_of_the_grammar() -> None:
+    """`make grammar` writes them. With another lark than they were made with, the parser is built at each start."""
+    grammar = resources.read(syntax.GRAMMAR)
+    assert unpack(grammar + " ") is None
+    kept = unpack(grammar, transformer=Builder(), postlex=syntax.KeepAll())
+    assert kept is not None
+    made = syntax.build(grammar)
+    words, same_words = (
+        [(t.name, t.pattern.to_regexp(), sorted(t.pattern.flags), t.priority) for t in p.terminals]
+        for p in (kept, made)
+    )
+    assert words == same_words
+    assert sorted(map(str, kept.rules)) == sorted(map(str, made.rules))
+    for text in ("param w = 3mm in 1mm..9mm step 1mm\n[for i in range(3): i].x |> g(r=1) & ~f @ p", "a + + b\n(", ""):
+        trees = []
+        for parser in (kept, made):
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(syntax, "parser", lambda parser=parser: parser)
+                file, found = read(text)
+                trees.append((outline(file.statements), [(d.code, d.message, d.hint) for d in found]))
+        assert trees[0] == trees[1]
 
-    def refuse(*_: Any, **__: Any) -> None:
-        raise AssertionError("built again")
 
-    def kept() -> Any:
-        with monkeypatch.context() as patch:
-            patch.setattr(syntax, "build", refuse)
-            return fresh()
+def outline(node: Any) -> Any:
+    """A tree as plain tuples, with the places of its nodes as numbers."""
+    match node:
+        case Span():
+            return node.start, node.end
+        case tuple():
+            return tuple(map(outline, node))
+        case _ if is_dataclass(node):
+            return type(node).__name__, *(outline(getattr(node, f.name)) for f in fields(node))
+    return node
 
-    with monkeypatch.context() as patch:
-        loaded = kept()
-        patch.setattr(syntax, "parser", lambda: loaded)
-        assert show(value("a + b*c")) == "(a + (b * c))"
-    for damage in (b"", whole[:100], b"\0" * 50):
-        file.write_bytes(damage)
-        fresh()
-        kept()
+
+def test_a_part_of_a_text_is_read_as_it_is_in_the_whole() -> None:
+    source = Source("test.pore", "## one\nlet a = 1\n## two\ndef f(x) =\n  x + 1  # the end\n\nlet b = a )\n")
+    whole, _ = parse(source)
+    start, end = source.text.index("## two"), source.text.index("let b")
+    part, found = parse(source, start, end)
+    assert not found
+    assert outline(part.statements) == outline(whole.statements[1:2])
+    assert part.statements[0].doc == "two"
+    _, (wrong,) = parse(source, end)
+    assert wrong.span is not None
+    assert (wrong.code, wrong.span.start) == ("E006", source.text.index(")", end))
 
 
 def test_the_cache_is_a_convenience(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -591,6 +618,27 @@ def test_the_cache_is_a_convenience(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     blocked.write_text("")
     monkeypatch.setenv("PORELANG_CACHE", str(blocked))
     cache.put("key", b"three")
+    assert cache.get("key") is None
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="owners and modes of files")
+def test_what_others_may_have_written_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PORELANG_CACHE", str(tmp_path))
+    cache.put("key", b"one")
+    assert cache.get("key") == b"one"
+    for mode in (0o620, 0o602):
+        (tmp_path / "key").chmod(mode)
+        assert cache.get("key") is None
+    cache.put("key", b"two")  # which replaces it
+    assert cache.get("key") == b"two"
+    (tmp_path / "link").symlink_to(tmp_path / "key")
+    os.mkfifo(tmp_path / "pipe")
+    assert cache.get("link") is None
+    assert cache.get("pipe") is None
+    if os.geteuid() == 0:
+        os.chown(tmp_path / "key", 12345, -1)
+    else:
+        monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
     assert cache.get("key") is None
 
 

@@ -119,7 +119,7 @@ class Scope:
 
     __slots__ = ("names", "outer")
 
-    def __init__(self, names: dict[str, Value], outer: Scope | None = None) -> None:
+    def __init__(self, names: Mapping[str, Value], outer: Scope | None = None) -> None:
         self.names = names
         self.outer = outer
 
@@ -136,7 +136,7 @@ class Scope:
         names: set[str] = set()
         scope: Scope | None = self
         while scope is not None:
-            names |= scope.names.keys()
+            names.update(scope.names)
             scope = scope.outer
         return names
 

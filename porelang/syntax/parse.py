@@ -6,15 +6,11 @@ one is reported and every good one is kept. Nothing here recurses: how deep a pr
 
 from __future__ import annotations
 
-import hashlib
-import io
-import platform
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from porelang import cache as store
 from porelang import resources
 from porelang.diagnostics import Diagnostic, Edit, PoreError
 from porelang.source import Source, Span
@@ -22,6 +18,7 @@ from porelang.syntax import tree
 from porelang.syntax.builder import Bare, Builder
 from porelang.syntax.failure import Failure
 from porelang.syntax.mistakes import explain
+from porelang.syntax.tables import pack, unpack
 from porelang.syntax.tokens import READ_HERE, LexedToken, Piece, Token, split, words
 
 if TYPE_CHECKING:
@@ -42,15 +39,18 @@ class KeepAll:
         return stream
 
 
-def parse(source: Source) -> tuple[tree.File, list[Diagnostic]]:
-    """The statements of a source that could be read, and one diagnostic for each that could not (50 at most)."""
+def parse(source: Source, start: int = 0, end: int | None = None) -> tuple[tree.File, list[Diagnostic]]:
+    """The statements of a source that could be read, and one diagnostic for each that could not (50 at most).
+
+    `start..end` is the part of the text to be read, by characters: a whole number of statements.
+    """
     if len(source.text) > LARGEST:
         message = f"this file is too large: {len(source.text)} characters, where {LARGEST} are read"
         hint = "share definitions with `use`"
         return tree.File(source, ()), [Diagnostic("E028", message, Span(source, 0, 0), hint=hint)]
     statements: list[tree.Statement] = []
     diagnostics: list[Diagnostic] = []
-    for piece, following in _followed(split(list(words(source, _lexed(source.text))))):
+    for piece, following in _followed(split(list(words(source, _lexed(source.text[start:end], start))))):
         try:
             if piece.tokens:
                 statements.append(_statement(piece, following))
@@ -74,28 +74,21 @@ def build(text: str, *, strict: bool = False) -> lark.Lark:
 
 @cache
 def parser() -> lark.Lark:
-    """The parser, from the cache where it is there; the import of lark waits until something has to be parsed."""
-    import lark
-
+    """The parser, from the tables in the package; the import of lark waits until something has to be parsed."""
     text = resources.read(GRAMMAR)
-    made_of = "\n".join((lark.__version__, platform.python_implementation(), platform.python_version(), text))
-    key = f"grammar-{hashlib.sha256(made_of.encode()).hexdigest()[:32]}"
-    if (kept := store.get(key)) is not None:
-        try:
-            return lark.Lark.load(io.BytesIO(kept))
-        except Exception:  # a damaged file can fail in any way; it is written anew below
-            pass
-    made = build(text)
-    out = io.BytesIO()
-    made.save(out)
-    store.put(key, out.getvalue())
-    return made
+    return unpack(text, transformer=Builder(), postlex=KeepAll()) or build(text)
 
 
-def _lexed(text: str) -> Iterable[LexedToken]:
+def tables() -> str:
+    """The text of `grammar/pore.lalr.json` as it has to be: the tables of the grammar."""
+    text = resources.read(GRAMMAR)
+    return pack(build(text), text)
+
+
+def _lexed(text: str, offset: int = 0) -> Iterable[LexedToken]:
     thread: Any = parser().parse_interactive(text).lexer_thread
     for token in thread.lex(None):
-        yield LexedToken(token.type, str(token), token.start_pos or 0)
+        yield LexedToken(token.type, str(token), offset + (token.start_pos or 0))
 
 
 def _start(diagnostic: Diagnostic) -> int:
