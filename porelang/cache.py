@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import tempfile
 from contextlib import suppress
 from pathlib import Path
@@ -22,14 +23,25 @@ def folder() -> Path | None:
 
 
 def get(key: str) -> bytes | None:
-    """What was put under `key` (a file name), or None if nothing was or it cannot be read."""
+    """What was put under `key` (a file name), or None: nothing was, or others may have written it."""
     where = folder()
     if where is None:
         return None
     try:
-        return (where / key).read_bytes()
+        # neither through a link nor waiting at a pipe that somebody laid there
+        handle = os.open(where / key, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+        with os.fdopen(handle, "rb") as file:
+            return file.read() if _ours(os.fstat(handle)) else None
     except OSError:
         return None
+
+
+def _ours(found: os.stat_result) -> bool:
+    """Whether a file is one that this user alone can have written."""
+    if not hasattr(os, "geteuid"):  # Windows keeps a user's cache folder from the others
+        return stat.S_ISREG(found.st_mode)
+    mine = found.st_uid == os.geteuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    return stat.S_ISREG(found.st_mode) and mine
 
 
 def put(key: str, content: bytes, most: int | None = None, prefix: str = "") -> None:
@@ -42,7 +54,7 @@ def put(key: str, content: bytes, most: int | None = None, prefix: str = "") -> 
     if where is None:
         return
     with suppress(OSError):
-        where.mkdir(parents=True, exist_ok=True)
+        where.mkdir(mode=0o700, parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=where, prefix=f".{key}.")
         try:
             with os.fdopen(handle, "wb") as file:
