@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import stat
-import tempfile
 from contextlib import suppress
 from pathlib import Path
+
+from porelang.atomic import draft_in
 
 
 def folder() -> Path | None:
@@ -55,14 +56,10 @@ def put(key: str, content: bytes, most: int | None = None, prefix: str = "") -> 
         return
     with suppress(OSError):
         where.mkdir(mode=0o700, parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=where, prefix=f".{key}.")
-        try:
-            with os.fdopen(handle, "wb") as file:
+        with draft_in(where) as draft:
+            with open(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
                 file.write(content)
-            os.replace(temporary, where / key)
-        except BaseException:  # an interrupt too leaves nothing behind
-            os.unlink(temporary)
-            raise
+            os.replace(draft, where / key)
         if most is not None and key.endswith("0"):  # now and then: to list the folder at each file would cost more
             _trim(where, prefix, most)
 

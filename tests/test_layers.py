@@ -16,6 +16,7 @@ PACKAGE = Path(__file__).parent.parent / "porelang"
 STOREYS = {
     "": 0,  # porelang/__init__.py: names only, and what it hands on it imports when asked
     "source": 0, "diagnostics": 0, "error_codes": 0, "units": 0, "resources": 0, "cache": 0, "progress": 0,
+    "atomic": 0,
     "compiled": 0,
     "interval": 1, "ir": 1, "data": 1, "ops": 1, "rewrite": 1,
     "rewrites": 2, "analysis": 2, "backends": 2,
@@ -28,8 +29,8 @@ STOREYS = {
 PURE = 3
 #: What a pure storey does without: files, devices, other programs, and packages that take long to import.
 WORLDLY = {"moderngl", "numba", "trimesh", "contourpy", "scipy", "subprocess", "socket", "time", "tempfile", "shutil"}
-#: Where the package's own resources and the user's cache are read: the only files of the lower storeys.
-READERS = {"resources", "cache", "elaborate.prelude"}
+#: Where the package's own resources and the user's cache are read and files are written: the only ones below.
+READERS = {"resources", "cache", "elaborate.prelude", "atomic"}
 #: The one place that knows of the compiler of loops.
 COMPILER = "compiled"
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.atomic import destination, save
 from porelang.cli import report
 from porelang.diagnostics import PoreError, fail
 
@@ -26,9 +27,12 @@ AT_ONCE = 2**16
 def evaluate(program: Program, options: Namespace) -> int:
     """Values of an output at points. Errors: E104 for points that are none, and what `Program.field` rejects."""
     from porelang.cli.commands import broken_checks
-    from porelang.mesh.export import save
     from porelang.program import make_field
 
+    if options.output:
+        if not options.output.endswith(".npy"):
+            raise fail("E112", f"{options.output}: values are written as .npy", hint="end the name with .npy")
+        destination(options.output)
     backend, dtype = machine(options, "f64")
     if broken := broken_checks(program, dict(options.settings)):
         raise PoreError(broken)
@@ -36,8 +40,6 @@ def evaluate(program: Program, options: Namespace) -> int:
     points = read_points(options.points)
     values = make_field(roots, settings, program.graph.ranges, backend, dtype)(points)
     if options.output:
-        if not options.output.endswith(".npy"):
-            raise fail("E112", f"{options.output}: values are written as .npy", hint="end the name with .npy")
         save(options.output, lambda file: np.save(file, values))
     if options.json:
         written = {"file": options.output} if options.output else {"values": values.tolist()}

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import os
 import time
 from argparse import Namespace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from porelang.atomic import destination
 from porelang.cli import report
 from porelang.cli.commands import broken_checks, load
 from porelang.cli.evaluate import machine
@@ -28,13 +27,7 @@ MOST_NODES = 20_000_000_000
 def mesh(options: Namespace) -> int:
     """Mesh an output, write it and print a report. What can be refused is refused before anything is computed."""
     writer_of(options.output)
-    folder = os.path.dirname(os.path.abspath(options.output))
-    if not os.path.isdir(folder):
-        raise fail(
-            "E113",
-            f"cannot write {options.output}: there is no folder {folder}",
-            hint=f"make it first: mkdir -p {folder}",
-        )
+    folder = destination(options.output).parent
     if options.voxel is not None and options.resolution is not None:
         raise fail("E108", "--voxel and --resolution say the same thing twice", hint="give one of them")
     program = load(options)
@@ -56,7 +49,7 @@ def mesh(options: Namespace) -> int:
         backend,
         dtype,
         settings,
-        folder=Path(folder),
+        folder=folder,
         progress=progress,
     )
     refined = refine(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 import time
 from argparse import ArgumentTypeError, Namespace
 
+from porelang.atomic import destination
 from porelang.cli import report
 from porelang.diagnostics import PoreError, fail
 from porelang.units import LENGTH, UNITS
@@ -109,10 +109,7 @@ def render(options: Namespace) -> int:
 
     if not options.output.lower().endswith(".png"):
         raise fail("E112", f"{options.output}: pictures are written as .png", hint="end the name with .png")
-    folder = os.path.dirname(os.path.abspath(options.output))
-    if not os.path.isdir(folder):
-        raise fail("E113", f"cannot write {options.output}: there is no folder {folder}",
-                   hint=f"make it first: mkdir -p {folder}")  # fmt: skip
+    destination(options.output)
     for option, given in (("--field", options.field), ("--range", options.range), ("--legend", options.legend)):
         if given is not None and not options.slice:
             raise fail("E108", f"{option} is about planes, and there is none", hint="add one: --slice x=0")

@@ -107,7 +107,9 @@ REQUESTS = (
     Code(
         "E113",
         "a file that cannot be written",
-        "The folder is not there, is full, or may not be written to. A file is written whole or not at all.",
+        "The folder is not there, is full, or may not be written to; or what is there is no file to be replaced: a\n"
+        "device, a pipe, a folder that holds more than layers, a file that was made read-only. A file is written\n"
+        "whole or not at all.",
         "",
         "",
     ),

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.box import Box
+from porelang.atomic import save
 from porelang.diagnostics import fail, suggest
 from porelang.ir import Node
 from porelang.mesh.output import Bounds, checked_bounds
@@ -137,8 +138,6 @@ def render_output(
 def write_png(picture: Picture, path: str, transparent: bool = False) -> None:
     """Write a picture, whole or not at all. Errors: E113."""
     from PIL import Image
-
-    from porelang.mesh.export import save
 
     image = Image.fromarray(picture.pixels if transparent else np.ascontiguousarray(picture.pixels[..., :3]))
 
