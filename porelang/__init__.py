@@ -9,11 +9,11 @@ True
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-from porelang.diagnostics import Diagnostic, PoreError
-
+TYPE_CHECKING = False  # the module `typing` takes long to import, and `pore` answers no Ctrl-C until this is done
 if TYPE_CHECKING:
+    from typing import Any
+
+    from porelang.diagnostics import Diagnostic, PoreError
     from porelang.program import Field, Program, compile
 
 __version__ = "0.1.0"
@@ -21,6 +21,10 @@ __all__ = ["Diagnostic", "Field", "PoreError", "Program", "__version__", "compil
 
 
 def __getattr__(name: str) -> Any:
+    if name in ("Diagnostic", "PoreError"):
+        from porelang import diagnostics
+
+        return getattr(diagnostics, name)
     if name in ("Field", "Program", "compile"):
         from porelang import program
 

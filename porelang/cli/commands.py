@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import platform
 import sys
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from porelang.cli import report
 from porelang.cli.arguments import parse
+from porelang.cli.streams import unheard
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
 from porelang.progress import watched
 
@@ -28,6 +30,14 @@ def run(argv: Sequence[str]) -> int:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
+    status = _run(argv)
+    if (lost := unheard()) is not None:
+        report.say([lost])
+        return status or report.status([lost])
+    return status
+
+
+def _run(argv: Sequence[str]) -> int:
     command = ""
     try:
         options = parse(argv)
@@ -39,20 +49,38 @@ def run(argv: Sequence[str]) -> int:
     except SystemExit as asked:  # argparse has printed help or the version
         return int(asked.code or 0)
     except MemoryError:
-        found = [
-            Diagnostic(
-                "E124",
-                "this machine has not enough memory for that",
-                hint="use a larger --voxel, smaller --bounds or fewer points",
-            )
-        ]
+        found = [NO_MEMORY]
     except (KeyboardInterrupt, BrokenPipeError):
         raise
     except Exception as error:
-        if os.environ.get("PORELANG_DEBUG"):
+        if isinstance(error, OSError) and (lost := unheard()) is not None:
+            report.say([lost])
+            return report.status([lost])
+        known = of_the_system(error) if isinstance(error, OSError) else None
+        if known is None and os.environ.get("PORELANG_DEBUG"):
             traceback.print_exc()
-        found = [bug(error)]
+        found = [known or bug(error)]
     return rejected(found, command, "--json" in argv)
+
+
+NO_MEMORY = Diagnostic(
+    "E124",
+    "this machine has not enough memory for that",
+    hint="use a larger --voxel, smaller --bounds or fewer points",
+)
+#: Refusals of the system that no program can help.
+_REFUSALS = ("ENOSPC", "EDQUOT", "EFBIG", "EROFS", "EIO", "EBADF", "EMFILE", "ENFILE")
+
+
+def of_the_system(error: OSError) -> Diagnostic | None:
+    """What is said where the system refuses something for want of room; None if the mistake may be ours."""
+    if error.errno == errno.ENOMEM:
+        return NO_MEMORY
+    if error.errno in {getattr(errno, name, None) for name in _REFUSALS}:
+        what = f"`{error.filename}`" if error.filename else "what was asked for"
+        reason = (error.strerror or str(error)).lower()
+        return Diagnostic("E113", f"cannot write {what}: {reason}", hint="make room, or write somewhere else")
+    return None
 
 
 def rejected(found: list[Diagnostic], command: str, as_json: bool) -> int:

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Any, TextIO
 
+from porelang.cli.streams import silence
 from porelang.diagnostics import Diagnostic, render
 
 #: Wrong usage, wherever it is found: the request does not fit the program, or its files are not there.
@@ -35,12 +36,22 @@ def say(found: Iterable[Diagnostic]) -> None:
     coloured = _colourful(sys.stderr)
     for d in found:
         text = render(d)
-        print(colour(text) if coloured else text, end="\n\n", file=sys.stderr, flush=True)
+        tell(colour(text) if coloured else text, end="\n\n")
 
 
 def note(text: str) -> None:
     """A line to standard error."""
-    print(text, file=sys.stderr, flush=True)
+    tell(text)
+
+
+def tell(text: str, end: str = "\n") -> None:
+    """A text to standard error. That it is full, or a terminal that was closed, changes nothing: the status tells."""
+    try:
+        print(text, end=end, file=sys.stderr, flush=True)
+    except BrokenPipeError:
+        raise
+    except OSError:
+        silence(sys.stderr)
 
 
 def put(value: Any) -> None:
@@ -95,7 +106,7 @@ def progress(what: str, quiet: bool) -> Callable[[int, int], None] | None:
         last = now
         filled = 30 * done // max(total, 1)
         bar = f"\r{what} [{'#' * filled}{' ' * (30 - filled)}] {100 * done // max(total, 1):3d} %"
-        print("\r\033[K" if done >= total else bar, end="", file=sys.stderr, flush=True)
+        tell("\r\033[K" if done >= total else bar, end="")
 
     return show
 
@@ -111,13 +122,13 @@ def busy(what: str, quiet: bool) -> Callable[[int, int], None] | None:
         now = time.monotonic()
         if done >= total:
             if last:
-                print("\r\033[K", end="", file=sys.stderr, flush=True)
+                tell("\r\033[K", end="")
             start = last = 0.0
         elif not start:
             start = now
         elif now - start > 1 and now - last > 0.2:
             last = now
-            print(f"\r{what}: {now - start:.0f} s (Ctrl-C ends it)", end="", file=sys.stderr, flush=True)
+            tell(f"\r{what}: {now - start:.0f} s (Ctrl-C ends it)", end="")
 
     return show
 
