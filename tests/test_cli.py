@@ -215,7 +215,9 @@ def test_components_are_counted() -> None:
         (["--frobnicate"], "E108", "no option `--frobnicate`"),
         (["--voxle", "1"], "E108", "did you mean `--voxel`"),
         (["more.pore"], "E108", "one word too many"),
-        (["--voxel"], "E108", "needs a value"),
+        (["--voxel"], "E108", "`--voxel` needs a value"),
+        (["--smooth=3"], "E108", "`--smooth` takes no value"),
+        (["--bounds", "a: b"], "E108", "`a: b` are no bounds"),
     ],
 )
 def test_wrong_usage_is_told_and_writes_nothing(pore: Pore, words: list[str], code: str, says: str) -> None:
@@ -416,6 +418,35 @@ def test_help_lists_every_command_and_no_other(pore: Pore) -> None:
         assert COMMANDS[name].example in pore.out
     assert pore() == 2
     assert pore("--version") == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["check"], "`pore check` needs FILE"),
+        (["mesh"], "`pore mesh` needs FILE and --output"),
+        (["slices", "a.pore", "-o", "layers"], "`pore slices` needs --step"),
+        (["eval", "--json"], "`pore eval` needs FILE and --points"),
+        (["mesh", "a.pore", "-o"], "`--output` needs a value"),
+        (["mesh", "a.pore", "-o", "--json"], "`--output` needs a value"),
+        (["mesh", "-"], "`pore mesh` needs --output"),
+        (["-"], "no command `-`"),
+        (["--json", "check"], "`pore` has no option `--json`"),
+        (["glsl", "a.pore", "--stage", "compile"], "`--stage` cannot be `compile`"),
+    ],
+)
+def test_what_is_missing_is_named(pore: Pore, words: list[str], says: str) -> None:
+    """In words of ours: those of `argparse` differ from one Python to the next."""
+    assert pore(*words) == 2
+    assert "error[E108]" in pore.err
+    assert says in pore.err
+    assert "= hint: " in pore.err
+
+
+def test_options_may_stand_before_the_file(pore: Pore) -> None:
+    assert pore("check", "-q", SPECIMEN) == 0
+    assert pore("explain", "--json", "E062") == 0
+    assert pore.json()["code"] == "E062"
 
 
 def test_unknown_commands_are_told(pore: Pore) -> None:

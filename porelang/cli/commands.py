@@ -12,7 +12,7 @@ from contextlib import redirect_stdout, suppress
 from typing import TYPE_CHECKING
 
 from porelang.cli import report
-from porelang.cli.arguments import parse
+from porelang.cli.parsing import parse
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
 from porelang.progress import watched
 
