@@ -27,7 +27,7 @@ STOREYS = {
 }  # fmt: skip
 PURE = 3
 #: What a pure storey does without: files, devices, other programs, and packages that take long to import.
-WORLDLY = {"moderngl", "numba", "trimesh", "contourpy", "scipy", "subprocess", "socket", "time", "tempfile", "shutil"}
+WORLDLY = {"moderngl", "numba", "trimesh", "scipy", "subprocess", "socket", "time", "tempfile", "shutil"}
 #: Where the package's own resources and the user's cache are read: the only files of the lower storeys.
 READERS = {"resources", "cache", "elaborate.prelude"}
 #: The one place that knows of the compiler of loops.
@@ -116,7 +116,7 @@ def test_nothing_is_imported_that_check_does_not_need() -> None:
     """`pore check` is fast because the heavy packages are imported only by those who need them."""
     code = (
         "import sys; from porelang.cli import main; assert main(['check', sys.argv[1], '-q']) == 0;"
-        "print([m for m in ('trimesh', 'contourpy', 'moderngl', 'numba', 'scipy', 'PIL') if m in sys.modules])"
+        "print([m for m in ('trimesh', 'moderngl', 'numba', 'scipy', 'PIL') if m in sys.modules])"
     )
     example = PACKAGE.parent / "examples" / "specimen.pore"
     done = subprocess.run([sys.executable, "-c", code, str(example)], capture_output=True, text=True, check=True)

@@ -52,7 +52,7 @@ def _parse(command: Command, words: Sequence[str]) -> Namespace:
     if rest:
         raise _unknown(command, rest[0])
     missing = [
-        more.get("metavar", "") if not flags[0].startswith("-") else flags[-1]
+        _name(flags, more)
         for flags, more in (OPTIONS[name] for name in command.options)
         if more.get("required") and getattr(options, _attribute(flags, more)) is None
     ]
@@ -60,6 +60,11 @@ def _parse(command: Command, words: Sequence[str]) -> Namespace:
         raise fail("E108", f"`pore {command.name}` needs {' and '.join(missing)}", hint=f"write `{command.example}`")
     options.command = command.name
     return options
+
+
+def _name(flags: tuple[str, ...], more: dict[str, Any]) -> str:
+    """What an option is called in messages."""
+    return flags[-1] if flags[0].startswith("-") else str(more["metavar"])
 
 
 def _attribute(flags: tuple[str, ...], more: dict[str, Any]) -> str:
@@ -92,11 +97,13 @@ def _parser(command: Command) -> _Parser:
     for name in command.options:
         flags, more = OPTIONS[name]
         told = {key: value for key, value in more.items() if key not in ("required", "choices", "type")}
+        if not flags[0].startswith("-"):
+            told.pop("nargs", None)  # before options `argparse` would take it for left out
         if "choices" in more:
-            told["metavar"] = f"{{{','.join(more['choices'])}}}"
-            told["type"] = _one_of(flags[-1], more["choices"])
+            told.setdefault("metavar", f"{{{','.join(more['choices'])}}}")
+            told["type"] = _one_of(_name(flags, more), more["choices"])
         elif "type" in more:
-            told["type"] = _reader(flags[-1], more["type"])
+            told["type"] = _reader(_name(flags, more), more["type"])
         parser.add_argument(*flags, **told).required = False
     return parser
 

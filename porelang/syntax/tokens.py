@@ -24,7 +24,6 @@ READ_HERE = ("NEWLINE", "SEMICOLON", "DOC", *sorted(STRANGE))
 STATEMENTS = frozenset({"USE", "PARAM", "LET", "DEF", "OUT", "CHECK"})
 OPENING = {"LPAR": "RPAR", "LBRACK": "RBRACK", "LBRACE": "RBRACE", "SET": "RBRACE"}
 CLOSING = frozenset(OPENING.values())
-BRACES = frozenset({"LBRACE", "SET"})
 
 OPERATORS = frozenset(
     ("COMPARE", "PIPE", "BAR", "AMP", "BACKSLASH", "PLUS", "STAR", "SLASH", "PERCENT", "CARET", "AT", "AND", "OR")
