@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 WORKERS ?= auto
-ENVIRONMENT := PYTHONUNBUFFERED=1
+ENVIRONMENT := PYTHONUNBUFFERED=1 $(if $(filter Linux,$(shell uname)),PORELANG_TEST_GL=required)
 
 .DEFAULT_GOAL := help
 .PHONY: help demo figures test check gl bench bench-peers lint golden docs clean

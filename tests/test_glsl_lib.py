@@ -7,7 +7,7 @@ compared exactly. Numbers too small for a normal float may count as 0, in argume
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from porelang.gpu import Gpu, open_gpu
+from porelang.gpu import Gpu
 from porelang.resources import folder
 
 F32 = NDArray[np.float32]
@@ -52,12 +52,6 @@ void main() {{
     o[i] = {expression};
 }}
 """
-
-
-@pytest.fixture(scope="module")
-def gpu() -> Iterator[Gpu]:
-    with open_gpu("egl") as opened:
-        yield opened
 
 
 def run(gpu: Gpu, expression: str, *args: F32, head: str = "#version 430\n") -> F32:

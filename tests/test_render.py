@@ -199,9 +199,9 @@ def test_a_param_changes_the_picture_without_compiling() -> None:
     wishes = Wishes((80, 60), samples=1, projection="orthographic", transparent=True)
     bounds = (-21.0, -21.0, -21.0, 21.0, 21.0, 21.0)
     small = render_output(program, None, wishes, bounds)
-    compiled = gpu().compiled
+    compiled = gpu("person").compiled
     large = render_output(program, None, wishes, bounds, {"r": 20})
-    assert gpu().compiled == compiled
+    assert gpu("person").compiled == compiled
     assert alpha_area(large) == pytest.approx(4 * alpha_area(small), rel=0.05)
 
 

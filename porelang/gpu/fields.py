@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from porelang.backends.glsl import Form, Shader, shader
 from porelang.backends.uniform import uniform_values
 from porelang.diagnostics import PoreError, fail
-from porelang.gpu import Gpu, GpuFailed, GpuMissing, shared_gpu
+from porelang.gpu import Gpu, GpuFailed, GpuMissing, Lane, shared_gpu
 from porelang.ir import Node, order
 from porelang.ops import kind
 
@@ -25,10 +25,10 @@ LONGEST = 6000
 LONGEST_ROW = 1 << 20
 
 
-def gpu() -> Gpu:
-    """The GPU of this process. Errors: E120 where there is none, with the command that installs one."""
+def gpu(lane: Lane = "work") -> Gpu:
+    """The GPU of this process, of a lane. Errors: E120 where there is none, with the command that installs one."""
     try:
-        return shared_gpu()
+        return shared_gpu(lane=lane)
     except GpuMissing as missing:
         raise fail("E120", f"no OpenGL here: {missing.reason}", hint=missing.install) from None
 

@@ -120,7 +120,7 @@ def render_output(
         if scene.cells.empty:
             raise fail("E111", "nothing solid lies in what is to be shown",
                        hint="solid is negative: widen --bounds, or take a --cut away")  # fmt: skip
-        marcher = Marcher(scene, camera, size, gpu(), samples)
+        marcher = Marcher(scene, camera, size, gpu("person"), samples)
         # where a plane lies in a cut face, the plane is seen
         far = far - 4 * np.float32(marcher.nearest)
         lay = _lay_glass if wishes.solid == "glass" else _lay_solid
