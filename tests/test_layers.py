@@ -17,7 +17,7 @@ STOREYS = {
     "": 0,  # porelang/__init__.py: names only, and what it hands on it imports when asked
     "source": 0, "diagnostics": 0, "error_codes": 0, "units": 0, "resources": 0, "cache": 0, "progress": 0,
     "compiled": 0,
-    "interval": 1, "ir": 1, "data": 1, "ops": 1, "rewrite": 1,
+    "interval": 1, "ir": 1, "data": 1, "store": 1, "ops": 1, "rewrite": 1,
     "rewrites": 2, "analysis": 2, "backends": 2,
     "syntax": 3, "elaborate": 3,
     "tasks": 4, "gpu": 4, "files": 4,
@@ -29,7 +29,7 @@ PURE = 3
 #: What a pure storey does without: files, devices, other programs, and packages that take long to import.
 WORLDLY = {"moderngl", "numba", "trimesh", "scipy", "subprocess", "socket", "time", "tempfile", "shutil"}
 #: Where the package's own resources and the user's cache are read: the only files of the lower storeys.
-READERS = {"resources", "cache", "elaborate.prelude"}
+READERS = {"resources", "cache", "store", "elaborate.prelude"}
 #: The one place that knows of the compiler of loops.
 COMPILER = "compiled"
 

@@ -98,6 +98,12 @@ COMMANDS: dict[str, Command] = {
             ("code", "json"),
             "pore explain E012",
         ),
+        Command(
+            "cache",
+            "what tasks have left on disk: its size (the default), a list, or clear it",
+            ("action", "json", "quiet"),
+            "pore cache list",
+        ),
         Command("doctor", "what of this machine is used, and what is missing", ("json",), "pore doctor"),
         Command(
             "conformance",
@@ -114,6 +120,15 @@ COMMANDS: dict[str, Command] = {
 OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "file": (("file",), {"metavar": "FILE", "required": True, "help": "the program, a .pore file"}),
     "code": (("code",), {"metavar": "CODE", "help": "the code of a diagnostic, as in E012"}),
+    "action": (
+        ("action",),
+        {
+            "metavar": "ACTION",
+            "choices": ("list", "size", "clear"),
+            "default": "size",
+            "help": "list, size or clear (default: size); PORELANG_CACHE_LIMIT=500MB in the environment sets the limit",
+        },
+    ),
     "set": (
         ("--set",),
         {

@@ -304,6 +304,13 @@ def explain(options: Namespace) -> int:
     return explain(options.code, options.json)
 
 
+def cache(options: Namespace) -> int:
+    """`pore cache`: what tasks have left on disk."""
+    from porelang.cli.caching import cache
+
+    return cache(options)
+
+
 def doctor(options: Namespace) -> int:
     """`pore doctor`: what of this machine is used."""
     from porelang.conformance.report import doctor
@@ -336,6 +343,7 @@ RUN: dict[str, Command] = {
     "notation": notation,
     "render": render,
     "explain": explain,
+    "cache": cache,
     "doctor": doctor,
     "conformance": conformance,
     "help": usage,
