@@ -9,9 +9,12 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable
+from functools import cache
 
 import pytest
 
+from porelang.conformance.backend import NUMPY, Backend, glsl
+from porelang.conformance.sweep import Measurement, sweep
 from porelang.gpu import Gpu, GpuMissing, open_gpu, shared_gpu
 
 
@@ -45,3 +48,37 @@ def opened() -> Callable[..., Gpu]:
         return _or_skip(lambda: open_gpu(kind), required)  # type: ignore[arg-type]
 
     return open_or_skip
+
+
+#: The backends by name, as the fixture `backend` is parametrised: `glsl` needs OpenGL.
+NAMES = (*(b.name for b in NUMPY), "glsl")
+
+
+@pytest.fixture(scope="session")
+def named(request: pytest.FixtureRequest) -> Callable[[str], Backend]:
+    """A backend by its name; for GLSL the test is skipped where there is no OpenGL."""
+
+    def find(name: str) -> Backend:
+        return {b.name: b for b in NUMPY}.get(name) or glsl(request.getfixturevalue("gpu"))
+
+    return find
+
+
+@pytest.fixture(params=NAMES)
+def backend(request: pytest.FixtureRequest, named: Callable[[str], Backend]) -> Backend:
+    """Each backend in turn."""
+    return named(request.param)
+
+
+@pytest.fixture(params=["numpy", "glsl"])
+def engine(request: pytest.FixtureRequest) -> str:
+    """What `backend=` takes, in turn."""
+    if request.param == "glsl":
+        request.getfixturevalue("gpu")
+    return str(request.param)
+
+
+@pytest.fixture(scope="session")
+def swept(named: Callable[[str], Backend]) -> Callable[[str], list[Measurement]]:
+    """What the whole sweep of a backend found: it takes seconds, so that all who look at it share one."""
+    return cache(lambda name: sweep(named(name), seed=7))

@@ -11,15 +11,13 @@ from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
 import porelang as pore
-from porelang.conformance.backend import NUMPY, Backend, glsl
+from porelang.conformance.backend import NUMPY, Backend
 from porelang.conformance.generate import RANGES, Dice, draw_graph, program_text
 from porelang.conformance.suite import check_graph, random_graphs
-from porelang.gpu import shared_gpu
 from porelang.ir import Node, order
 from porelang.ops import TABLE
 from porelang.rewrites import Graph, run
 
-BACKENDS = (*NUMPY, glsl(shared_gpu()))
 SEED = 20240229
 EXAMPLES = 500
 
@@ -39,16 +37,18 @@ def graphs(draw: st.DrawFn, size: int = 16) -> Node:
     return draw_graph(Drawn(draw), size)
 
 
-@seed(SEED)
-@settings(
-    max_examples=EXAMPLES, deadline=None, database=None, print_blob=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)  # fmt: skip
-@given(graphs())
-def test_every_backend_keeps_the_law(root: Node) -> None:
-    for backend in BACKENDS:
+def test_every_backend_keeps_the_law(backend: Backend) -> None:
+    @seed(SEED)
+    @settings(
+        max_examples=EXAMPLES, deadline=None, database=None, print_blob=True,
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+    )  # fmt: skip
+    @given(graphs())
+    def keeps_the_law(root: Node) -> None:
         failure = check_graph(f"hypothesis, seed {SEED}", root, backend, 100, SEED).failure
         assert failure is None, f"{failure.backend} breaks the law at `{failure.operation}`:\n{failure.example}"
+
+    keeps_the_law()
 
 
 def test_the_law_says_something(capsys: pytest.CaptureFixture[str]) -> None:
@@ -70,7 +70,7 @@ def test_graphs_are_the_same_for_the_same_seed() -> None:
 
 def test_graphs_written_as_programs_are_the_same_graphs() -> None:
     """What the language makes of a graph's text is the graph itself, after the passes."""
-    dice, compared = Dice.seeded(SEED), 0
+    dice, compared = Dice.seeded(SEED), set[str]()
     for _ in range(150):
         root = draw_graph(dice, 16)
         text = program_text(root)
@@ -79,8 +79,8 @@ def test_graphs_written_as_programs_are_the_same_graphs() -> None:
             continue  # no function of the language: written as a choice
         (flat,) = program.roots("part")
         assert flat is run(Graph({"part": root}, RANGES)).roots["part"], text
-        compared += 1
-    assert compared > 80
+        compared.update(n.op for n in order([root]))
+    assert set(TABLE) - {"direction"} <= compared
 
 
 def test_programs_of_random_graphs_keep_the_law_with_params_at_their_ends() -> None:
@@ -96,7 +96,6 @@ def test_programs_of_random_graphs_keep_the_law_with_params_at_their_ends() -> N
             assert narrow.dtype == np.float32
 
 
-@pytest.mark.parametrize("backend", BACKENDS, ids=[b.name for b in BACKENDS])
 def test_longer_graphs_keep_the_law(backend: Backend) -> None:
     for i, root in enumerate(random_graphs(150, SEED + 2, size=50)):
         failure = check_graph(f"graph {i} of seed {SEED + 2}", root, backend, 100, i).failure

@@ -12,15 +12,14 @@ import porelang as pore
 from porelang.analysis.enclose import F64
 from porelang.backends.error import allowed
 from porelang.backends.numpy import NumpyField
-from porelang.conformance.backend import NUMPY, Backend, glsl
+from porelang.conformance.backend import NUMPY, Backend
 from porelang.conformance.generate import RANGES
 from porelang.conformance.law import places
 from porelang.conformance.suite import random_graphs
-from porelang.gpu import shared_gpu
+from porelang.gpu import Gpu
 from porelang.ir import Node, node
 from porelang.rewrites import PIPELINE, Graph, run
 
-BACKENDS = [*NUMPY, glsl(shared_gpu())]
 POINTS = places(400, 5)
 
 
@@ -83,7 +82,6 @@ def test_the_same_node(one: str, other: str) -> None:
     assert program.roots("one")[0] is program.roots("other")[0]
 
 
-@pytest.mark.parametrize("backend", BACKENDS, ids=[b.name for b in BACKENDS])
 @pytest.mark.parametrize(
     ("one", "other"),
     [
@@ -115,7 +113,6 @@ def test_the_same_value(one: str, other: str, backend: Backend) -> None:
     agree(flat(one), flat(other), backend, slack=1e-4 if backend.precision is not F64 else 1e-12)
 
 
-@pytest.mark.parametrize("backend", BACKENDS, ids=[b.name for b in BACKENDS])
 def test_a_param_is_the_number_it_is_set_to(backend: Backend) -> None:
     text = "gyroid({w}) |> thicken(sphere(40) / 100, {t}) & cylinder({w} + 10, 40) |> translate([{t}, 0, 0])"
     open_ = pore.compile("param w = 30 in 10..60\nparam t = 0.3 in 0..1\n" + text.format(w="w", t="t"))
@@ -125,8 +122,7 @@ def test_a_param_is_the_number_it_is_set_to(backend: Backend) -> None:
         agree(open_.roots("part")[0], closed, backend, params, slack=1e-4 if backend.precision is not F64 else 1e-12)
 
 
-def test_a_param_never_changes_the_shader() -> None:
-    gpu = shared_gpu()
+def test_a_param_never_changes_the_shader(gpu: Gpu) -> None:
     program = pore.compile("param w = 30 in 10..60\ngyroid(w) & sphere(2 * w)")
     program.field("part", backend="glsl", dtype="f32")(POINTS)
     before = gpu.compiled
@@ -183,25 +179,24 @@ def test_a_grid_is_its_points(text: str, dtype: str) -> None:
 
 
 @pytest.mark.parametrize("text", FIELDS)
-def test_a_grid_on_the_device_is_its_points(text: str) -> None:
+def test_a_grid_on_the_device_is_its_points(gpu: Gpu, text: str) -> None:
     field = pore.compile(text).field("part", backend="glsl", dtype="f32")
     grid = field.on_grid(axes(np.float32)).all()
     assert np.array_equal(grid.ravel(), field(cloud(np.float32)))
 
 
 @pytest.mark.parametrize("text", FIELDS)
-def test_blocks_are_parts_of_the_whole(text: str) -> None:
-    for backend in ("numpy", "glsl"):
-        grid = pore.compile(text).field("part", backend=backend, dtype="f32").on_grid(axes(np.float32))
-        whole = grid.all()
-        for lo, hi in (
-            ((0, 0, 0), (23, 17, 41)),
-            ((3, 5, 7), (4, 6, 8)),
-            ((22, 0, 1), (23, 17, 2)),
-            ((1, 2, 3), (20, 9, 40)),
-        ):
-            window = tuple(slice(a, b) for a, b in zip(lo, hi, strict=True))
-            assert np.array_equal(grid.block(lo, hi), whole[window])
+def test_blocks_are_parts_of_the_whole(text: str, engine: Any) -> None:
+    grid = pore.compile(text).field("part", backend=engine, dtype="f32").on_grid(axes(np.float32))
+    whole = grid.all()
+    for lo, hi in (
+        ((0, 0, 0), (23, 17, 41)),
+        ((3, 5, 7), (4, 6, 8)),
+        ((22, 0, 1), (23, 17, 2)),
+        ((1, 2, 3), (20, 9, 40)),
+    ):
+        window = tuple(slice(a, b) for a, b in zip(lo, hi, strict=True))
+        assert np.array_equal(grid.block(lo, hi), whole[window])
 
 
 def test_threads_and_tiles_change_nothing() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import porelang
+from porelang.gpu import Gpu
 from porelang.program import Program
 
 
@@ -174,20 +175,18 @@ def test_params_of_every_sort() -> None:
             program.field(**settings)  # type: ignore[arg-type]
 
 
-def test_a_param_changes_nothing_but_numbers() -> None:
+def test_a_param_changes_nothing_but_numbers(gpu: Gpu) -> None:
     """The shader's text, and so its compilation, does not depend on a param's value."""
     program = porelang.compile("param w = 30 in 10..60\nparam k = gyroid in {gyroid, diamond}\nk(w) & sphere(50)")
-    from porelang.gpu.fields import gpu
-
     points = np.random.default_rng(0).uniform(-40, 40, (100, 3))
     program.field(backend="glsl", dtype="f32")(points)
-    before = gpu().compiled
+    before = gpu.compiled
     for w in (12, 33, 59):
         for k in ("gyroid", "diamond"):
             got = program.field(backend="glsl", dtype="f32", w=w, k=k)(points)
             want = program.field(w=w, k=k)(points)
             assert np.abs(got - want).max() < 1e-4
-    assert gpu().compiled == before
+    assert gpu.compiled == before
 
 
 def test_definitions_may_stand_in_any_order_and_shadow_the_prelude() -> None:
@@ -341,10 +340,16 @@ def test_what_python_hands_over() -> None:
     program = porelang.compile("out part = sphere(10)\nout half = x < 0")
     assert program.mesh("part", bounds=program.bounds("part"), resolution=20).is_watertight
     assert program.mesh("part", bounds=[[-8] * 3, [8] * 3], resolution=20).bounds.tolist() == [[-8] * 3, [8] * 3]
-    assert program.field("half", backend="glsl")([[1.0, 0, 0], [-1.0, 0, 0]]).tolist() == [False, True]
+    assert program.field("half")([[1.0, 0, 0], [-1.0, 0, 0]]).tolist() == [False, True]
     for wrong in ({"dtype": "f16"}, {"backend": "cuda"}):
         with pytest.raises(porelang.PoreError, match="choose from"):
             program.field("part", **wrong)  # type: ignore[arg-type]
+
+
+@pytest.mark.usefixtures("gpu")
+def test_a_condition_on_the_device_is_one() -> None:
+    program = porelang.compile("out half = x < 0")
+    assert program.field("half", backend="glsl")([[1.0, 0, 0], [-1.0, 0, 0]]).tolist() == [False, True]
 
 
 def test_an_output_can_be_referred_to_by_its_name() -> None:

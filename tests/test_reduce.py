@@ -199,6 +199,7 @@ def test_an_infinite_value_is_no_mean() -> None:
     assert "infinite" in str(caught.value)
 
 
+@pytest.mark.usefixtures("gpu")
 def test_both_backends_read_the_same_number() -> None:
     program = porelang.compile("let d = to_porosity(gyroid(10), 70%, box([20, 20, 20]))\nd + 0 * x")
     (found,) = program.reduced().values()
@@ -285,6 +286,7 @@ def test_numbers_may_depend_on_numbers() -> None:
     assert error < 1e-3 * value
 
 
+@pytest.mark.usefixtures("gpu")
 def test_the_same_on_both_backends() -> None:
     program = porelang.compile("let c = cylinder(20, 40)\noffset(gyroid(10), to_porosity(gyroid(10), 70%, c)) & c")
     points = np.random.default_rng(1).uniform(-25, 25, (2000, 3)).astype(np.float32).astype(np.float64)
