@@ -7,7 +7,7 @@ WORKERS ?= auto
 ENVIRONMENT := PYTHONUNBUFFERED=1 $(if $(filter Linux,$(shell uname)),PORELANG_TEST_GL=required)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo figures test check gl bench bench-peers lint golden docs clean
+.PHONY: help demo figures test test-fast fuzz check gl bench bench-peers lint golden docs clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -39,6 +39,12 @@ gl: $(READY)
 test: gl lint  ## run the linters and the whole suite (installs Mesa's software OpenGL where there is no OpenGL)
 	@echo "== pytest"
 	@$(ENVIRONMENT) $(BIN)/python -m pytest -n $(WORKERS)
+
+test-fast: $(READY)  ## the tests that take no second each, in less than a minute: not a substitute for `make test`
+	@$(BIN)/python -m pytest -n $(WORKERS) -m "not slow"
+
+fuzz: gl  ## COUNT=10000 random programs on every backend, from SEED (default: the date); failures go to tests/regressions
+	@$(BIN)/python tests/fuzz.py $(if $(SEED),--seed $(SEED)) $(if $(COUNT),--count $(COUNT))
 
 lint: $(READY)  ## ruff and mypy --strict
 	@echo "== ruff, mypy"

@@ -133,9 +133,10 @@ def _check_variant(
             yield Finding(1, 1, 0.0, None)
         else:
             yield _wrong(where, backend, f"`{e.output}` at {e.point} is {got!r}, expected was {e.value!r}")
+    at = np.concatenate([np.array(case.places).reshape(-1, 3), places(points, seed)])
     for name, parts in roots.items():
         for root in parts:
-            yield put(f"{case.path.name} `{name}`", root, places(points, seed), backend, params, ranges)
+            yield put(f"{case.path.name} `{name}`", root, at, backend, params, ranges)
 
 
 def _wrong(where: str, backend: Backend, text: str) -> Finding:
