@@ -525,6 +525,7 @@ def test_reader_that_goes_away_is_no_error() -> None:
     assert done.stderr == ""
 
 
+@pytest.mark.slow
 def test_interruption_leaves_nothing_behind(tmp_path: Path) -> None:
     command = [
         sys.executable,
@@ -569,6 +570,7 @@ def test_python_m_porelang_is_pore() -> None:
     assert done.stdout.startswith("pore ")
 
 
+@pytest.mark.slow
 def test_no_opengl_is_a_missing_piece_named_with_its_remedy(tmp_path: Path) -> None:
     """NumPy stands in for OpenGL where nobody insists, and says so; who insists is told what to install."""
     mesh = ("mesh", SPECIMEN, "-o", str(tmp_path / "a.stl"), "--resolution", "20", "--dtype", "f32")
@@ -601,6 +603,7 @@ def test_show_after_bounds_tells_the_box_and_the_steepness(pore: Pore) -> None:
     assert "no end along x, y, z" in pore.out
 
 
+@pytest.mark.slow
 def test_a_run_that_is_ended_from_outside_leaves_nothing_behind(tmp_path: Path) -> None:
     """SIGTERM, as a job scheduler sends it, cleans up as Ctrl-C does."""
     command = [sys.executable, "-m", "porelang", "mesh", SPECIMEN, "--resolution", "900", "-o", str(tmp_path / "a.stl")]

@@ -84,6 +84,7 @@ def test_the_programs_are_found() -> None:
     assert (folder() / "lib" / "plates.pore").is_file()
 
 
+@pytest.mark.slow
 def test_a_certificate_says_what_was_done(
     gpu: Gpu,
     swept: Callable[[str], list[Measurement]],
@@ -107,11 +108,13 @@ def test_a_certificate_says_what_was_done(
     assert 0 < made["use"] <= 1
 
 
+@pytest.mark.slow
 def test_the_doctor_names_the_device(gpu: Gpu, capsys: pytest.CaptureFixture[str]) -> None:
     assert doctor(json=True) == 0
     assert json.loads(capsys.readouterr().out)["opengl"]["renderer"] == gpu.info.renderer
 
 
+@pytest.mark.slow
 def test_the_doctor_tells_what_is_missing(
     swept: Callable[[str], list[Measurement]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

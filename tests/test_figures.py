@@ -120,6 +120,7 @@ def test_both_backends_keep_the_law(name: str, output: str, engine: Any) -> None
 
 
 @pytest.mark.parametrize("name", [*CUBES, *CYLINDERS])
+@pytest.mark.slow
 def test_sample_is_half_void(name: str) -> None:
     assert FIGURES[name].failed_checks(True) == []
     porosity, deviation = void(name)
@@ -137,6 +138,7 @@ def test_cylinder_is_the_papers(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [n for n in FIGURES if re.match(r"fig(01|04|08|09|10)", n)])
+@pytest.mark.slow
 def test_the_check_of_a_sample_can_fail(name: str) -> None:
     """With two thirds of the material offset away, a check that measures has to complain."""
     text = FIGURES[name].source.text
@@ -264,6 +266,7 @@ def test_specimen_is_half_void_by_formulas_written_here(name: str) -> None:
     assert FIGURES[name].field()(points[few]) == pytest.approx(np.maximum(lattice, envelope)[few], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_command_measures_the_porosity_within_the_specimen(capsys: pytest.CaptureFixture[str]) -> None:
     path = FOLDER / "fig10b_thickness.pore"
     assert main(["measure", str(path), "--within", "specimen", "--resolution", "24", "--json"]) == 0
@@ -353,6 +356,7 @@ def test_grid_search_has_the_papers_samples() -> None:
         assert all(b > a + 0.05 for a, b in pairwise(shares))
 
 
+@pytest.mark.slow
 def test_a_figure_is_drawn(tmp_path: Path) -> None:
     draw().main(tmp_path, "fig05c*")
     (path,) = tmp_path.glob("*.png")

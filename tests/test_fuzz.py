@@ -37,6 +37,7 @@ def graphs(draw: st.DrawFn, size: int = 16) -> Node:
     return draw_graph(Drawn(draw), size)
 
 
+@pytest.mark.slow
 def test_every_backend_keeps_the_law(backend: Backend) -> None:
     @seed(SEED)
     @settings(

@@ -182,6 +182,7 @@ def test_a_compile_error_carries_the_log_and_harms_nothing(gpu: Gpu) -> None:
     scaled(gpu)
 
 
+@pytest.mark.slow
 def test_a_killed_child_is_a_clean_error_and_the_next_call_works(gpu: Gpu) -> None:
     killer = threading.Timer(0.5, os.kill, (gpu.pid, signal.SIGKILL))
     killer.start()
@@ -194,6 +195,7 @@ def test_a_killed_child_is_a_clean_error_and_the_next_call_works(gpu: Gpu) -> No
     scaled(gpu)
 
 
+@pytest.mark.slow
 def test_a_shader_that_never_ends_is_stopped(gpu: Gpu) -> None:
     pid = gpu.pid
     with pytest.raises(GpuFailed, match=r"did not finish within 0\.5 s"):
@@ -305,6 +307,7 @@ def test_a_script_without_a_main_guard_works_and_leaves_nothing_behind() -> None
 
 @pytest.mark.usefixtures("opengl")
 @pytest.mark.parametrize("busy", [False, True])
+@pytest.mark.slow
 def test_a_killed_parent_leaves_no_child(busy: bool) -> None:
     call = f"gpu.compute({ENDLESS!r}, output=64, uniforms={{'seed': 1}}, groups={DAYS}, timeout=600)"
     script = python(f"""

@@ -186,6 +186,7 @@ NOISE = {
 
 
 @pytest.mark.parametrize("kind", NOISE)
+@pytest.mark.slow
 def test_noise_of_any_kind_gives_a_sound_mesh_whatever_the_bricks(kind):
     values = NOISE[kind]((19, 17, 23))
     whole = sound(of_array(values, brick=1000))

@@ -207,6 +207,7 @@ def sheet():
     return raw, sharp, facts, h, lattice, np.hypot(v[:, 0], v[:, 1]) - R, np.abs(v[:, 2]) - H
 
 
+@pytest.mark.slow
 def test_the_rims_of_a_lattice_in_its_envelope_are_creases_within_a_tenth_of_a_voxel(sheet):
     _, sharp, facts, h, lattice, wall, cap = sheet
     assert h == pytest.approx(W / 20)
@@ -334,6 +335,7 @@ def test_caps_stay_flat_when_rims_are_cut():
 
 
 @pytest.mark.parametrize("deviation", [0.02, 0.1])
+@pytest.mark.slow
 def test_a_simpler_sphere_stays_within_the_deviation(deviation):
     raw, simple, facts, _ = refined("sphere(10)", 30, smooth=True, deviation=deviation)
     assert len(simple.faces) < len(raw.faces) * 0.6
@@ -408,6 +410,7 @@ def test_what_no_corner_middle_or_centre_shows_is_found_between_them():
 
 
 @pytest.mark.parametrize("deviation", [0.02, 0.1])
+@pytest.mark.slow
 def test_a_simpler_lattice_is_nowhere_further_than_its_bound(deviation):
     _, simple, facts, _ = refined("gyroid(10) |> shell(0.6) & cylinder(9, 12)", 60, sharp=True, deviation=deviation)
     _, sharp, _, _ = refined("gyroid(10) |> shell(0.6) & cylinder(9, 12)", 60, sharp=True)

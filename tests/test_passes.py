@@ -109,6 +109,7 @@ def test_place_sees_through_shared_parts_once() -> None:
     assert count(place({"a": f})["a"]) < 160
 
 
+@pytest.mark.slow
 def test_a_graph_that_doubles_without_end_is_an_error() -> None:
     """f @ a + f @ b, twenty-one levels deep with all places distinct, is two million operations."""
     f: Node = node("sin", X)
@@ -223,6 +224,7 @@ def test_verify_refuses_what_no_backend_knows() -> None:
 # ---- size -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_two_thousand_primitives_stay_linear() -> None:
     """A union of n struts costs n times one strut, and one operation each to join them."""
 

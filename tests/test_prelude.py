@@ -321,6 +321,7 @@ def test_translate_scale_mirror() -> None:
     close(f"mirror({LUMP}, [1, 2, 2])", lump(P - 2 * (P @ n)[:, None] * n))
 
 
+@pytest.mark.slow
 def test_repeat() -> None:
     grid = np.array(list(itertools.product(range(-7, 8), repeat=3))) * 10.0
     close("repeat(sphere(3), 10)", reference.spheres(P, grid, 3))

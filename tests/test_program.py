@@ -288,6 +288,7 @@ def test_a_refined_mesh_for_python() -> None:
         ("cube(10) |> rotate([1, 2, 3], 40deg) |> translate([500, 0, 0])", None, None),
     ],
 )
+@pytest.mark.slow
 def test_bounds_hold_the_part_and_little_more(text: str, lo: object, hi: object) -> None:
     """Against the extent of what dense samples find solid."""
     program = porelang.compile(text)

@@ -144,6 +144,7 @@ FIELDS: dict[str, tuple[str, Field]] = {
 
 
 @pytest.mark.parametrize("name", FIELDS)
+@pytest.mark.slow
 def test_rays_meet_what_dense_rays_meet(name: str) -> None:
     text, field = FIELDS[name]
     made, camera, box = shot(text, projection="orthographic" if name == "fast twist" else "perspective")
@@ -165,6 +166,7 @@ def test_a_thin_wall_of_a_large_part_has_no_hole(by: str) -> None:
 
 
 @pytest.mark.parametrize("at", [1e3, 6e4])
+@pytest.mark.slow
 def test_a_part_far_from_the_origin(at: float) -> None:
     """float32 rounds places to `at` / 2^23: that much is off, and no more."""
     far = np.array([at, -at / 2, at / 3])
@@ -211,6 +213,7 @@ CUTS = [(QUARTER,), (EIGHTH,), (SLAB,), (QUARTER, (HalfSpace(0, True, 0.0),)), (
 
 @pytest.mark.parametrize("cuts", CUTS)
 @pytest.mark.parametrize("view", ["iso", "front"])
+@pytest.mark.slow
 def test_what_is_left_of_a_cut_part_is_a_difference(cuts: tuple[Cut, ...], view: str) -> None:
     made, camera, box = shot("gyroid(14) & sphere(20)", view, cuts=cuts)
     agree(made, camera, box, lambda p: less(p, *cuts), made.nearest / 2, off=1e-3)

@@ -42,6 +42,7 @@ def numbers(text: str, **settings: float) -> list[tuple[float, float]]:
         ("porosity(gyroid(30), cylinder(75, 300))", 0.5, 1e-3),
     ],
 )
+@pytest.mark.slow
 def test_closed_forms_lie_within_the_stated_error(call: str, exact: float, most: float) -> None:
     ((value, error),) = numbers(f"x + {call}")
     assert abs(value - exact) <= error
@@ -79,6 +80,7 @@ THIN = 5.005**3 - 4.995**3
         ("maximum(abs(gyroid(10)) + x / 100, cylinder(1, 1))", None, 1e-2),
     ],
 )
+@pytest.mark.slow
 def test_hard_ones_lie_within_the_stated_error(call: str, exact: float | None, most: float) -> None:
     ((value, error),) = numbers(f"x + {call}")
     if exact is None:  # from a fine grid: what is attained there can be attained
@@ -106,6 +108,7 @@ def fraction(lattice: str, d: float) -> float:
 
 
 @pytest.mark.parametrize("lattice", ["gyroid", "schwarz_p", "diamond"])
+@pytest.mark.slow
 def test_lattices_against_an_independent_integral(lattice: str) -> None:
     text = f"""
     let b = box([20, 20, 20])
@@ -119,6 +122,7 @@ def test_lattices_against_an_independent_integral(lattice: str) -> None:
     assert q < 5e-3
 
 
+@pytest.mark.slow
 def test_stated_errors_are_those_that_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
     """Over many seeds the error made has the spread that is stated: neither hoped for nor padded."""
     monkeypatch.setattr(memory, "_on_disk", lambda key, compute: compute())
@@ -159,6 +163,7 @@ def test_solve_of_any_formula_states_a_true_error(call: str, exact: float) -> No
     assert abs(value - exact) <= error < 1e-2 * exact
 
 
+@pytest.mark.slow
 def test_what_solve_finds_keeps_to_contracts() -> None:
     """A radius is looked for among lengths that are no radii too: what is found has to be one."""
     program = porelang.compile("sphere(solve(t => volume(sphere(t)), 100, 1..10))")
@@ -250,6 +255,7 @@ def test_a_shell_to_a_porosity_gives_that_porosity() -> None:
     assert abs(np.mean(program.field()(points) > 0) - 0.8) < 4 * 0.4 / 1000 + 5e-4
 
 
+@pytest.mark.slow
 def test_solve_finds_what_a_field_driven_thickness_needs() -> None:
     """Eq 3 drifts the porosity (findings: about .467); solving for the addend brings it back to one half."""
     text = """
@@ -306,6 +312,7 @@ def test_the_same_on_both_backends() -> None:
         ("x + maximum(sqrt(x), sphere(3))", "E093", "not a number"),
     ],
 )
+@pytest.mark.slow
 def test_what_cannot_be_found_says_why_and_where(text: str, code: str, words: str) -> None:
     program: Program = porelang.compile(text)
     settings = {"phi": 0.0} if "param" in text else {}

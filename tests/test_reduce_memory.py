@@ -115,6 +115,7 @@ def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest
     assert not list((tmp_path / "kept").iterdir())
 
 
+@pytest.mark.slow
 def test_a_long_search_shows_itself_and_ctrl_c_ends_it(tmp_path: Path) -> None:
     path = tmp_path / "slow.pore"
     path.write_text(

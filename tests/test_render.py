@@ -116,6 +116,7 @@ def test_depths_of_a_sphere_are_exact() -> None:
         ("sphere(15) |> shell(0.2) & x", "orthographic"),
     ],
 )  # fmt: skip
+@pytest.mark.slow
 def test_no_holes_against_dense_sampling(text: str, projection: str) -> None:
     """Every ray that dense sampling finds in solid, for longer than the shortest step, meets it no later.
 
@@ -394,6 +395,7 @@ def test_command_refuses(
     assert not os.listdir(tmp_path)
 
 
+@pytest.mark.slow
 def test_without_opengl_it_says_what_to_install(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "porelang", "render", SPECIMEN, "-o", str(tmp_path / "a.png"), "--size", "40x30"]
     environment = {**os.environ, "PORELANG_GL": "none", "PYTHONPATH": str(ROOT)}

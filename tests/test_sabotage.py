@@ -88,6 +88,7 @@ def test_a_special_value_forgotten_is_found(device_backend: Backend, monkeypatch
     assert "nan" in made.failures[0].example
 
 
+@pytest.mark.slow
 def test_graphs_and_programs_blame_the_operation(device_backend: Backend, monkeypatch: pytest.MonkeyPatch) -> None:
     """Programs and random graphs find it without the sweep, and name the operation and not what is built on it."""
     broken(monkeypatch, "sub", glsl="({1} - {0})")
@@ -110,6 +111,7 @@ def test_graphs_and_programs_blame_the_operation(device_backend: Backend, monkey
     ],
 )
 @pytest.mark.parametrize("backend", [F64, F32], ids=["f64", "f32"])
+@pytest.mark.slow
 def test_a_wrong_array_form_is_found(
     monkeypatch: pytest.MonkeyPatch, name: str, form: Callable[..., Any], backend: Any
 ) -> None:
@@ -168,6 +170,7 @@ def test_a_wrong_library_function_is_found(device_backend: Backend, monkeypatch:
     assert {f.operation for f in made.failures} == {"sin_turns", "cos_turns"}
 
 
+@pytest.mark.slow
 def test_commands_report_it(gpu: Gpu, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     broken(monkeypatch, "floor", glsl="trunc({0})")
     monkeypatch.setattr(report, "NUMPY", ())  # which is not broken

@@ -461,6 +461,7 @@ def test_the_diagnostics_come_in_order_and_not_without_end() -> None:
         ("if a then b else (", ")"),
     ],
 )
+@pytest.mark.slow
 def test_deep_nesting_is_a_diagnostic(before: str, after: str) -> None:
     n = 20_000
     assert [c for c, _ in codes("let a = " + before * n + "x" + after * n)] == ["E027"]
@@ -468,10 +469,12 @@ def test_deep_nesting_is_a_diagnostic(before: str, after: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["(" * 100_000, ")" * 100_000, "[(" * 5_000, "if " * 10_000, "{\nlet a = 1\n" * 1_000])
+@pytest.mark.slow
 def test_unbalanced_depth_is_a_diagnostic(text: str) -> None:
     assert codes(text)
 
 
+@pytest.mark.slow
 def test_what_is_long_is_not_deep() -> None:
     n = 5_000
     assert len(value("1" + " + 1" * n).rest) == n
@@ -513,6 +516,7 @@ def check_promises(text: str) -> None:
 
 @given(st.text(max_size=200))
 @settings(max_examples=300, deadline=None)
+@pytest.mark.slow
 def test_any_text_is_read(text: str) -> None:
     check_promises(text)
 
@@ -526,12 +530,14 @@ SOUP = [*WORDS.split(), "\n", "\n", "\n  ", " "]
 
 @given(st.lists(st.sampled_from(SOUP), max_size=40), st.sampled_from(["", " "]))
 @settings(max_examples=600, deadline=None)
+@pytest.mark.slow
 def test_any_soup_of_words_is_read(soup: list[str], gap: str) -> None:
     check_promises(gap.join(soup))
 
 
 @given(st.data())
 @settings(max_examples=200, deadline=None)
+@pytest.mark.slow
 def test_a_program_with_a_word_changed_is_read(data: st.DataObject) -> None:
     text = (
         'param w = 30mm in 10mm..60mm step 1mm "cell"\nuse "a.pore" as b\n'
@@ -555,6 +561,7 @@ def test_lark_is_imported_only_to_parse() -> None:
     assert subprocess.run([sys.executable, "-c", code], cwd=FOLDER, check=False).returncode == 0
 
 
+@pytest.mark.slow
 def test_the_parser_is_kept_and_a_damaged_copy_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PORELANG_CACHE", str(tmp_path / "kept"))
     fresh = syntax.parser.__wrapped__
