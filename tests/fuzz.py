@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from regressions import FOLDER, Place, answered, replay, written
+from regression_files import FOLDER, Place, answered, replay, written
 
 import porelang
 from porelang.conformance.backend import NUMPY, Backend, glsl

@@ -535,8 +535,8 @@ def test_interruption_leaves_nothing_behind(tmp_path: Path) -> None:
         SPECIMEN,
         "-o",
         str(tmp_path / "a.stl"),
-        "--voxel",
-        "0.3mm",
+        "--resolution",
+        "900",
         "-q",
     ]
     running = subprocess.Popen(

@@ -357,6 +357,7 @@ def test_grid_search_has_the_papers_samples() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("gpu")
 def test_a_figure_is_drawn(tmp_path: Path) -> None:
     draw().main(tmp_path, "fig05c*")
     (path,) = tmp_path.glob("*.png")

@@ -145,6 +145,7 @@ FIELDS: dict[str, tuple[str, Field]] = {
 
 @pytest.mark.parametrize("name", FIELDS)
 @pytest.mark.slow
+@pytest.mark.usefixtures("gpu")
 def test_rays_meet_what_dense_rays_meet(name: str) -> None:
     text, field = FIELDS[name]
     made, camera, box = shot(text, projection="orthographic" if name == "fast twist" else "perspective")
@@ -152,6 +153,7 @@ def test_rays_meet_what_dense_rays_meet(name: str) -> None:
 
 
 @pytest.mark.parametrize("by", ["", "100 * ", "0.01 * "])
+@pytest.mark.usefixtures("gpu")
 def test_a_thin_wall_of_a_large_part_has_no_hole(by: str) -> None:
     """0.2 mm of 150 mm, in a picture whose pixels are 6 mm; and whatever the field is multiplied by."""
     made, camera, _ = shot(f"{by}(sphere(75) |> shell(0.2))")
@@ -167,6 +169,7 @@ def test_a_thin_wall_of_a_large_part_has_no_hole(by: str) -> None:
 
 @pytest.mark.parametrize("at", [1e3, 6e4])
 @pytest.mark.slow
+@pytest.mark.usefixtures("gpu")
 def test_a_part_far_from_the_origin(at: float) -> None:
     """float32 rounds places to `at` / 2^23: that much is off, and no more."""
     far = np.array([at, -at / 2, at / 3])
@@ -178,11 +181,13 @@ def test_a_part_far_from_the_origin(at: float) -> None:
           made.nearest / 2, off)  # fmt: skip
 
 
+@pytest.mark.usefixtures("gpu")
 def test_a_part_that_is_cut_where_it_is_solid_is_its_faces() -> None:
     made, camera, box = shot("sphere(50)", bounds=(-10, -10, -10, 10, 10, 10))
     agree(made, camera, box, lambda p: np.abs(p).max(axis=1) - 10, 0.1, off=1e-3)
 
 
+@pytest.mark.usefixtures("gpu")
 def test_a_sheet_seen_from_its_edge_is_as_thick_as_it_is() -> None:
     size = (64, 256)
     made, camera, box = shot("box([40, 40, 0.2])", "front", "orthographic", zoom=100, size=size)
@@ -214,11 +219,13 @@ CUTS = [(QUARTER,), (EIGHTH,), (SLAB,), (QUARTER, (HalfSpace(0, True, 0.0),)), (
 @pytest.mark.parametrize("cuts", CUTS)
 @pytest.mark.parametrize("view", ["iso", "front"])
 @pytest.mark.slow
+@pytest.mark.usefixtures("gpu")
 def test_what_is_left_of_a_cut_part_is_a_difference(cuts: tuple[Cut, ...], view: str) -> None:
     made, camera, box = shot("gyroid(14) & sphere(20)", view, cuts=cuts)
     agree(made, camera, box, lambda p: less(p, *cuts), made.nearest / 2, off=1e-3)
 
 
+@pytest.mark.usefixtures("gpu")
 def test_both_faces_of_a_quarter_are_sections() -> None:
     """Seen from the front, the upper half of a ball without its front quarter is half a disc, in one colour."""
     wishes = Wishes((200, 200), VIEWS["front"], "orthographic", samples=1, cuts=(QUARTER,))
@@ -252,6 +259,7 @@ def test_a_cut_that_takes_a_side_makes_the_box_smaller() -> None:
         take_away(box, [(*QUARTER, HalfSpace(0, True, -0.9 + i / 10)) for i in range(9)])
 
 
+@pytest.mark.usefixtures("gpu")
 def test_glass_is_every_surface_on_the_way() -> None:
     """Through the middle of a hollow ball: in at 21 mm and out at 19 mm of its centre, and the same behind it."""
     size = (41, 41)

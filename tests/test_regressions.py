@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from regressions import regressions, replay
+from regression_files import regressions, replay
 
 from porelang.conformance.backend import F64, NUMPY, Backend
 
@@ -34,7 +34,7 @@ def test_a_failing_graph_is_written_and_fails_again(tmp_path: Path) -> None:
 
 def test_a_text_that_ends_the_compiler_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import fuzz
-    import regressions as kept
+    import regression_files as kept
 
     def broken(source: object) -> object:
         raise RecursionError

@@ -71,6 +71,7 @@ def alpha_area(picture: Picture) -> float:
     return float((picture.pixels[..., 3] / 255).sum()) * picture.pixel**2
 
 
+@pytest.mark.usefixtures("gpu")
 def test_silhouette_of_a_sphere_is_a_disc() -> None:
     r = 20.0
     program = porelang.compile(f"sphere({r})")
@@ -79,6 +80,7 @@ def test_silhouette_of_a_sphere_is_a_disc() -> None:
     assert alpha_area(picture) == pytest.approx(math.pi * r * r, abs=0.1 * 2 * math.pi * r * picture.pixel)
 
 
+@pytest.mark.usefixtures("gpu")
 def test_size_of_a_sphere_in_perspective() -> None:
     """The silhouette of a sphere is a circle: its tangent cone has sine r / d."""
     size = (201, 201)
@@ -91,6 +93,7 @@ def test_size_of_a_sphere_in_perspective() -> None:
     assert distance[100, 100] == pytest.approx(far - 20, abs=made.nearest)
 
 
+@pytest.mark.usefixtures("gpu")
 def test_depths_of_a_sphere_are_exact() -> None:
     size = (160, 120)
     made, camera, _, _ = marcher("translate(sphere(20), [5, -3, 2])", size)
@@ -117,6 +120,7 @@ def test_depths_of_a_sphere_are_exact() -> None:
     ],
 )  # fmt: skip
 @pytest.mark.slow
+@pytest.mark.usefixtures("gpu")
 def test_no_holes_against_dense_sampling(text: str, projection: str) -> None:
     """Every ray that dense sampling finds in solid, for longer than the shortest step, meets it no later.
 
@@ -140,6 +144,7 @@ def test_no_holes_against_dense_sampling(text: str, projection: str) -> None:
     assert (just.min(axis=0) < 1e-4).all()
 
 
+@pytest.mark.usefixtures("gpu")
 def test_where_a_field_may_jump_only_what_is_thinner_than_a_sample_is_missed() -> None:
     """Along the seam of `polar` no step is proven."""
     size = (72, 54)
@@ -153,6 +158,7 @@ def test_where_a_field_may_jump_only_what_is_thinner_than_a_sample_is_missed() -
     assert (made.distances()[hit] <= dense[hit] + 1.2 * sample + step).all()
 
 
+@pytest.mark.usefixtures("gpu")
 def test_thin_and_steep_shell_has_no_hole() -> None:
     """A field a thousand times as steep as a distance, and a wall three samples thick."""
     size = (64, 64)
@@ -162,6 +168,7 @@ def test_thin_and_steep_shell_has_no_hole() -> None:
     assert (made.distances()[np.isfinite(dense)] <= dense[np.isfinite(dense)] + made.nearest + 0.05).all()
 
 
+@pytest.mark.usefixtures("gpu")
 def test_a_field_that_jumps_is_drawn() -> None:
     """Slabs made with floor: the field is -1 or 1 and passes zero nowhere."""
     size = (90, 60)
@@ -195,6 +202,7 @@ def test_cells_hold_what_they_say() -> None:
     assert np.median(held[bounded]) < 3 * math.sqrt(3) * math.tau / 12
 
 
+@pytest.mark.usefixtures("gpu")
 def test_a_param_changes_the_picture_without_compiling() -> None:
     program = porelang.compile("param r = 10 in 5..20\nsphere(r)")
     wishes = Wishes((80, 60), samples=1, projection="orthographic", transparent=True)
@@ -206,6 +214,7 @@ def test_a_param_changes_the_picture_without_compiling() -> None:
     assert alpha_area(large) == pytest.approx(4 * alpha_area(small), rel=0.05)
 
 
+@pytest.mark.usefixtures("gpu")
 def test_cut_takes_half_away_and_shows_its_face() -> None:
     program = porelang.compile("cube(20)")
     above = ((HalfSpace(2, False, 4.0),),)
@@ -223,6 +232,7 @@ def test_cut_takes_half_away_and_shows_its_face() -> None:
     assert abs(int(whole.pixels[60, 60, 0]) - int(whole.pixels[60, 60, 2])) < 50
 
 
+@pytest.mark.usefixtures("gpu")
 def test_cut_at_the_depth_asked_for() -> None:
     program = porelang.compile("cube(20)")
     root = program.solid()
@@ -269,6 +279,7 @@ def test_slice_has_the_colours_of_its_values() -> None:
     assert colour(35, 0, tilted)[2] > colour(35, 0, tilted)[0] + 80
 
 
+@pytest.mark.usefixtures("gpu")
 def test_an_opaque_part_hides_the_plane_behind_it() -> None:
     program = porelang.compile("sphere(10)")
     plane = (Plane(1, 8.0),)
@@ -281,6 +292,7 @@ def test_an_opaque_part_hides_the_plane_behind_it() -> None:
     assert int(glass.pixels[40, 40, 0]) - int(glass.pixels[40, 40, 2]) > 30  # the red of the plane shines through
 
 
+@pytest.mark.usefixtures("gpu")
 def test_tiles_make_one_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     from porelang.render import march
 
@@ -293,6 +305,7 @@ def test_tiles_make_one_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     assert told[-1] == 100 * 70
 
 
+@pytest.mark.usefixtures("gpu")
 def test_the_shader_is_one_for_webgl_too() -> None:
     """The same scaffold as GLSL ES 3.00, which OpenGL 4.3 compiles too; in a process of its own, as drivers crash."""
     code = """
@@ -334,6 +347,7 @@ def test_what_cannot_be_drawn_is_said() -> None:
     assert codes(large) == ["E114"]
 
 
+@pytest.mark.usefixtures("gpu")
 def test_a_program_too_long_for_a_shader_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     from porelang.render import march
 
@@ -343,6 +357,7 @@ def test_a_program_too_long_for_a_shader_says_so(monkeypatch: pytest.MonkeyPatch
     assert codes(error) == ["E121"]
 
 
+@pytest.mark.usefixtures("gpu")
 def test_command_writes_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     target = tmp_path / "a.png"
     line = ["render", SPECIMEN, "-o", str(target), "--size", "120x90", "--samples", "1", "--view", "-60,20", "--json"]
