@@ -19,10 +19,11 @@ from porelang.source import Source
 
 ROOT = Path(__file__).parent.parent
 FOLDER = Path(__file__).parent / "errors"
+SLOW = pytest.mark.slow  # a program that is too big takes as long as it may
 MISTAKES = sorted(path.stem for path in FOLDER.glob("*.pore"))
 
 
-@pytest.mark.parametrize("name", MISTAKES)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=SLOW if n == "too_big" else ()) for n in MISTAKES])
 def test_mistake_is_told_in_these_words(
     name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -65,7 +66,9 @@ def found_in(text: str) -> list[str]:
     return [d.code for d in found]
 
 
-@pytest.mark.parametrize("code", [c for c, page in sorted(CODES.items()) if page.wrong])
+@pytest.mark.parametrize(
+    "code", [pytest.param(c, marks=SLOW if c == "E070" else ()) for c, page in sorted(CODES.items()) if page.wrong]
+)
 def test_wrong_example_gives_its_code(code: str) -> None:
     assert code in found_in(CODES[code].wrong)
 

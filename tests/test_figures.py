@@ -172,6 +172,7 @@ def test_thickness_follows_the_distance_to_the_edge() -> None:
     assert all(b < a - 0.1 for a, b in pairwise(shares))
 
 
+@pytest.mark.slow
 def test_transition_has_schwarz_p_at_the_bottom_and_the_gyroid_at_the_top() -> None:
     program = FIGURES["fig04e_blend"]
     (shift,) = (r.value for text, r in program.reduced().items() if text.startswith("to_porosity"))
@@ -184,6 +185,7 @@ def test_transition_has_schwarz_p_at_the_bottom_and_the_gyroid_at_the_top() -> N
     assert values[top] == pytest.approx(np.maximum(gyroid(points[top]) - shift, inside[top]), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_shell_has_the_thickness_that_the_paper_found() -> None:
     for name in ("fig04g_shell", "fig08b_shell"):
         (t,) = (r for text, r in FIGURES[name].reduced().items() if text.startswith("shell_to_porosity"))
@@ -253,6 +255,7 @@ LATTICES: dict[str, Callable[[Points], Points]] = {
 
 
 @pytest.mark.parametrize("name", CYLINDERS)
+@pytest.mark.slow
 def test_specimen_is_half_void_by_formulas_written_here(name: str) -> None:
     """The lattice, what was found to be added to it, and the envelope, in float64 NumPy that knows nothing of ours."""
     added = [r.value for text, r in FIGURES[name].reduced().items() if re.match(r"(shell_)?to_porosity", text)]

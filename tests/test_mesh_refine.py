@@ -228,6 +228,7 @@ def test_the_rims_of_a_lattice_in_its_envelope_are_creases_within_a_tenth_of_a_v
     assert abs(facts["corners"] - true) <= 0.05 * true
 
 
+@pytest.mark.slow
 def test_sharp_triangles_face_the_surface_that_they_are_on(sheet):
     _, sharp, _, _, *offs = sheet
     corners = sharp.vertices[sharp.faces]
@@ -290,6 +291,7 @@ def test_a_branch_is_the_field_where_it_is_taken_and_smooth_beyond():
         assert np.linalg.norm(np.diff(slopes, axis=0), axis=1).max() < 0.2  # a kink would leap by about 1
 
 
+@pytest.mark.slow
 def test_a_lattice_cut_by_bounds_has_sharp_rims():
     _, sharp, facts, h = refined("gyroid(10)", 40, bounds=(-7, -7, -7, 7, 7, 7), sharp=True)
     v = sharp.vertices

@@ -122,6 +122,7 @@ MOTIONS: dict[str, Callable[[Array], Array]] = {
 
 
 @pytest.mark.parametrize("name", LATTICES)
+@pytest.mark.slow
 def test_lattice_fraction_is_as_documented(name: str) -> None:
     """A balanced lattice has a motion that turns it inside out, which makes the fraction 1/2. Else it is counted.
 

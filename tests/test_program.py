@@ -325,6 +325,7 @@ def test_a_broken_check_stops_what_relies_on_it(tmp_path: Path, capsys: pytest.C
     assert "decimals with a point" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_walls_thinner_than_a_voxel_are_not_passed_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     from porelang.cli import main
 

@@ -158,6 +158,7 @@ def test_stated_errors_are_those_that_are_made(monkeypatch: pytest.MonkeyPatch) 
         ("solve(t => volume(sphere(t))^5, (4/3*pi*8)^5, 1..10)", 2.0),
     ],
 )
+@pytest.mark.slow
 def test_solve_of_any_formula_states_a_true_error(call: str, exact: float) -> None:
     value, error = numbers(f"x + {call}")[-1]
     assert abs(value - exact) <= error < 1e-2 * exact
@@ -231,6 +232,7 @@ def test_contracts_on_fields_are_examined_beside_numbers_from_fields() -> None:
     assert not porelang.compile(f"{WALLS}walls(gyroid(16), 0.9 + d + x / 100) & c").doubtful_contracts()
 
 
+@pytest.mark.slow
 def test_the_papers_shell_thickness() -> None:
     """Section 2.3: a gyroid shell of porosity 0.5 has t = 1.53 "independent of the wavelength"."""
     for w in (20, 30):

@@ -44,6 +44,7 @@ def test_another_process_computes_nothing_again(tmp_path: Path, monkeypatch: pyt
             porelang.compile(TEXT.replace("gyroid(3)", "gyroid(4)")).reduced(r=4.5)
 
 
+@pytest.mark.slow
 def test_guesses_of_a_solve_are_not_kept(tmp_path: Path) -> None:
     porelang.compile("x + solve(t => volume(sphere(t)), 100, 1..10)").settle()
     assert len(kept(tmp_path)) == 1
