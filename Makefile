@@ -4,10 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 WORKERS ?= auto
-ENVIRONMENT := PYTHONUNBUFFERED=1
+ENVIRONMENT := PYTHONUNBUFFERED=1 $(if $(filter Linux,$(shell uname)),PORELANG_TEST_GL=required)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo figures test check gl bench bench-peers lint golden docs clean
+.PHONY: help demo figures test test-fast fuzz check gl bench bench-peers lint golden docs grammar clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -40,6 +40,12 @@ test: gl lint  ## run the linters and the whole suite (installs Mesa's software 
 	@echo "== pytest"
 	@$(ENVIRONMENT) $(BIN)/python -m pytest -n $(WORKERS)
 
+test-fast: $(READY)  ## the tests that take no second each, in less than a minute: not a substitute for `make test`
+	@$(BIN)/python -m pytest -n $(WORKERS) -m "not slow"
+
+fuzz: gl  ## COUNT=10000 random programs on every backend, from SEED (default: the date); failures go to tests/regressions
+	@$(BIN)/python tests/fuzz.py $(if $(SEED),--seed $(SEED)) $(if $(COUNT),--count $(COUNT))
+
 lint: $(READY)  ## ruff and mypy --strict
 	@echo "== ruff, mypy"
 	@$(BIN)/ruff check .
@@ -57,6 +63,10 @@ golden: $(READY)  ## rewrite the texts that tests compare with; look at the diff
 
 docs: $(READY)  ## write the generated parts of docs/language.md anew
 	@$(BIN)/python docs/generate.py
+
+grammar: $(READY)  ## write grammar/pore.lalr.json, the tables of grammar/pore.lark, anew
+	@PYTHONHASHSEED=0 $(BIN)/python -c 'from porelang.syntax.parse import tables; print(tables(), end="")' > grammar/made
+	@mv grammar/made grammar/pore.lalr.json
 
 clean:  ## remove the environment, caches and out/
 	rm -rf $(VENV) .peers out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -9,7 +9,7 @@ from peers import specimen
 from timing import Case, in_turn
 
 import porelang
-from porelang.gpu import fields as device
+from porelang.gpu import GpuMissing, shared_gpu
 
 PROGRAM = """
 param w = 30mm in 10mm..60mm
@@ -36,12 +36,12 @@ def fields(rounds: int) -> list[dict[str, Any]]:
     }
     pid = None
     try:
-        gpu = device.gpu()
+        gpu = shared_gpu()
         pid = gpu.pid
         for output in ("sheet", "twisted"):
             field = program.field(output, backend="glsl", dtype="f32").on_grid(grid)
             cases[f"{output}, porelang GLSL on {gpu.info.renderer.split(' ')[0]}"] = field.all
-    except porelang.PoreError as error:
+    except GpuMissing as error:
         print(error, file=sys.stderr)
     times = in_turn(cases, rounds, pid)
     rows = [

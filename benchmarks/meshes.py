@@ -10,7 +10,7 @@ from timing import Case, Times, in_turn, middle
 import porelang
 from porelang.ir import order
 from porelang.mesh import Surface
-from porelang.mesh.output import mesh_output
+from porelang.mesh.part import grid_of, surface_of
 
 #: A box of 50 x 50 x 51 mm of which the cylinder fills a tenth.
 BOX = (-25.0, -25.0, -25.5, 25.0, 25.0, 25.5)
@@ -55,10 +55,10 @@ def pruning(rounds: int, size: int = 512) -> list[dict[str, Any]]:
     """A grid of size^3 round a cylinder that fills a tenth of its box, with and without ruling bricks out."""
     rows = []
     for name, text in SPARSE.items():
-        program = porelang.compile(text)
+        design = porelang.compile(text).design()
 
-        def run(prune: bool, program: porelang.Program = program) -> Surface:
-            return mesh_output(program, resolution=size, bounds=BOX, prune=prune)
+        def run(prune: bool, design: porelang.Design = design) -> Surface:
+            return surface_of(design, None, grid_of(design, resolution=size, bounds=BOX), prune=prune)
 
         assert len(run(True).faces) == len(run(False).faces)
         times = in_turn({"pruned": lambda: run(True), "all": lambda: run(False)}, rounds)

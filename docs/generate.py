@@ -19,7 +19,7 @@ from porelang.units import UNITS
 
 PAGE = Path(__file__).parent / "language.md"
 PART = re.compile(r"(<!-- generated: ([a-z_ /]+) -->\n).*?(<!-- end -->)", re.DOTALL)
-FACT = re.compile(r"(Formula|Range|Volume fraction|Steepest|Balanced|Reference|Example): ?(.*)")
+FACT = re.compile(r"(Formula|Range|Volume fraction|Steepest|Balanced|Reference|Modifies|Example): ?(.*)")
 
 
 def page(text: str) -> str:
@@ -55,7 +55,7 @@ def kinds() -> str:
 def operations() -> str:
     lines = [row("written", "is", "example", "defined for"), row("---", "---", "---", "---")]
     for op in TABLE.values():
-        if op.symbol:
+        if op.symbol and op.example:
             text, value = op.example
             shown = str(value).lower() if isinstance(value, bool) else f"{value:g}"
             lines.append(row(code(op.symbol), op.doc, f"`{text}` is {shown}", op.domain))
@@ -79,7 +79,8 @@ def prelude(name: str) -> str:
         function = scope.names[s.name]
         assert isinstance(function, Function)
         example = f" Example: `{facts['Example']}`" if "Example" in facts else ""
-        lines.append(f"- `{signature(function)}`: {text}{example}")
+        modifies = f" Modifies {_modifies(facts['Modifies'])}." if "Modifies" in facts else ""
+        lines.append(f"- `{signature(function)}`: {text}{modifies}{example}")
     return "\n".join(lines)
 
 
@@ -106,7 +107,7 @@ def _scope(name: str) -> Scope:
     scope = prelude_scope()
     folder, _, last = name.rpartition("/")
     if folder:
-        record = scope.names[folder]
+        record = scope.find(folder)
         assert isinstance(record, Record)
         inner = record.members[last]
         assert isinstance(inner, Record)
@@ -129,6 +130,12 @@ def _read(doc: str) -> tuple[str, dict[str, str]]:
             last = ""
             text.append(line.strip())
     return " ".join(" ".join(text).split()), facts
+
+
+def _modifies(fact: str) -> str:
+    """`space by angle, as a local frame` in a sentence, with the parameters as code."""
+    dimension, parameters, *letter = re.split(r" by |, ", fact)
+    return ", ".join([f"the {dimension} by {' or '.join(map(code, parameters.split(' or ')))}", *letter])
 
 
 PARTS: dict[str, Callable[[], str]] = {

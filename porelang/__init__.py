@@ -9,20 +9,33 @@ True
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-from porelang.diagnostics import Diagnostic, PoreError
-
+TYPE_CHECKING = False  # the module `typing` takes long to import, and `pore` answers no Ctrl-C until this is done
 if TYPE_CHECKING:
-    from porelang.program import Field, Program, compile
+    from typing import Any
+
+    from porelang.compiler import compile
+    from porelang.data import SampledField
+    from porelang.diagnostics import Diagnostic, PoreError
+    from porelang.field import Field
+    from porelang.program import Design, Program
 
 __version__ = "0.1.0"
-__all__ = ["Diagnostic", "Field", "PoreError", "Program", "__version__", "compile"]
+#: What is handed on, by the module it comes from: imported when it is asked for, so that `pore check` starts quickly.
+_FROM = {
+    "Design": "program",
+    "Diagnostic": "diagnostics",
+    "Field": "field",
+    "PoreError": "diagnostics",
+    "Program": "program",
+    "SampledField": "data",
+    "compile": "compiler",
+}
+__all__ = ["Design", "Diagnostic", "Field", "PoreError", "Program", "SampledField", "__version__", "compile"]
 
 
 def __getattr__(name: str) -> Any:
-    if name in ("Field", "Program", "compile"):
-        from porelang import program
+    if name in _FROM:
+        from importlib import import_module
 
-        return getattr(program, name)
+        return getattr(import_module(f"porelang.{_FROM[name]}"), name)
     raise AttributeError(f"module 'porelang' has no attribute '{name}'")

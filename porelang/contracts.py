@@ -1,8 +1,7 @@
 """Contracts that constants alone do not decide: proven over the ranges of params, or over the part's box.
 
-Enclosures prove a contract; where they cannot, a witness is sought among samples. Only a witness makes a
-diagnostic: a doubt
-without one is left to be checked with the values in use.
+Enclosures prove a contract; where they cannot, a witness is sought among samples. Only a witness makes a diagnostic: a
+doubt without one is left to be checked with the values in use.
 """
 
 from __future__ import annotations
@@ -13,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.box import part_box
-from porelang.analysis.enclose import EXACT, enclose, fixed
+from porelang.analysis.enclose import boxes, enclose
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic
-from porelang.elaborate.params import ParamInfo
-from porelang.elaborate.statements import Requirement
-from porelang.interval import interval
-from porelang.ir import Node, Stage, node, order
+from porelang.elaborate.results import ParamInfo, Requirement
+from porelang.formula import Bindings, Formula, ranges
+from porelang.ir import SLOTS, Node, Stage, node, order, param, within
 from porelang.ops import TABLE
 from porelang.rewrites import Graph
 
@@ -37,17 +35,16 @@ def broken_requirements(
     Conditions on numbers that are yet to be found from fields are left to be checked with the settings in use.
     """
     found: list[Diagnostic] = []
-    ranges = {name: interval(np.array(i.low), np.array(i.high)) for name, i in params.items()}
-    for i, r in enumerate(requirements):
-        condition = graph.roots[f"require {i}"]
-        if any(n.op == "param" and n.value not in params for n in order([condition])):
+    whole = ranges({name: (i.low, i.high) for name, i in params.items()})
+    for condition, r in zip(graph.requirements, requirements, strict=True):
+        if any(n.op in SLOTS and n.op != "param" for n in order([condition], within)):
             continue
-        if bool(enclose([condition], (), ranges, EXACT)[0].range.lo >= 1):
+        if bool(enclose(Formula((condition,), whole))[0].range.lo >= 1):
             continue
         used = [params[str(n.value)] for n in order([condition]) if n.op == "param"]
         samples = _settings(used)
-        with np.errstate(all="ignore"):
-            holds = np.broadcast_to(_on_settings(condition, samples), (_SAMPLES,))
+        tried = Formula((condition,), {param(name): values for name, values in samples.items()})  # type: ignore[misc]  # many at a time
+        holds = np.broadcast_to(np.asarray(tried.numbers[0], np.bool_), (_SAMPLES,))
         if not holds.all():
             row = int(np.argmin(holds))
             setting = ", ".join(f"`{i.name}` = {i.shown(samples[i.name][row])}" for i in used)
@@ -84,33 +81,23 @@ def _settings(used: Sequence[ParamInfo]) -> dict[str, NDArray[np.float64]]:
     return out
 
 
-def _on_settings(condition: Node, samples: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
-    known: dict[Node, object] = {}
-    for n in order([condition]):
-        if n.op == "const":
-            known[n] = n.value if isinstance(n.value, bool) else np.float64(n.value or 0.0)
-        elif n.op == "param":
-            known[n] = samples[str(n.value)]
-        else:
-            known[n] = TABLE[n.op].numpy(*(known[a] for a in n.args))
-    return np.asarray(known[condition], dtype=np.bool_)
-
-
 def doubtful_contracts(
-    graph: Graph, contracts: Sequence[Requirement], settings: Mapping[str, float]
+    contracts: Sequence[tuple[int, Node]],
+    requirements: Sequence[Requirement],
+    solids: Sequence[Node],
+    bindings: Bindings,
 ) -> list[Diagnostic]:
-    """A warning, with a place that shows it, for each contract on a field that breaks inside the part's box.
+    """A warning, with a place that shows it, for each contract on a field that breaks inside the box of the solids.
 
-    Contracts about a number that `settings` lacks, as it is yet to be found from fields, wait until it is there.
+    Contracts about what `bindings` lack, as it is yet to be found, wait until it is there.
     """
-    known = [(which, condition) for which, condition in graph.contracts if _reads(condition) <= settings.keys()]
+    known = [(which, condition) for which, condition in contracts if _bound(condition, bindings)]
     if not known:
         return []
-    lo, hi = _region(graph, settings)
+    lo, hi = _region(solids, bindings)
     cuts = [np.linspace(lo[i], hi[i], _CELLS + 1) for i in range(3)]
     low = np.stack(np.meshgrid(*(c[:-1] for c in cuts), indexing="ij"), -1).reshape(-1, 3)
     high = np.stack(np.meshgrid(*(c[1:] for c in cuts), indexing="ij"), -1).reshape(-1, 3)
-    box = [interval(low[:, i], high[:, i]) for i in range(3)]
     random = np.random.default_rng(1)
     found: dict[int, Diagnostic] = {}
     for which, condition in known:
@@ -119,18 +106,20 @@ def doubtful_contracts(
         if condition.stage is not Stage.FIELD:
             points = np.zeros((1, 3))
         else:
-            sure = np.broadcast_to(enclose([condition], box, fixed(settings), EXACT)[0].range.lo >= 1, len(low))
+            sure = np.broadcast_to(
+                enclose(Formula((condition,), bindings), boxes(low, high))[0].range.lo >= 1, len(low)
+            )
             if sure.all():
                 continue
             cells = np.nonzero(~sure)[0]
             pick = random.choice(cells, 20 * _SAMPLES)
             points = low[pick] + random.random((len(pick), 3)) * (high[pick] - low[pick])
             points = np.concatenate([low[cells], points])
-        holds = NumpyField(condition, settings, "f64", 1).at(points)
+        holds = NumpyField(Formula((condition,), bindings), "f64", 1).at(points)
         if not holds.all():
             broken = points[~holds]
             at = broken[int(np.argmin(np.abs(broken).max(axis=1)))]  # the one a user is likeliest to look at
-            r = contracts[which]
+            r = requirements[which]
             share = 1 - np.count_nonzero(holds) / len(holds)
             found[which] = Diagnostic(
                 "W201",
@@ -144,30 +133,28 @@ def doubtful_contracts(
     return list(found.values())
 
 
-def _reads(root: Node) -> set[str]:
-    """The params that a node reads."""
-    return {str(n.value) for n in order([root]) if n.op == "param"}
+def _bound(root: Node, bindings: Bindings) -> bool:
+    """Whether all that a root reads is bound."""
+    return all(n in bindings for n in order([root], within) if n.op in SLOTS)
 
 
-def _known_part(root: Node, settings: Mapping[str, float]) -> Node | None:
-    """A solid that holds this one and needs no number that is yet to be found: what it is cut out of."""
-    if _reads(root) <= settings.keys():
+def _known_part(root: Node, bindings: Bindings) -> Node | None:
+    """A solid that holds this one and needs nothing that is yet to be found: what it is cut out of."""
+    if _bound(root, bindings):
         return root
     if root.op != "max":
         return None
-    parts = [part for a in root.args if (part := _known_part(a, settings)) is not None]
+    parts = [part for a in root.args if (part := _known_part(a, bindings)) is not None]
     return parts[0] if len(parts) == 1 else node("max", *parts) if parts else None
 
 
-def _region(graph: Graph, settings: Mapping[str, float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The box of all outputs that have one, cut to what is near where they do not end."""
+def _region(solids: Sequence[Node], bindings: Bindings) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The box of all solids that have one, cut to what is near where they do not end."""
     los, his = [], []
-    for name, root in graph.roots.items():
-        if name.startswith(("require ", "check ")):
-            continue
-        solid = _known_part(root, settings)
+    for root in solids:
+        solid = _known_part(root, bindings)
         if solid is not None and TABLE.get(solid.op) is not None and TABLE[solid.op].result != "bool":
-            box = part_box(solid, settings)
+            box = part_box(Formula((solid,), bindings))
             if box is not None:
                 los.append(box.lo)
                 his.append(box.hi)

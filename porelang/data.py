@@ -91,7 +91,7 @@ class SampledField:
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """Bars: straight pieces from `starts` to `ends` (n, 3), of `radii` (n,), all in mm and float64, none without length."""
+    """Bars: straight pieces from `starts` to `ends` (n, 3), of `radii` (n,), in mm and float64, none without length."""
 
     starts: NDArray[np.float64]
     ends: NDArray[np.float64]

@@ -171,6 +171,15 @@ def cos_turns(u: Interval) -> Interval:
     return _wave(u, u.lo, u.hi, 0.0, lambda v: np.cos(math.tau * (v - np.rint(v))))
 
 
+def reduced(u: Interval) -> Interval:
+    """`u` turns in radians, less whole turns: -pi to pi, or less where all of `u` lies nearest to one whole number."""
+    low, high = np.rint(u.lo), np.rint(u.hi)
+    one = (low == high) & np.isfinite(low)
+    with np.errstate(invalid="ignore"):
+        lo, hi = np.where(one, math.tau * (u.lo - low), -math.pi), np.where(one, math.tau * (u.hi - low), math.pi)
+    return _made(lo, hi, _infinite(u), u)
+
+
 def sin(a: Interval) -> Interval:
     """Sine of `a` radians."""
     return _wave(a, a.lo / math.tau, a.hi / math.tau, 0.25, np.sin)

@@ -9,23 +9,29 @@ coordinates it depends on. What an operation *means* is written in `porelang.ops
 
 Three operations are structural and are gone after the first passes: `at(f, qx, qy, qz)` is f evaluated at the point q,
 `d(f)` with value 0, 1 or 2 is the partial derivative of f along an axis, `ensure(f, ok)` is f with a contract.
-`REDUCTIONS` are numbers found from whole fields (a porosity, a volume); the pass `stages` turns each into a param that
-is computed before what needs it.
+
+`param` and `unknown` (what a `solve` looks for, by how many surround it) are read from outside. So are *tasks*
+(`porelang.ops.tasks`): a porosity, a loaded grid, computed before the fields that read them. Their arguments are whole
+fields; for what lies above, a task is a leaf, known once the params are set. These three are the *slots* of a graph.
 """
 
 from __future__ import annotations
 
 import struct
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from weakref import WeakValueDictionary
 
-Value = float | int | bool | str | None
-X_AXIS, Y_AXIS, Z_AXIS, PARAM = 1, 2, 4, 8
+Value = float | int | bool | str | tuple[str | int | float, ...] | None
+X_AXIS, Y_AXIS, Z_AXIS, PARAM, UNKNOWN = 1, 2, 4, 8, 16  # the unknown of a `solve` within n others: UNKNOWN << n
 ALL_AXES = 7
-REDUCTIONS = ("porosity", "volume", "area", "minimum", "maximum", "mean", "to_porosity", "shell_to_porosity", "solve")
+#: What is computed before a field; `porelang.ops.tasks` says of each what it takes and gives.
+NUMBERS = ("porosity", "volume", "area", "minimum", "maximum", "mean", "to_porosity", "shell_to_porosity", "solve")
+DATA = ("load", "sample", "frame")
+TASKS = frozenset({*NUMBERS, *DATA})
+SLOTS = TASKS | {"param", "unknown"}
 
 
 class Stage(IntEnum):
@@ -40,7 +46,7 @@ class Stage(IntEnum):
 class Node:
     """One operation of the graph. Make nodes with `node`, `const` and the operators, never directly.
 
-    `depends` is a set of bits: the three axes, and `PARAM` where a param is read.
+    `depends` is a set of bits: the three axes, `PARAM` where a param is read or a task, and a bit for each unknown.
     """
 
     op: str
@@ -88,6 +94,10 @@ class Node:
     def __repr__(self) -> str:
         return f"<{self.op}{'' if self.value is None else f' {self.value}'} of {len(self.args)}>"
 
+    def __reduce__(self) -> tuple[Callable[[Rows], Node], tuple[Rows]]:
+        """Pickled as rows, however deep it is; what comes back is the node itself, in another process too."""
+        return _last, (rows([self]),)
+
 
 _nodes: WeakValueDictionary[tuple[object, ...], Node] = WeakValueDictionary()
 _lock = threading.Lock()
@@ -101,7 +111,7 @@ def node(op: str, *args: Node, value: Value = None) -> Node:
     found = _nodes.get(key)
     if found is not None:
         return found
-    depends = _depends(op, args)
+    depends = _depends(op, args, value)
     with _lock:
         found = _nodes.get(key)
         if found is None:
@@ -110,14 +120,20 @@ def node(op: str, *args: Node, value: Value = None) -> Node:
         return found
 
 
-def _depends(op: str, args: tuple[Node, ...]) -> int:
+def _depends(op: str, args: tuple[Node, ...], value: Value) -> int:
+    if op in TASKS:
+        bits = PARAM  # known once the params are set; its fields are whole: their coordinates are bound
+        for a in args:
+            bits |= a.depends & ~ALL_AXES
+        return bits & ~(UNKNOWN << value) if op == "solve" and isinstance(value, int) else bits
+    if op == "unknown":
+        assert isinstance(value, int)
+        return UNKNOWN << value
     if not args:
         return _LEAVES[op]
-    if op in REDUCTIONS:
-        return PARAM
     if op == "at":  # the field's own coordinates are replaced by those of the point, where it reads them
         field, *point = args
-        bits = field.depends & PARAM
+        bits = field.depends & ~ALL_AXES
         args = tuple(q for i, q in enumerate(point) if field.depends >> i & 1)
     else:
         bits = 0
@@ -137,6 +153,11 @@ def lift(value: Node | float) -> Node:
 
 def param(name: str) -> Node:
     return node("param", value=name)
+
+
+def unknown(level: int) -> Node:
+    """What a `solve` looks for that stands within `level` others."""
+    return node("unknown", value=level)
 
 
 X, Y, Z = node("x"), node("y"), node("z")
@@ -171,14 +192,65 @@ def order(roots: Iterable[Node], into: Callable[[Node], Iterable[Node]] | None =
     return out
 
 
-def rebuild(roots: Mapping[str, Node], step: Callable[[Node], Node]) -> dict[str, Node]:
-    """The graph with `step` applied to every node, arguments first."""
+#: Which arguments of a node are followed.
+Into = Callable[["Node"], "tuple[Node, ...]"]
+
+
+def whole(n: Node) -> tuple[Node, ...]:
+    """All arguments of a node, the fields of tasks too."""
+    return n.args
+
+
+def rebuild(roots: Sequence[Node], step: Callable[[Node], Node], into: Into = whole) -> list[Node]:
+    """The graph with `step` applied to every node, arguments first; what `into` does not follow stays as it is."""
     new: dict[Node, Node] = {}
-    for n in order(roots.values()):
-        args = tuple(new[a] for a in n.args)
-        same = all(a is b for a, b in zip(args, n.args, strict=True))
+    for n in order(roots, into):
+        args = tuple(new[a] for a in into(n))
+        same = all(a is b for a, b in zip(args, n.args, strict=False))
         new[n] = step(n if same else node(n.op, *args, value=n.value))
-    return {name: new[root] for name, root in roots.items()}
+    return [new[root] for root in roots]
+
+
+def substitute(roots: Sequence[Node], by: Mapping[Node, Node]) -> list[Node]:
+    """A flat graph with some nodes replaced; below those, and within tasks, it stays as it is."""
+    new: dict[Node, Node] = {}
+    for n in order(roots, lambda n: () if n in by else within(n)):
+        if n in by:
+            new[n] = by[n]
+        else:
+            new[n] = node(n.op, *(new[a] for a in n.args), value=n.value) if within(n) else n
+    return [new[root] for root in roots]
+
+
+def within(n: Node) -> tuple[Node, ...]:
+    """The arguments of a node, but not the fields that a task looks into: what evaluates a graph stops there."""
+    return () if n.op in TASKS else n.args
+
+
+#: Nodes as rows, arguments first: operation, value, and the rows of its arguments.
+Rows = tuple[tuple[str, Value, tuple[int, ...]], ...]
+
+
+def rows(roots: Iterable[Node]) -> Rows:
+    """All nodes below the roots as rows, to be written or sent; the roots are among them, the last root last."""
+    number: dict[Node, int] = {}
+    out: list[tuple[str, Value, tuple[int, ...]]] = []
+    for n in order(roots):
+        number[n] = len(out)
+        out.append((n.op, n.value, tuple(number[a] for a in n.args)))
+    return tuple(out)
+
+
+def from_rows(listed: Rows) -> list[Node]:
+    """The nodes of rows, each the one that this process has."""
+    made: list[Node] = []
+    for op, value, args in listed:
+        made.append(node(op, *(made[i] for i in args), value=value))
+    return made
+
+
+def _last(listed: Rows) -> Node:
+    return from_rows(listed)[-1]
 
 
 def show(roots: Mapping[str, Node], note: Callable[[Node], str] | None = None) -> str:
@@ -189,12 +261,17 @@ def show(roots: Mapping[str, Node], note: Callable[[Node], str] | None = None) -
         if n.op == "const":
             names[n] = str(n.value).lower() if isinstance(n.value, bool) else repr(n.value)
             continue
-        if n.op in ("x", "y", "z", "param"):
-            names[n] = n.op if n.op != "param" else f"${n.value}"
+        if not n.args and n.op not in TASKS:
+            names[n] = {"param": f"${n.value}", "unknown": f"?{n.value}"}.get(n.op, n.op)
             continue
         names[n] = f"%{len(lines)}"
-        payload = "" if n.value is None else f".{n.value}"
-        text = f"{names[n]} = {n.op}{payload} {', '.join(names[a] for a in n.args)}"
+        text = f"{names[n]} = {n.op}{_payload(n.value)} {', '.join(names[a] for a in n.args)}".rstrip()
         lines.append(f"{text:<44} ; {note(n)}" if note else text)
     lines.extend(f"{name} = {names[root]}" for name, root in roots.items())
     return "\n".join(lines)
+
+
+def _payload(value: Value) -> str:
+    if value is None:
+        return ""
+    return f".{'.'.join(map(str, value))}" if isinstance(value, tuple) else f".{value}"

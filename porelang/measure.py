@@ -10,23 +10,23 @@ the chance of voxels at its edge.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.box import Box, part_box, unbounded_axes
+from porelang.analysis.box import Box, block, part_box, unbounded_axes
 from porelang.backends.numpy import Dtype
+from porelang.data import Reduced
 from porelang.diagnostics import fail, suggest
+from porelang.field import Backend, Bounds, checked_bounds, make_field
+from porelang.formula import Formula
 from porelang.ir import Node, node, order
-from porelang.mesh.output import RESOLUTION, Bounds, checked_bounds, mesh_output
+from porelang.ir import within as below
+from porelang.mesh.part import RESOLUTION, grid_of, surface_of
 from porelang.ops import kind
-from porelang.program import Backend, Program, make_field
-from porelang.rewrites import Graph, run
-from porelang.settings import Setting
-from porelang.tasks.numbers import reduction
+from porelang.program import Design, Program
 
 _COARSER = 1.5
 #: Samples that miss more than this of the part's volume do not show how it hangs together.
@@ -50,7 +50,7 @@ class Counts:
 
 
 def measure(
-    program: Program,
+    design: Design,
     name: str | None = None,
     within: str | None = None,
     voxel: float | None = None,
@@ -58,8 +58,6 @@ def measure(
     bounds: Bounds | None = None,
     backend: Backend = "numpy",
     dtype: Dtype = "f32",
-    settings: Mapping[str, Setting] | None = None,
-    progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
     """The report of an output: lengths in mm, areas in mm^2, volumes in mm^3.
 
@@ -68,15 +66,15 @@ def measure(
     of the part inside it, area and counts of surfaces those of the whole. Errors: those of a mesh, E109 for an
     unknown `within`.
     """
-    settings = settings or {}
-    root, values = program.solid(name), program.settle(**settings)
-    box = checked_bounds(bounds) if bounds is not None else program.bounds(name, **settings)
-    envelope, chosen = _envelope(program, root, within, values, box)
+    part = design.of(name)
+    box = checked_bounds(bounds) if bounds is not None else design.bounds(name)
+    envelope, chosen = _envelope(design, part, within, box)
+    root = part.root
     if bounds is not None:
         root, envelope = node("max", root, block(box)), node("max", envelope, block(box))
     h = voxel or max(box.size) / (resolution or RESOLUTION)
     inside, whole, share, surface = (
-        reduction(n, values)
+        design.number(n)
         for n in (
             node("volume", node("max", root, envelope)),
             node("volume", envelope),
@@ -84,15 +82,14 @@ def measure(
             node("area", root),
         )
     )
-
-    fields = [make_field((r,), values, program.graph.ranges, backend, dtype) for r in (root, envelope)]
-    fine, coarse = (_counts(fields[0], fields[1], part_box(envelope, values) or box, s) for s in (h, _COARSER * h))
+    formulas = [design.formula(r) for r in (root, envelope)]
+    fields = [make_field(f, design.program.ranges, backend, dtype) for f in formulas]
+    fine, coarse = (_counts(fields[0], fields[1], part_box(formulas[1]) or box, s) for s in (h, _COARSER * h))
     surfaces = [
-        mesh_output(program, name, s, None, bounds, backend, dtype, settings, progress=progress)
-        for s in (h, _COARSER * h)
+        surface_of(design, name, grid_of(design, name, s, None, bounds), backend, dtype) for s in (h, _COARSER * h)
     ]
-    part = inside if root is envelope else reduction(node("volume", root), values)
-    seen = abs(surfaces[0].volume - part.value) <= max(_MISSED * part.value, part.error)
+    all_of_it = inside if root is envelope else design.number(node("volume", root))
+    seen = abs(surfaces[0].volume - all_of_it.value) <= max(_MISSED * all_of_it.value, all_of_it.error)
     unsure = 0.0 if seen else math.inf
     return {
         "bounds": [list(box.lo), list(box.hi)],
@@ -116,17 +113,19 @@ def measure(
             "open_void_fraction": max(2 * abs(fine.open - coarse.open), fine.grain) + unsure,
             "euler": abs(surfaces[0].euler - surfaces[1].euler) + unsure,
         },
-        "reduced": {text: {"value": r.value, "error": r.error} for text, r in program.reduced(**settings).items()},
+        "reduced": {text: _told(design.number(n)) for n, text in design.program.numbers.items()},
     }
 
 
-def _envelope(
-    program: Program, root: Node, within: str | None, values: Mapping[str, float], box: Box
-) -> tuple[Node, str]:
+def _told(found: Reduced) -> dict[str, float]:
+    return {"value": found.value, "error": found.error}
+
+
+def _envelope(design: Design, part: Formula, within: str | None, box: Box) -> tuple[Node, str]:
     """What the porosity is relative to, and how that was chosen."""
     if within is not None:
-        return _named(program, within), within
-    shapes = _shapes(root, root, values)
+        return _named(design.program, within), within
+    shapes = _shapes(part, part.root)
     # A union may be the infill itself, spheres in a box: it is the envelope only where nothing else is.
     plain = [n for n in shapes if n.op != "min"] or shapes
     if not plain:
@@ -137,52 +136,33 @@ def _envelope(
     return chosen, "the shapes that the part is intersected with"
 
 
-def _shapes(n: Node, root: Node, values: Mapping[str, float]) -> list[Node]:
+def _shapes(part: Formula, n: Node) -> list[Node]:
     """The shapes with an end that a part is the intersection of, however it is written.
 
     An intersection is a shape of its own (a cone, a tetrahedron) where none of its members has an end and it holds no
     waves: with waves it is a lattice that planes cut.
     """
     if n.op == "max":
-        found = [shape for a in n.args for shape in _shapes(a, root, values)]
-        if found or n is root or any(m.op in _WAVES and m.axes for m in order([n])):
+        found = [shape for a in n.args for shape in _shapes(part, a)]
+        if found or n is part.root or any(m.op in _WAVES and m.axes for m in order([n], below)):
             return list(dict.fromkeys(found))
-    elif n is root:
+    elif n is part.root:
         return []
     if not n.axes or kind(n) != "real":
         return []
-    box = part_box(n, values)
+    box = part_box(part.but(n))
     return [n] if box is not None and not unbounded_axes(box) else []
 
 
 def _named(program: Program, name: str) -> Node:
     """An output or a let of the file, flat. Errors: E109."""
-    if name in program.outputs:
-        return program.solid(name)
-    lets = program.elaborated.lets
-    if name not in lets:
-        known = [*program.outputs, *lets]
+    found = program.named(name)
+    if found is None:
+        known = [*program.outputs, *program.elaborated.lets]
         near = suggest(name, known)
         hint = f"did you mean `{near}`?" if near else f"the file binds {', '.join(known) or 'nothing'}"
         raise fail("E109", f"there is no `{name}` to measure within", hint=hint)
-    graph = run(Graph({name: lets[name].node}, program.lowered.ranges))
-    if graph.reductions:
-        raise fail(
-            "E109",
-            f"`{name}` depends on numbers found from fields, and cannot be an envelope",
-            hint="name a plain shape",
-        )
-    return graph.roots[name]
-
-
-def block(box: Box) -> Node:
-    """A box as a field: the largest signed distance to its six planes."""
-    out: Node | None = None
-    for axis, lo, hi in zip("xyz", box.lo, box.hi, strict=True):
-        sides = node("max", lo - node(axis), node(axis) - hi)
-        out = sides if out is None else node("max", out, sides)
-    assert out is not None
-    return out
+    return found
 
 
 def _counts(part: Any, envelope: Any, box: Box, h: float) -> Counts:

@@ -1,57 +1,47 @@
 """The notation of the paper (section 2.3) for each modification in a program.
 
 (input fields)(modifiers)(dimension)(result): F a field, C a constant or param, V a vector field, L a local frame; the
-dimensions are T type, S space, W wavelength, D distance, R ratio.
+dimensions are T type, S space, W wavelength, D distance, R ratio. What a function modifies is said beside it, in a
+line of its documentation; here are the rules of the notation alone.
+
+    ## Modifies: space by angle, as a local frame
+    def rotate(f: field, axis: vector, angle: angle) = ...
+
+After `Modifies:` come the dimension and the argument that modifies it (of several, `w or phase`, the first that is
+given); `as` says what it amounts to where its own value does not show it.
 
 M. Bernhard et al., Performative Porosity.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from porelang.diagnostics import fail, suggest
 from porelang.elaborate.values import Scalar, Value, as_vector, stage
 from porelang.ir import Stage
 from porelang.program import Program
 from porelang.source import Span
+from porelang.syntax import tree
 
-DIMENSIONS = {"T": "type", "S": "space", "W": "wavelength", "D": "distance", "R": "ratio"}
+DIMENSIONS = {"type": "T", "space": "S", "wavelength": "W", "distance": "D", "ratio": "R"}
+LETTERS = {"a local frame": "L", "a vector field": "V"}
+_LINE = re.compile(r"^Modifies:(.*)$", re.MULTILINE)
+_FACT = re.compile(rf"({'|'.join(DIMENSIONS)}) by (\w+(?: or \w+)*)(?:, as ({'|'.join(LETTERS)}))?")
 
 
 @dataclass(frozen=True, slots=True)
 class Modification:
-    """A function of the prelude as the paper sees it.
+    """What a function modifies: a dimension, by one of these parameters, which counts as a `letter` if that is given.
 
-    `modifier` is the argument that modifies (of several, the first that was given); `letter` is its letter where that
-    does not follow from the argument; `fields` is the number of input fields.
+    `dimension` and `letter` are those of the notation.
     """
 
     dimension: str
-    modifier: tuple[str, ...]
-    fields: int = 1
+    modifiers: tuple[tree.Parameter, ...]
     letter: str = ""
-
-
-MODIFICATIONS: dict[str, Modification] = {
-    "orient": Modification("S", ("xaxis",), letter="L"),
-    "rotate": Modification("S", ("angle",), letter="L"),
-    "translate": Modification("S", ("v",), letter="L"),
-    "scale": Modification("S", ("s",), letter="L"),
-    "mirror": Modification("S", ("normal",), letter="L"),
-    "thicken": Modification("D", ("b",)),
-    "offset": Modification("D", ("d",)),
-    "shell": Modification("D", ("t",)),
-    "multishell": Modification("D", ("t",)),
-    "polar": Modification("S", ("turn",), letter="V"),
-    "spherical": Modification("S", ("turn",), letter="V"),
-    "align": Modification("S", ("v",), letter="V"),
-    "twist": Modification("S", ("rate",)),
-    "morph": Modification("R", ("f",), fields=2),
-    "blend": Modification("R", ("along",), fields=2),
-}
-#: A lattice is what has a phase, be it given or computed from the period.
-LATTICE = Modification("W", ("w", "phase"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,33 +55,74 @@ class Step:
 
 
 def steps(program: Program) -> list[Step]:
-    """The modifications of a program, in the order of evaluation."""
+    """The modifications of a program, in the order of evaluation.
+
+    Errors: E116 where the documentation of a function in use has a `Modifies:` line that does not read.
+    """
     found = [
-        Step(info.span.text, info.span, "(F)(C)(T)(F)", DIMENSIONS["T"])
+        Step(info.span.text, info.span, "(F)(C)(T)(F)", "type")
         for info in program.params.values()
         if info.choices and not info.numbers
     ]
+    names = {letter: word for word, letter in DIMENSIONS.items()}
     for call in program.elaborated.calls:
-        known = LATTICE if "phase" in call.arguments else MODIFICATIONS.get(call.name)
+        known = modification(call.definition) if call.definition is not None else None
         if known is not None:
             text = " ".join(call.span.text.split())
-            found.append(Step(text, call.span, notation(known, call.arguments), DIMENSIONS[known.dimension]))
+            found.append(Step(text, call.span, notation(known, call.arguments), names[known.dimension]))
     return found
+
+
+def modification(definition: tree.Def) -> Modification | None:
+    """What a def modifies by the `Modifies:` line of its documentation; None if it has none.
+
+    Errors: E116 where the line does not read, or names a parameter that the def has not.
+    """
+    line = _LINE.search(definition.doc)
+    if line is None:
+        return None
+    text = line[1].strip()
+    fact = _FACT.fullmatch(text)
+    label = f"its documentation says `Modifies: {text}`"
+    if fact is None:
+        raise fail(
+            "E116",
+            f"what `{definition.name}` modifies does not read",
+            definition.name_span,
+            label=label,
+            hint="write `## Modifies: DIMENSION by PARAMETER`, the dimension one of " + ", ".join(DIMENSIONS),
+        )
+    parameters = {p.name: p for p in definition.parameters}
+    names = fact[2].split(" or ")
+    for name in names:
+        if name not in parameters:
+            near = suggest(name, parameters)
+            raise fail(
+                "E116",
+                f"`{definition.name}` has no parameter `{name}` to modify by",
+                definition.name_span,
+                label=label,
+                hint=f"did you mean `{near}`?" if near else f"its parameters are {', '.join(parameters) or 'none'}",
+            )
+    return Modification(DIMENSIONS[fact[1]], tuple(parameters[n] for n in names), LETTERS.get(fact[3], ""))
 
 
 def notation(known: Modification, arguments: Mapping[str, Value]) -> str:
     """What the paper writes for a modification with these arguments."""
-    value = next(arguments[m] for m in known.modifier if m in arguments)
-    letter = known.letter or _letter(value)
-    if known.fields == 2:
-        return f"(F_A, F_B)({'F_C' if letter == 'F' else letter})({known.dimension})(F_R)"
-    if known.dimension == "D" and "b" in arguments and letter == "F":
-        return f"(F_A)(F_B)({known.dimension})(F)"
+    modifier = next((p for p in known.modifiers if p.name in arguments), known.modifiers[0])
+    letter = known.letter or _letter(arguments.get(modifier.name))
+    if known.dimension == "R":  # a ratio is one of two fields
+        return f"(F_A, F_B)({'F_C' if letter == 'F' else letter})(R)(F_R)"
+    added = any(kind.name == "field" for kind in modifier.kinds)
+    if known.dimension == "D" and letter == "F" and added:  # one field to the other
+        return "(F_A)(F_B)(D)(F)"
     return f"(F)({letter})({known.dimension})(F)"
 
 
-def _letter(value: Value) -> str:
+def _letter(value: Value | None) -> str:
     """A field, a vector field, a constant, or three of them, one for each axis."""
+    if value is None:
+        return "C"
     vector = as_vector(value)
     if vector is not None:
         if stage(vector) is Stage.FIELD:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from porelang.ir import Node, order, rebuild
+from porelang.ir import Into, Node, order, rebuild, whole
 from porelang.ir import node as make
 
 #: A node is rewritten at most this often: a pair of rules that undo each other is a mistake in the rules.
@@ -21,12 +21,16 @@ class Rule:
     apply: Callable[[Node], Node | None]
 
 
-def rewrite(roots: Mapping[str, Node], rules: Sequence[Rule]) -> dict[str, Node]:
+def rewrite(roots: Sequence[Node], rules: Sequence[Rule], into: Into = whole) -> list[Node]:
     """The graph after all rules, from the leaves up; what a rule makes is rewritten in turn."""
     by_op: dict[str, list[Rule]] = {}
     for rule in rules:
         by_op.setdefault(rule.op, []).append(rule)
     done: dict[Node, Node] = {}
+
+    def settled(n: Node) -> Node:
+        """A node with its arguments as they have been settled."""
+        return make(n.op, *(done.get(a, a) for a in n.args), value=n.value) if into(n) else n
 
     def settle(n: Node) -> Node:
         """A node whose arguments are settled, rewritten until it is settled itself."""
@@ -36,10 +40,10 @@ def rewrite(roots: Mapping[str, Node], rules: Sequence[Rule]) -> dict[str, Node]
             made = next((m for r in by_op.get(n.op, ()) if (m := r.apply(n)) is not None and m is not n), None)
             if made is None:
                 return n
-            for new in order([made], lambda n: () if n in done else n.args):
+            for new in order([made], lambda n: () if n in done else into(n)):
                 if new is not made and new not in done:
-                    done[new] = settle(make(new.op, *(done.get(a, a) for a in new.args), value=new.value))
-            n = made if made in done else make(made.op, *(done.get(a, a) for a in made.args), value=made.value)
+                    done[new] = settle(settled(new))
+            n = made if made in done else settled(made)
         raise AssertionError(f"rewriting of `{n.op}` does not end")
 
     def step(n: Node) -> Node:
@@ -48,4 +52,4 @@ def rewrite(roots: Mapping[str, Node], rules: Sequence[Rule]) -> dict[str, Node]
         done[out] = out
         return out
 
-    return rebuild(roots, step)
+    return rebuild(roots, step, into)

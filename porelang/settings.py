@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from porelang.diagnostics import PoreError, fail, suggest
-from porelang.elaborate.params import ParamInfo
+from porelang.elaborate.results import ParamInfo
 from porelang.units import UNITS
 
 Setting = float | int | bool | str

@@ -1,14 +1,84 @@
-"""The suite has a cache of its own: no number that an earlier run found stands in for one that the code finds now."""
+"""The suite has a cache of its own, so that no number of an earlier run stands in for one that the code finds now.
+
+Tests that need OpenGL ask for the fixture `gpu` (or `opened`, for a driver of a certain kind) and are skipped where
+there is none. With PORELANG_TEST_GL=required, which `make test` sets on Linux, they fail there instead.
+"""
 
 from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Callable
+from functools import cache
 
 import pytest
+
+from porelang.conformance.backend import NUMPY, Backend, glsl
+from porelang.conformance.sweep import Measurement, sweep
+from porelang.gpu import Gpu, GpuMissing, open_gpu, shared_gpu
 
 
 def pytest_configure(config: pytest.Config) -> None:
     folder = tempfile.TemporaryDirectory(prefix="porelang-tests-")
     os.environ["PORELANG_CACHE"] = folder.name
     config.add_cleanup(folder.cleanup)
+
+
+def _or_skip(start: Callable[[], Gpu], required: bool) -> Gpu:
+    try:
+        return start()
+    except GpuMissing as missing:
+        if required:
+            pytest.fail(f"PORELANG_TEST_GL is required, and there is no OpenGL: {missing}", pytrace=False)
+        pytest.skip(f"no OpenGL here: {missing.reason}")
+
+
+@pytest.fixture(scope="session")
+def gpu() -> Gpu:
+    """The GPU that the process shares; no test may close it."""
+    return _or_skip(shared_gpu, os.environ.get("PORELANG_TEST_GL") == "required")
+
+
+@pytest.fixture(scope="session")
+def opened() -> Callable[..., Gpu]:
+    """`open_gpu`, but that it skips. OSMesa is never required: systems newer than 2025 do not have it."""
+
+    def open_or_skip(kind: str = "auto") -> Gpu:
+        required = os.environ.get("PORELANG_TEST_GL") == "required" and kind != "osmesa"
+        return _or_skip(lambda: open_gpu(kind), required)  # type: ignore[arg-type]
+
+    return open_or_skip
+
+
+#: The backends by name, as the fixture `backend` is parametrised: `glsl` needs OpenGL.
+NAMES = (*(b.name for b in NUMPY), "glsl")
+
+
+@pytest.fixture(scope="session")
+def named(request: pytest.FixtureRequest) -> Callable[[str], Backend]:
+    """A backend by its name; for GLSL the test is skipped where there is no OpenGL."""
+
+    def find(name: str) -> Backend:
+        return {b.name: b for b in NUMPY}.get(name) or glsl(request.getfixturevalue("gpu"))
+
+    return find
+
+
+@pytest.fixture(params=NAMES)
+def backend(request: pytest.FixtureRequest, named: Callable[[str], Backend]) -> Backend:
+    """Each backend in turn."""
+    return named(request.param)
+
+
+@pytest.fixture(params=["numpy", "glsl"])
+def engine(request: pytest.FixtureRequest) -> str:
+    """What `backend=` takes, in turn."""
+    if request.param == "glsl":
+        request.getfixturevalue("gpu")
+    return str(request.param)
+
+
+@pytest.fixture(scope="session")
+def swept(named: Callable[[str], Backend]) -> Callable[[str], list[Measurement]]:
+    """What the whole sweep of a backend found: it takes seconds, so that all who look at it share one."""
+    return cache(lambda name: sweep(named(name), seed=7))

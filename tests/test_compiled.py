@@ -42,12 +42,14 @@ def run(folder: Path) -> list[str]:
     return done.stdout.split()
 
 
+@pytest.mark.slow
 def test_only_the_first_run_compiles_and_says_so_once(loops: Path) -> None:
     value = str(1 / 2 + 2 / 3 + 3 / 4)
     assert run(loops) == ["compiling", value, value]
     assert run(loops) == [value, value]
 
 
+@pytest.mark.slow
 def test_a_change_of_the_text_is_compiled_anew(loops: Path) -> None:
     run(loops)
     (loops / "loops.py").write_text(LOOPS.replace("value / (value + 1.0)", "2 * value"))

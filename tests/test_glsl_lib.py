@@ -7,7 +7,7 @@ compared exactly. Numbers too small for a normal float may count as 0, in argume
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from porelang.gpu import Gpu, open_gpu
+from porelang.gpu import Gpu
 from porelang.resources import folder
 
 F32 = NDArray[np.float32]
@@ -30,7 +30,7 @@ COMMENT = re.compile(r"//.*")
 def library(text: str, seen: dict[str, str] | None = None) -> str:
     """The functions of the library that a text calls, each after those that it calls itself."""
     seen = {} if seen is None else seen
-    for name in re.findall(r"\b(pore_\w+)\(", COMMENT.sub("", text)):
+    for name in re.findall(r"\b((?:pore_|Pore)\w+)\(", COMMENT.sub("", text)):
         if name not in seen:
             seen[name] = ""  # its own definition looks like a call
             library(SOURCES[name], seen)
@@ -52,12 +52,6 @@ void main() {{
     o[i] = {expression};
 }}
 """
-
-
-@pytest.fixture(scope="module")
-def gpu() -> Iterator[Gpu]:
-    with open_gpu("egl") as opened:
-        yield opened
 
 
 def run(gpu: Gpu, expression: str, *args: F32, head: str = "#version 430\n") -> F32:
@@ -158,6 +152,7 @@ def away_from_0(a: F64) -> F64:
 TABLE = [
     Row("pore_sin_turns(a)", in_turns(np.sin), (LINE,), absolute=1.5e-7),
     Row("pore_cos_turns(a)", in_turns(np.cos), (LINE,), absolute=1.5e-7),
+    Row("pore_reduced(a)", in_turns(np.positive), (LINE,), ulp=1.0),
     Row("pore_sin(a)", np.sin, (LINE,), absolute=2e-7, extra=away_from_0),
     Row("pore_cos(a)", np.cos, (LINE,), absolute=1.5e-7, extra=away_from_0),
     Row("pore_exp(a)", np.exp, (LINE,), ulp=1.0),
@@ -262,10 +257,14 @@ def test_constants_are_folded_as_they_would_be_computed(gpu: Gpu, call: str, val
 def test_a_file_holds_one_documented_function_of_its_name(name: str) -> None:
     source = SOURCES[name]
     assert source.startswith("// ")
-    made = re.findall(r"^\w+ (\w+)\(.*\) \{$|^uniform float (\w+);$", source, re.MULTILINE)
+    made = re.findall(r"^\w+ (\w+)@?\(.*\) \{$|^uniform float (\w+);$|^struct (\w+) \{$", source, re.MULTILINE)
     assert ["".join(m) for m in made] == [name]
     assert len(library(f"{name}(")) >= len(source)  # everything it calls is there
-    assert "@" not in source
+    assert "@" not in source.replace("pore_word@(", "").replace(f"{name}@(", "")  # the number of a data slot
+
+
+def test_no_two_files_are_one_where_capitals_do_not_count() -> None:
+    assert len({name.lower() for name in SOURCES}) == len(SOURCES)
 
 
 @pytest.mark.parametrize("name", SOURCES)

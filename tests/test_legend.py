@@ -17,7 +17,7 @@ from porelang.render.camera import VIEWS
 from porelang.render.legend import numbers
 from porelang.render.planes import COLOURS, Plane, Scale
 
-BALL = porelang.compile("sphere(20)")
+BALL = porelang.compile("sphere(20)").design()
 FACE = Wishes((500, 400), VIEWS["top"], "orthographic", samples=1, slices=(Plane(2, 0.0),), solid="none")
 BOX = (-40.0, -40.0, -40.0, 40.0, 40.0, 40.0)
 

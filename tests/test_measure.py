@@ -14,7 +14,7 @@ from porelang.measure import measure
 
 
 def report(text: str, **more: object) -> dict[str, object]:
-    return measure(porelang.compile(text), **{"resolution": 64, **more})  # type: ignore[arg-type]
+    return measure(porelang.compile(text).design(), **{"resolution": 64, **more})  # type: ignore[arg-type]
 
 
 def test_a_hollow_ball() -> None:
@@ -28,9 +28,10 @@ def test_a_hollow_ball() -> None:
     assert found["open_void_fraction"] == 0.0
 
 
+@pytest.mark.slow
 def test_walls_that_samples_miss_are_measured_but_not_counted() -> None:
     """A wall of an eighth of a voxel: volume and area come from the field, the counts say that they know nothing."""
-    found = measure(porelang.compile("shell(sphere(50), 0.4) | sphere(8)"), resolution=32)
+    found = measure(porelang.compile("shell(sphere(50), 0.4) | sphere(8)").design(), resolution=32)
     error = found["error"]
     exact = 4 / 3 * math.pi * (50.2**3 - 49.8**3 + 512)
     assert abs(found["volume"] - exact) <= error["volume"] < 5e-3 * exact  # type: ignore[operator, index]
@@ -41,7 +42,7 @@ def test_walls_that_samples_miss_are_measured_but_not_counted() -> None:
 @pytest.mark.parametrize("resolution", [48, 64, 83, 100])
 def test_the_share_of_open_void_errs_by_no_more_than_is_stated(resolution: int) -> None:
     text = "let e = sphere(12)\n(sphere(10) \\ sphere(6)) & e"
-    found = measure(porelang.compile(text), within="e", resolution=resolution)
+    found = measure(porelang.compile(text).design(), within="e", resolution=resolution)
     exact = (12**3 - 10**3) / (12**3 - 10**3 + 6**3)
     assert abs(found["open_void_fraction"] - exact) <= found["error"]["open_void_fraction"] < 0.01
     assert (found["void_components"], found["error"]["void_components"]) == (2, 0)
@@ -54,6 +55,7 @@ def test_a_ring_in_its_box() -> None:
     assert found["open_void_fraction"] == 1.0
 
 
+@pytest.mark.slow
 def test_a_shell_of_schwarz_p_has_two_voids() -> None:
     """The paper: shelling separates the volume "into two interwoven but unconnected voids"."""
     found = report("shell(schwarz_p(30), 0.4) & box([58, 58, 58])")
@@ -79,6 +81,7 @@ def test_an_unknown_envelope_is_named() -> None:
     assert "did you mean `cyl`?" in str(caught.value)
 
 
+@pytest.mark.slow
 def test_the_command_prints_the_keys_of_the_contract(capsys: pytest.CaptureFixture[str], tmp_path: object) -> None:
     path = f"{tmp_path}/part.pore"
     with open(path, "w") as file:
@@ -105,6 +108,7 @@ def test_the_command_prints_the_keys_of_the_contract(capsys: pytest.CaptureFixtu
     assert main(["check", path, "-q", "--measure"]) == 1
 
 
+@pytest.mark.slow
 def test_from_python() -> None:
     found = porelang.compile("param r = 5 in 1..9\nlet b = box([20, 20, 20])\nsphere(r) & b").measure(
         "part", within="b", r=6
@@ -121,6 +125,7 @@ def test_from_python() -> None:
         "gyroid(8) & cylinder(20, 40) \\ cylinder(5, 50) & sphere(100)",
     ],
 )
+@pytest.mark.slow
 def test_the_envelope_does_not_depend_on_how_a_part_is_written(text: str) -> None:
     found = report(text, resolution=24)
     cylinder = math.pi * 400 * 40
@@ -128,6 +133,7 @@ def test_the_envelope_does_not_depend_on_how_a_part_is_written(text: str) -> Non
     assert found["porosity"] == pytest.approx(1 - found["volume"] / cylinder, abs=1e-3)  # type: ignore[operator]
 
 
+@pytest.mark.slow
 def test_a_shape_of_planes_is_an_envelope_and_a_lattice_cut_by_planes_is_none() -> None:
     solid = report("(gyroid(8) & tetrahedron(20)) \\ sphere(3)", resolution=24)
     assert solid["envelope_volume"] == pytest.approx(8 * math.sqrt(3) * 20**3, rel=2e-3)

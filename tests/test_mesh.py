@@ -17,6 +17,7 @@ from porelang.mesh import Grid, Surface, extract, write
 from porelang.mesh.bricks import split
 from porelang.mesh.export import WRITERS
 from porelang.mesh.layers import clip
+from porelang.progress import watching
 
 RNG = np.random.default_rng(7)
 
@@ -186,6 +187,7 @@ NOISE = {
 
 
 @pytest.mark.parametrize("kind", NOISE)
+@pytest.mark.slow
 def test_noise_of_any_kind_gives_a_sound_mesh_whatever_the_bricks(kind):
     values = NOISE[kind]((19, 17, 23))
     whole = sound(of_array(values, brick=1000))
@@ -396,10 +398,11 @@ def test_a_large_empty_box_costs_few_enclosures():
 
 def test_progress_counts_up_and_cancelling_stops():
     steps = []
-    mesh(sphere(5.0), 6, 0.5, brick=8, progress=lambda done, total: steps.append((done, total)))
+    with watching(lambda what, done, total: steps.append((done, total))):
+        mesh(sphere(5.0), 6, 0.5, brick=8)
     assert steps == [(i + 1, len(steps)) for i in range(len(steps))]
-    with pytest.raises(CancelledError):
-        mesh(sphere(5.0), 6, 0.5, brick=8, threads=2, cancel=lambda: True)
+    with watching(cancel=lambda: True), pytest.raises(CancelledError):
+        mesh(sphere(5.0), 6, 0.5, brick=8, threads=2)
 
 
 # --- what cannot be meshed -------------------------------------------------------------------------------------------

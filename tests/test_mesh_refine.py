@@ -14,20 +14,21 @@ from trimesh.triangles import closest_point
 import porelang
 from porelang.analysis.branches import Branches
 from porelang.cli import main
-from porelang.mesh.output import grid_of, mesh_output, refine
+from porelang.mesh.part import grid_of, refine, surface_of
 from porelang.mesh.simplify import simplify
 from porelang.mesh.surface import Surface
 from porelang.mesh.within import within
+from porelang.progress import watching
 
 
 def refined(text, resolution, bounds=None, dtype="f32", backend="numpy", **how):
     """The mesh before and after, the facts, and the voxel."""
-    program = porelang.compile(text)
-    surface = mesh_output(program, resolution=resolution, bounds=bounds, dtype=dtype, backend=backend)
-    grid, cut = grid_of(program, resolution=resolution, bounds=bounds)
-    done = refine(surface, program, None, grid, cut, **how)
+    design = porelang.compile(text).design()
+    placed = grid_of(design, resolution=resolution, bounds=bounds)
+    surface = surface_of(design, None, placed, backend, dtype)
+    done = refine(surface, design, None, placed, **how)
     assert done.surface.check() == []
-    return surface, done.surface, done.facts, grid.spacing
+    return surface, done.surface, done.facts, placed.grid.spacing
 
 
 def gyroid(v, w):
@@ -207,6 +208,7 @@ def sheet():
     return raw, sharp, facts, h, lattice, np.hypot(v[:, 0], v[:, 1]) - R, np.abs(v[:, 2]) - H
 
 
+@pytest.mark.slow
 def test_the_rims_of_a_lattice_in_its_envelope_are_creases_within_a_tenth_of_a_voxel(sheet):
     _, sharp, facts, h, lattice, wall, cap = sheet
     assert h == pytest.approx(W / 20)
@@ -227,6 +229,7 @@ def test_the_rims_of_a_lattice_in_its_envelope_are_creases_within_a_tenth_of_a_v
     assert abs(facts["corners"] - true) <= 0.05 * true
 
 
+@pytest.mark.slow
 def test_sharp_triangles_face_the_surface_that_they_are_on(sheet):
     _, sharp, _, _, *offs = sheet
     corners = sharp.vertices[sharp.faces]
@@ -274,7 +277,7 @@ def test_circles_where_shapes_meet_are_creases(text, circles):
 
 def test_a_branch_is_the_field_where_it_is_taken_and_smooth_beyond():
     program = porelang.compile("(gyroid(10) |> shell(0.6)) & cylinder(9, 12) \\ box([4, 4, 20])")
-    branches = Branches(program.solid(None), program.settle())
+    branches = Branches(program.design().of())
     points = np.random.default_rng(5).uniform(-10, 10, (5000, 3))
     value, gradient = branches.slope(points)
     numbers = branches.of(points)
@@ -289,6 +292,7 @@ def test_a_branch_is_the_field_where_it_is_taken_and_smooth_beyond():
         assert np.linalg.norm(np.diff(slopes, axis=0), axis=1).max() < 0.2  # a kink would leap by about 1
 
 
+@pytest.mark.slow
 def test_a_lattice_cut_by_bounds_has_sharp_rims():
     _, sharp, facts, h = refined("gyroid(10)", 40, bounds=(-7, -7, -7, 7, 7, 7), sharp=True)
     v = sharp.vertices
@@ -334,6 +338,7 @@ def test_caps_stay_flat_when_rims_are_cut():
 
 
 @pytest.mark.parametrize("deviation", [0.02, 0.1])
+@pytest.mark.slow
 def test_a_simpler_sphere_stays_within_the_deviation(deviation):
     raw, simple, facts, _ = refined("sphere(10)", 30, smooth=True, deviation=deviation)
     assert len(simple.faces) < len(raw.faces) * 0.6
@@ -408,6 +413,7 @@ def test_what_no_corner_middle_or_centre_shows_is_found_between_them():
 
 
 @pytest.mark.parametrize("deviation", [0.02, 0.1])
+@pytest.mark.slow
 def test_a_simpler_lattice_is_nowhere_further_than_its_bound(deviation):
     _, simple, facts, _ = refined("gyroid(10) |> shell(0.6) & cylinder(9, 12)", 60, sharp=True, deviation=deviation)
     _, sharp, _, _ = refined("gyroid(10) |> shell(0.6) & cylinder(9, 12)", 60, sharp=True)
@@ -420,12 +426,16 @@ def test_a_simpler_lattice_is_nowhere_further_than_its_bound(deviation):
 
 
 def test_a_cancelled_refinement_stops():
-    surface = mesh_output(porelang.compile("sphere(10)"), resolution=20)
-    with pytest.raises(CancelledError):
-        simplify(surface, 0.1, cancel=lambda: True)
+    design = porelang.compile("sphere(10)").design()
+    placed = grid_of(design, resolution=20)
+    surface = surface_of(design, placed=placed)
+    with watching(cancel=lambda: True), pytest.raises(CancelledError):
+        simplify(surface, 0.1)
     calls = []
-    simplify(surface, 0.1, progress=lambda done, total: calls.append((done, total)))
-    assert calls[-1][0] == calls[-1][1]
+    with watching(lambda *told: calls.append(told)):
+        refine(surface, design, None, placed, deviation=0.1)
+    assert calls[-1] == ("refining", 1, 1)
+    assert len(calls) > 2
 
 
 # --- the command -----------------------------------------------------------------------------------------------------
@@ -447,7 +457,7 @@ def test_the_command_reports_what_it_did(tmp_path, monkeypatch, capsys):
 
 
 def test_ctrl_c_leaves_no_file(tmp_path, monkeypatch):
-    import porelang.mesh.output as world
+    import porelang.mesh.part as world
 
     def stop(*args):
         raise KeyboardInterrupt

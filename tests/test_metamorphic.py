@@ -12,15 +12,18 @@ import porelang as pore
 from porelang.analysis.enclose import F64
 from porelang.backends.error import allowed
 from porelang.backends.numpy import NumpyField
-from porelang.conformance.backend import NUMPY, Backend, glsl
+from porelang.conformance import samples
+from porelang.conformance.backend import NUMPY, Backend
 from porelang.conformance.generate import RANGES
 from porelang.conformance.law import places
 from porelang.conformance.suite import random_graphs
-from porelang.gpu import shared_gpu
-from porelang.ir import Node, node
-from porelang.rewrites import PIPELINE, Graph, run
+from porelang.formula import Formula
+from porelang.gpu import Gpu
+from porelang.gpu.fields import DeviceField, gpu
+from porelang.ir import ZERO, Node, X, Y, Z, const, node
+from porelang.ops import TABLE
+from porelang.rewrites import PIPELINE, Graph, flatten, run
 
-BACKENDS = [*NUMPY, glsl(shared_gpu())]
 POINTS = places(400, 5)
 
 
@@ -33,10 +36,13 @@ def agree(one: Node, other: Node, backend: Backend, params: dict[str, float] | N
     """Both graphs' values lie within the bounds of both, at every point: one answers for the other."""
     params = params or {}
     ranges = {name: (value, value) for name, value in params.items()}
+
+    def bind(root: Node) -> Formula:
+        return Formula.of(root, **params).bound(samples.bindings())
+
     for left, right in ((one, other), (other, one)):
-        bound = allowed(left, POINTS, params, backend.precision)
-        own = allowed(right, POINTS, params, backend.precision)
-        got = backend.evaluate(right, POINTS, params, ranges).astype(np.float64)
+        bound, own = (allowed(bind(root), POINTS, backend.precision) for root in (left, right))
+        got = backend.evaluate(bind(right), POINTS, ranges).astype(np.float64)
         with np.errstate(invalid="ignore"):
             room = (own.hi - own.lo) + slack
             inside = (got >= bound.lo - room) & (got <= bound.hi + room)
@@ -83,7 +89,6 @@ def test_the_same_node(one: str, other: str) -> None:
     assert program.roots("one")[0] is program.roots("other")[0]
 
 
-@pytest.mark.parametrize("backend", BACKENDS, ids=[b.name for b in BACKENDS])
 @pytest.mark.parametrize(
     ("one", "other"),
     [
@@ -115,7 +120,6 @@ def test_the_same_value(one: str, other: str, backend: Backend) -> None:
     agree(flat(one), flat(other), backend, slack=1e-4 if backend.precision is not F64 else 1e-12)
 
 
-@pytest.mark.parametrize("backend", BACKENDS, ids=[b.name for b in BACKENDS])
 def test_a_param_is_the_number_it_is_set_to(backend: Backend) -> None:
     text = "gyroid({w}) |> thicken(sphere(40) / 100, {t}) & cylinder({w} + 10, 40) |> translate([{t}, 0, 0])"
     open_ = pore.compile("param w = 30 in 10..60\nparam t = 0.3 in 0..1\n" + text.format(w="w", t="t"))
@@ -125,8 +129,7 @@ def test_a_param_is_the_number_it_is_set_to(backend: Backend) -> None:
         agree(open_.roots("part")[0], closed, backend, params, slack=1e-4 if backend.precision is not F64 else 1e-12)
 
 
-def test_a_param_never_changes_the_shader() -> None:
-    gpu = shared_gpu()
+def test_a_param_never_changes_the_shader(gpu: Gpu) -> None:
     program = pore.compile("param w = 30 in 10..60\ngyroid(w) & sphere(2 * w)")
     program.field("part", backend="glsl", dtype="f32")(POINTS)
     before = gpu.compiled
@@ -139,8 +142,8 @@ def test_passes_change_no_value() -> None:
     """With and without simplifying and sharing, both within the bound of the graph as written."""
     for leave_out in ({"simplify"}, {"share"}, {"simplify", "share"}, {"fold", "simplify", "share"}):
         for root in random_graphs(40, 9):
-            full = run(Graph({"part": root}, RANGES)).roots["part"]
-            part = run(Graph({"part": root}, RANGES), leave_out=frozenset(leave_out)).roots["part"]
+            (full,) = flatten(root)
+            (part,) = run(Graph({"part": (root,)}), leave_out=frozenset(leave_out)).outputs["part"]
             params = {name: (lo + hi) / 2 for name, (lo, hi) in RANGES.items()}
             for backend in NUMPY:
                 agree(full, part, backend, params)
@@ -149,8 +152,8 @@ def test_passes_change_no_value() -> None:
 def test_passes_are_idempotent() -> None:
     """What leaves the pipeline passes through it unchanged."""
     for root in random_graphs(60, 10):
-        once = run(Graph({"part": root}, RANGES)).roots
-        assert run(Graph(once, RANGES)).roots["part"] is once["part"]
+        once = flatten(root)
+        assert flatten(*once) == once
     assert [p.name for p in PIPELINE][-1] == "verify"
 
 
@@ -177,43 +180,61 @@ def cloud(dtype: Any) -> NDArray[Any]:
 @pytest.mark.parametrize("text", FIELDS)
 @pytest.mark.parametrize("dtype", ["f32", "f64"])
 def test_a_grid_is_its_points(text: str, dtype: str) -> None:
-    field = NumpyField(flat(text), {}, dtype)  # type: ignore[arg-type]  # one of the two
+    field = NumpyField(Formula.of(flat(text)), dtype)  # type: ignore[arg-type]  # one of the two
     grid = field.on_grid(axes(field.dtype)).all()
     assert np.array_equal(grid.ravel(), field.at(cloud(field.dtype)))
 
 
 @pytest.mark.parametrize("text", FIELDS)
-def test_a_grid_on_the_device_is_its_points(text: str) -> None:
+def test_a_grid_on_the_device_is_its_points(gpu: Gpu, text: str) -> None:
     field = pore.compile(text).field("part", backend="glsl", dtype="f32")
     grid = field.on_grid(axes(np.float32)).all()
     assert np.array_equal(grid.ravel(), field(cloud(np.float32)))
 
 
+FOUND = node("lookup", samples.GRID, const(1.0), const(2.0), const(-3.0), value=(0, 0, 0, 0))
+READS = [("lookup", (0, 0, 0, 0)), ("lookup_cubic", (1, 0, 0, 0)), ("nearest", "distance")]
+PLACES = {"p": (X, Y, Z), "two axes": (Y, 2 * X, ZERO), "mixed": (X, const(3.0), X + Z), "found": (FOUND, Y, Z)}
+
+
+@pytest.mark.parametrize(("op", "asked"), READS)
+@pytest.mark.parametrize("there", PLACES.values(), ids=PLACES)
+def test_a_grid_of_data_is_its_points(op: str, asked: Any, there: tuple[Node, ...], engine: str) -> None:
+    """Also where one walk gives several results, and where the place asked for depends on fewer axes."""
+    read = node(op, samples.slot(TABLE[op].args[0]), *there, value=asked)
+    if op == "nearest":
+        read = read + node(op, *read.args, value="along") * X
+    formula = Formula((read,), samples.bindings())
+    field = NumpyField(formula, "f32") if engine == "numpy" else DeviceField(formula, {}, gpu())
+    grid = field.on_grid(axes(np.float32))
+    assert np.array_equal(grid.all().ravel(), field.at(cloud(np.float32)))
+    assert np.array_equal(grid.block((1, 2, 3), (20, 9, 40)), grid.all()[1:20, 2:9, 3:40])
+
+
 @pytest.mark.parametrize("text", FIELDS)
-def test_blocks_are_parts_of_the_whole(text: str) -> None:
-    for backend in ("numpy", "glsl"):
-        grid = pore.compile(text).field("part", backend=backend, dtype="f32").on_grid(axes(np.float32))
-        whole = grid.all()
-        for lo, hi in (
-            ((0, 0, 0), (23, 17, 41)),
-            ((3, 5, 7), (4, 6, 8)),
-            ((22, 0, 1), (23, 17, 2)),
-            ((1, 2, 3), (20, 9, 40)),
-        ):
-            window = tuple(slice(a, b) for a, b in zip(lo, hi, strict=True))
-            assert np.array_equal(grid.block(lo, hi), whole[window])
+def test_blocks_are_parts_of_the_whole(text: str, engine: Any) -> None:
+    grid = pore.compile(text).field("part", backend=engine, dtype="f32").on_grid(axes(np.float32))
+    whole = grid.all()
+    for lo, hi in (
+        ((0, 0, 0), (23, 17, 41)),
+        ((3, 5, 7), (4, 6, 8)),
+        ((22, 0, 1), (23, 17, 2)),
+        ((1, 2, 3), (20, 9, 40)),
+    ):
+        window = tuple(slice(a, b) for a, b in zip(lo, hi, strict=True))
+        assert np.array_equal(grid.block(lo, hi), whole[window])
 
 
 def test_threads_and_tiles_change_nothing() -> None:
     root = flat(FIELDS[0])
     wide = [np.linspace(-40, 40, n).astype(np.float32) for n in (61, 90, 71)]  # several tiles
     points = places(70_001, 3)  # several pieces
-    grids = [NumpyField(root, {}, "f32", threads=n).on_grid(wide).all() for n in (1, 2, 5)]
-    values = [NumpyField(root, {}, "f32", threads=n).at(points) for n in (1, 2, 5)]
+    grids = [NumpyField(Formula.of(root), "f32", threads=n).on_grid(wide).all() for n in (1, 2, 5)]
+    values = [NumpyField(Formula.of(root), "f32", threads=n).at(points) for n in (1, 2, 5)]
     for other in range(1, 3):
         assert np.array_equal(grids[0], grids[other])
         assert np.array_equal(values[0], values[other])
-    alone = np.concatenate([NumpyField(root, {}, "f32").at(points[i : i + 1]) for i in range(0, 70_001, 7001)])
+    alone = np.concatenate([NumpyField(Formula.of(root), "f32").at(points[i : i + 1]) for i in range(0, 70_001, 7001)])
     assert np.array_equal(alone, values[0][::7001])
 
 

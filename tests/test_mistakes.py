@@ -10,7 +10,7 @@ import pytest
 from porelang.diagnostics import Diagnostic
 from porelang.error_codes import CODES
 from porelang.source import Source
-from porelang.syntax import builder, failure, mistakes, signs, tokens
+from porelang.syntax import builder, failure, foreign, mistakes, tokens
 from porelang.syntax import parse as syntax
 from porelang.syntax.parse import parse
 
@@ -211,6 +211,6 @@ def test_every_code_has_a_page_that_shows_it() -> None:
 
 def test_every_code_of_the_syntax_is_given_and_explained() -> None:
     given = set()
-    for module in (builder, failure, mistakes, signs, syntax, tokens):
+    for module in (builder, failure, foreign, mistakes, mistakes.expressions, mistakes.statements, syntax, tokens):
         given |= set(re.findall(r'"(E\d{3})"', inspect.getsource(module)))
     assert given == {c for c in CODES if "E001" <= c <= "E029"}

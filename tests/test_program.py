@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import porelang
+from porelang.checks import broken_checks
+from porelang.gpu import Gpu
 from porelang.program import Program
 
 
@@ -174,20 +176,18 @@ def test_params_of_every_sort() -> None:
             program.field(**settings)  # type: ignore[arg-type]
 
 
-def test_a_param_changes_nothing_but_numbers() -> None:
+def test_a_param_changes_nothing_but_numbers(gpu: Gpu) -> None:
     """The shader's text, and so its compilation, does not depend on a param's value."""
     program = porelang.compile("param w = 30 in 10..60\nparam k = gyroid in {gyroid, diamond}\nk(w) & sphere(50)")
-    from porelang.gpu.fields import gpu
-
     points = np.random.default_rng(0).uniform(-40, 40, (100, 3))
     program.field(backend="glsl", dtype="f32")(points)
-    before = gpu().compiled
+    before = gpu.compiled
     for w in (12, 33, 59):
         for k in ("gyroid", "diamond"):
             got = program.field(backend="glsl", dtype="f32", w=w, k=k)(points)
             want = program.field(w=w, k=k)(points)
             assert np.abs(got - want).max() < 1e-4
-    assert gpu().compiled == before
+    assert gpu.compiled == before
 
 
 def test_definitions_may_stand_in_any_order_and_shadow_the_prelude() -> None:
@@ -289,6 +289,7 @@ def test_a_refined_mesh_for_python() -> None:
         ("cube(10) |> rotate([1, 2, 3], 40deg) |> translate([500, 0, 0])", None, None),
     ],
 )
+@pytest.mark.slow
 def test_bounds_hold_the_part_and_little_more(text: str, lo: object, hi: object) -> None:
     """Against the extent of what dense samples find solid."""
     program = porelang.compile(text)
@@ -325,6 +326,7 @@ def test_a_broken_check_stops_what_relies_on_it(tmp_path: Path, capsys: pytest.C
     assert "decimals with a point" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_walls_thinner_than_a_voxel_are_not_passed_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     from porelang.cli import main
 
@@ -341,17 +343,23 @@ def test_what_python_hands_over() -> None:
     program = porelang.compile("out part = sphere(10)\nout half = x < 0")
     assert program.mesh("part", bounds=program.bounds("part"), resolution=20).is_watertight
     assert program.mesh("part", bounds=[[-8] * 3, [8] * 3], resolution=20).bounds.tolist() == [[-8] * 3, [8] * 3]
-    assert program.field("half", backend="glsl")([[1.0, 0, 0], [-1.0, 0, 0]]).tolist() == [False, True]
+    assert program.field("half")([[1.0, 0, 0], [-1.0, 0, 0]]).tolist() == [False, True]
     for wrong in ({"dtype": "f16"}, {"backend": "cuda"}):
         with pytest.raises(porelang.PoreError, match="choose from"):
             program.field("part", **wrong)  # type: ignore[arg-type]
+
+
+@pytest.mark.usefixtures("gpu")
+def test_a_condition_on_the_device_is_one() -> None:
+    program = porelang.compile("out half = x < 0")
+    assert program.field("half", backend="glsl")([[1.0, 0, 0], [-1.0, 0, 0]]).tolist() == [False, True]
 
 
 def test_an_output_can_be_referred_to_by_its_name() -> None:
     program = porelang.compile('out solid = box([20, 20, 20])\nout skin = shell(solid, 2, side="inside")\n')
     assert program.field("skin")([[9, 0, 0], [7, 0, 0]]).tolist() == pytest.approx([-1, 1])
     bare = porelang.compile('check volume(part) > 100000, "too small"\nsphere(10)')
-    (failed,) = bare.failed_checks(True)
+    (failed,) = broken_checks(bare.design(), measure=True)
     assert failed.message == "too small"
 
 

@@ -34,16 +34,17 @@ def shot(
 ) -> tuple[Marcher, Camera, Box]:  # fmt: skip
     """The shader of a program's part, its camera and the box that it draws."""
     program = porelang.compile(text)
-    root, params = program.solid(), program.settle()
+    design = program.design()
+    part = design.of()
     if bounds is None:
-        found = program.bounds()
+        found = design.bounds()
         more = 1e-3 * max(found.size)
         box = Box(tuple(v - more for v in found.lo), tuple(v + more for v in found.hi))
     else:
         box = Box(tuple(bounds[:3]), tuple(bounds[3:]))
     camera = look(box, VIEWS[view], size, projection, zoom)
     shown = take_away(whole(box, bounds is not None), cuts)
-    scene = Scene(root, params, program.graph.ranges, bound_cells(root, params, shown.box), shown)
+    scene = Scene(part, program.ranges, bound_cells(part, shown.box), shown)
     return Marcher(scene, camera, size, gpu()), camera, box
 
 
@@ -144,6 +145,8 @@ FIELDS: dict[str, tuple[str, Field]] = {
 
 
 @pytest.mark.parametrize("name", FIELDS)
+@pytest.mark.slow
+@pytest.mark.usefixtures("gpu")
 def test_rays_meet_what_dense_rays_meet(name: str) -> None:
     text, field = FIELDS[name]
     made, camera, box = shot(text, projection="orthographic" if name == "fast twist" else "perspective")
@@ -151,6 +154,7 @@ def test_rays_meet_what_dense_rays_meet(name: str) -> None:
 
 
 @pytest.mark.parametrize("by", ["", "100 * ", "0.01 * "])
+@pytest.mark.usefixtures("gpu")
 def test_a_thin_wall_of_a_large_part_has_no_hole(by: str) -> None:
     """0.2 mm of 150 mm, in a picture whose pixels are 6 mm; and whatever the field is multiplied by."""
     made, camera, _ = shot(f"{by}(sphere(75) |> shell(0.2))")
@@ -165,6 +169,8 @@ def test_a_thin_wall_of_a_large_part_has_no_hole(by: str) -> None:
 
 
 @pytest.mark.parametrize("at", [1e3, 6e4])
+@pytest.mark.slow
+@pytest.mark.usefixtures("gpu")
 def test_a_part_far_from_the_origin(at: float) -> None:
     """float32 rounds places to `at` / 2^23: that much is off, and no more."""
     far = np.array([at, -at / 2, at / 3])
@@ -176,11 +182,13 @@ def test_a_part_far_from_the_origin(at: float) -> None:
           made.nearest / 2, off)  # fmt: skip
 
 
+@pytest.mark.usefixtures("gpu")
 def test_a_part_that_is_cut_where_it_is_solid_is_its_faces() -> None:
     made, camera, box = shot("sphere(50)", bounds=(-10, -10, -10, 10, 10, 10))
     agree(made, camera, box, lambda p: np.abs(p).max(axis=1) - 10, 0.1, off=1e-3)
 
 
+@pytest.mark.usefixtures("gpu")
 def test_a_sheet_seen_from_its_edge_is_as_thick_as_it_is() -> None:
     size = (64, 256)
     made, camera, box = shot("box([40, 40, 0.2])", "front", "orthographic", zoom=100, size=size)
@@ -211,15 +219,18 @@ CUTS = [(QUARTER,), (EIGHTH,), (SLAB,), (QUARTER, (HalfSpace(0, True, 0.0),)), (
 
 @pytest.mark.parametrize("cuts", CUTS)
 @pytest.mark.parametrize("view", ["iso", "front"])
+@pytest.mark.slow
+@pytest.mark.usefixtures("gpu")
 def test_what_is_left_of_a_cut_part_is_a_difference(cuts: tuple[Cut, ...], view: str) -> None:
     made, camera, box = shot("gyroid(14) & sphere(20)", view, cuts=cuts)
     agree(made, camera, box, lambda p: less(p, *cuts), made.nearest / 2, off=1e-3)
 
 
+@pytest.mark.usefixtures("gpu")
 def test_both_faces_of_a_quarter_are_sections() -> None:
     """Seen from the front, the upper half of a ball without its front quarter is half a disc, in one colour."""
     wishes = Wishes((200, 200), VIEWS["front"], "orthographic", samples=1, cuts=(QUARTER,))
-    ball = porelang.compile("sphere(20)")
+    ball = porelang.compile("sphere(20)").design()
     picture = render_output(ball, None, wishes)
     red, _, blue, _ = np.moveaxis(picture.pixels.astype(int), 2, 0)
     section = red - blue > 60  # warm, where the material is nearly white
@@ -249,6 +260,7 @@ def test_a_cut_that_takes_a_side_makes_the_box_smaller() -> None:
         take_away(box, [(*QUARTER, HalfSpace(0, True, -0.9 + i / 10)) for i in range(9)])
 
 
+@pytest.mark.usefixtures("gpu")
 def test_glass_is_every_surface_on_the_way() -> None:
     """Through the middle of a hollow ball: in at 21 mm and out at 19 mm of its centre, and the same behind it."""
     size = (41, 41)

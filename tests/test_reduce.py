@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import porelang
+from porelang import store
 from porelang.analysis.phases import over_phases
 from porelang.backends.numpy import NumpyField
+from porelang.checks import failed_checks, late_doubts
 from porelang.program import Program
-from porelang.tasks import store as memory
 from porelang.tasks.numbers import region
 from porelang.tasks.numbers.extremes import Hill
 
@@ -42,6 +43,7 @@ def numbers(text: str, **settings: float) -> list[tuple[float, float]]:
         ("porosity(gyroid(30), cylinder(75, 300))", 0.5, 1e-3),
     ],
 )
+@pytest.mark.slow
 def test_closed_forms_lie_within_the_stated_error(call: str, exact: float, most: float) -> None:
     ((value, error),) = numbers(f"x + {call}")
     assert abs(value - exact) <= error
@@ -79,6 +81,7 @@ THIN = 5.005**3 - 4.995**3
         ("maximum(abs(gyroid(10)) + x / 100, cylinder(1, 1))", None, 1e-2),
     ],
 )
+@pytest.mark.slow
 def test_hard_ones_lie_within_the_stated_error(call: str, exact: float | None, most: float) -> None:
     ((value, error),) = numbers(f"x + {call}")
     if exact is None:  # from a fine grid: what is attained there can be attained
@@ -106,6 +109,7 @@ def fraction(lattice: str, d: float) -> float:
 
 
 @pytest.mark.parametrize("lattice", ["gyroid", "schwarz_p", "diamond"])
+@pytest.mark.slow
 def test_lattices_against_an_independent_integral(lattice: str) -> None:
     text = f"""
     let b = box([20, 20, 20])
@@ -119,9 +123,10 @@ def test_lattices_against_an_independent_integral(lattice: str) -> None:
     assert q < 5e-3
 
 
+@pytest.mark.slow
 def test_stated_errors_are_those_that_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
     """Over many seeds the error made has the spread that is stated: neither hoped for nor padded."""
-    monkeypatch.setattr(memory, "_on_disk", lambda key, compute: compute())
+    monkeypatch.setenv("PORELANG_CACHE_LIMIT", "0")
     ball = 4 / 3 * math.pi * 1000
     cases = [
         ("volume(sphere(10))", ball, 3),
@@ -135,10 +140,10 @@ def test_stated_errors_are_those_that_are_made(monkeypatch: pytest.MonkeyPatch) 
         program = porelang.compile(f"x + {call}")
         for seed in range(8):
             monkeypatch.setattr(region, "SEED", 1000 * seed + 17)
-            memory.forget()
+            store.forget()
             (found,) = program.reduced().values()
             made.append(deviations * (found.value - exact) / found.error)
-    memory.forget()
+    store.forget()
     z = np.array(made)
     assert 0.7 < math.sqrt(np.mean(z**2)) < 1.3
     assert abs(z.mean()) < 3.5 / math.sqrt(len(z))
@@ -154,17 +159,19 @@ def test_stated_errors_are_those_that_are_made(monkeypatch: pytest.MonkeyPatch) 
         ("solve(t => volume(sphere(t))^5, (4/3*pi*8)^5, 1..10)", 2.0),
     ],
 )
+@pytest.mark.slow
 def test_solve_of_any_formula_states_a_true_error(call: str, exact: float) -> None:
     value, error = numbers(f"x + {call}")[-1]
     assert abs(value - exact) <= error < 1e-2 * exact
 
 
+@pytest.mark.slow
 def test_what_solve_finds_keeps_to_contracts() -> None:
     """A radius is looked for among lengths that are no radii too: what is found has to be one."""
     program = porelang.compile("sphere(solve(t => volume(sphere(t)), 100, 1..10))")
     assert program.bounds().size[0] == pytest.approx(2 * (75 / math.pi) ** (1 / 3), rel=1e-3)
     with pytest.raises(porelang.PoreError) as caught:
-        porelang.compile("x + solve(t => t + 0 * mean(sphere(t), sphere(9)), -2, -3..3)").settle()
+        porelang.compile("x + solve(t => t + 0 * mean(sphere(t), sphere(9)), -2, -3..3)").field()
     assert caught.value.diagnostics[0].code == "E064"
 
 
@@ -188,17 +195,18 @@ def test_the_error_of_a_number_counts_in_those_that_depend_on_it() -> None:
 )
 def test_what_is_in_reach_is_said(text: str, words: tuple[str, str]) -> None:
     with pytest.raises(porelang.PoreError) as caught:
-        porelang.compile(text).settle()
+        porelang.compile(text).reduced()
     for word in words:
         assert word in str(caught.value)
 
 
 def test_an_infinite_value_is_no_mean() -> None:
     with pytest.raises(porelang.PoreError) as caught:
-        porelang.compile("x + mean(if x < 0 then 1 / 0 else 1, sphere(3))").settle()
+        porelang.compile("x + mean(if x < 0 then 1 / 0 else 1, sphere(3))").reduced()
     assert "infinite" in str(caught.value)
 
 
+@pytest.mark.usefixtures("gpu")
 def test_both_backends_read_the_same_number() -> None:
     program = porelang.compile("let d = to_porosity(gyroid(10), 70%, box([20, 20, 20]))\nd + 0 * x")
     (found,) = program.reduced().values()
@@ -221,10 +229,11 @@ def test_contracts_on_fields_are_examined_beside_numbers_from_fields() -> None:
     assert "broken at" in warning.label
     late = porelang.compile(f"{WALLS}walls(gyroid(16), 0.2 + d + x / 100) & c")
     assert not late.warnings
-    assert any("`walls` needs `t > 0`" in d.message for d in late.doubtful_contracts())
-    assert not porelang.compile(f"{WALLS}walls(gyroid(16), 0.9 + d + x / 100) & c").doubtful_contracts()
+    assert any("`walls` needs `t > 0`" in d.message for d in late_doubts(late.design()))
+    assert not late_doubts(porelang.compile(f"{WALLS}walls(gyroid(16), 0.9 + d + x / 100) & c").design())
 
 
+@pytest.mark.slow
 def test_the_papers_shell_thickness() -> None:
     """Section 2.3: a gyroid shell of porosity 0.5 has t = 1.53 "independent of the wavelength"."""
     for w in (20, 30):
@@ -249,6 +258,7 @@ def test_a_shell_to_a_porosity_gives_that_porosity() -> None:
     assert abs(np.mean(program.field()(points) > 0) - 0.8) < 4 * 0.4 / 1000 + 5e-4
 
 
+@pytest.mark.slow
 def test_solve_finds_what_a_field_driven_thickness_needs() -> None:
     """Eq 3 drifts the porosity (findings: about .467); solving for the addend brings it back to one half."""
     text = """
@@ -260,7 +270,7 @@ def test_solve_finds_what_a_field_driven_thickness_needs() -> None:
     let part_ = gyroid(30) |> thicken(heat + shift, 0.3)
     """
     program = porelang.compile(text)
-    assert program.failed_checks(True) == []
+    assert failed_checks(program.design()) == []
     random = np.random.default_rng(5)
     points = random.uniform([-75, -75, -150], [75, 75, 150], (400_000, 3))
     points = points[np.hypot(points[:, 0], points[:, 1]) <= 75]
@@ -285,6 +295,7 @@ def test_numbers_may_depend_on_numbers() -> None:
     assert error < 1e-3 * value
 
 
+@pytest.mark.usefixtures("gpu")
 def test_the_same_on_both_backends() -> None:
     program = porelang.compile("let c = cylinder(20, 40)\noffset(gyroid(10), to_porosity(gyroid(10), 70%, c)) & c")
     points = np.random.default_rng(1).uniform(-25, 25, (2000, 3)).astype(np.float32).astype(np.float64)
@@ -304,11 +315,12 @@ def test_the_same_on_both_backends() -> None:
         ("x + maximum(sqrt(x), sphere(3))", "E093", "not a number"),
     ],
 )
+@pytest.mark.slow
 def test_what_cannot_be_found_says_why_and_where(text: str, code: str, words: str) -> None:
     program: Program = porelang.compile(text)
     settings = {"phi": 0.0} if "param" in text else {}
     with pytest.raises(porelang.PoreError) as caught:
-        program.settle(**settings)
+        program.reduced(settings)
     (d,) = caught.value.diagnostics
     assert d.code == code
     assert words in str(d)
@@ -352,11 +364,11 @@ FIELDS = (
 def test_no_cell_holds_more_than_its_bound(text: str) -> None:
     """What cuts cells away, put to the test by samples of small cells about the peaks, where it is sharpest."""
     program = porelang.compile(text)
-    root = program.solid()
-    hill, field, random = Hill(root, {}), program.field(), np.random.default_rng(3)
+    formula = program.design().of()
+    hill, field, random = Hill(formula), program.field(), np.random.default_rng(3)
     peaks = random.uniform(-15, 15, (4000, 3))
     peaks = peaks[np.argsort(-field(peaks))[:150]]
-    phases = over_phases(root, {})
+    phases = over_phases(formula)
     for size in (0.05, 0.3, 1.0, 4.0):
         low = peaks - random.random(peaks.shape) * size
         sides = np.full(3, size)
@@ -367,7 +379,7 @@ def test_no_cell_holds_more_than_its_bound(text: str) -> None:
         if size == 0.05 and text != "box([10, 20, 30])":
             assert np.median(high - values.max(1)) < 0.05 * (np.ptp(field(peaks)) + np.abs(field(peaks)).max())
         if phases is not None:
-            anywhere = NumpyField(phases, {}).at(random.random((100_000, 3))).max()
+            anywhere = NumpyField(phases).at(random.random((100_000, 3))).max()
             assert values.max() <= anywhere + 0.05 * abs(anywhere)
         # where a slope is said to keep its sign the greatest value lies on a side of the cell
         for i in np.nonzero(~flat)[0][:5]:
@@ -390,7 +402,7 @@ def test_no_cell_holds_more_than_its_bound(text: str) -> None:
     ],
 )
 def test_phases_are_those_of_lattices_alone(text: str, some: bool) -> None:
-    assert (over_phases(porelang.compile(text).solid(), {}) is not None) == some
+    assert (over_phases(porelang.compile(text).design().of()) is not None) == some
 
 
 def test_a_peak_that_no_sample_meets_is_within_the_error() -> None:

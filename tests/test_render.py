@@ -21,7 +21,8 @@ from porelang.analysis.box import Box
 from porelang.cli import main
 from porelang.diagnostics import PoreError
 from porelang.gpu.fields import gpu
-from porelang.program import Program
+from porelang.program import Design
+from porelang.progress import watching
 from porelang.render import Camera, Picture, Wishes, look, render_output
 from porelang.render.camera import VIEWS
 from porelang.render.cells import SOLID, STEEP, VOID, bound_cells
@@ -36,13 +37,13 @@ SPECIMEN = str(ROOT / "examples" / "specimen.pore")
 def marcher(text: str, size: tuple[int, int], view: str = "iso", projection: Any = "perspective", **settings: float):
     """The shader of a program's part, with the camera, the field in float64 and the box."""
     program = porelang.compile(text)
-    root, params = program.solid(), program.settle(**settings)
-    found = program.bounds(**settings)
+    design = program.design(**settings)
+    part, found = design.of(), design.bounds()
     more = 1e-3 * max(found.size)
     box = Box(tuple(v - more for v in found.lo), tuple(v + more for v in found.hi))
     camera = look(box, VIEWS[view], size, projection)
-    scene = Scene(root, params, program.graph.ranges, bound_cells(root, params, box), whole(box))
-    return Marcher(scene, camera, size, gpu()), camera, program.field(**settings), box
+    scene = Scene(part, program.ranges, bound_cells(part, box), whole(box))
+    return Marcher(scene, camera, size, gpu()), camera, design.field(), box
 
 
 def entries(
@@ -71,14 +72,16 @@ def alpha_area(picture: Picture) -> float:
     return float((picture.pixels[..., 3] / 255).sum()) * picture.pixel**2
 
 
+@pytest.mark.usefixtures("gpu")
 def test_silhouette_of_a_sphere_is_a_disc() -> None:
     r = 20.0
-    program = porelang.compile(f"sphere({r})")
-    picture = render_output(program, None, Wishes((240, 180), projection="orthographic", samples=2, transparent=True))
+    design = porelang.compile(f"sphere({r})").design()
+    picture = render_output(design, None, Wishes((240, 180), projection="orthographic", samples=2, transparent=True))
     # each sample on the rim is off by at most itself; they average: a tenth of the rim's pixels is generous
     assert alpha_area(picture) == pytest.approx(math.pi * r * r, abs=0.1 * 2 * math.pi * r * picture.pixel)
 
 
+@pytest.mark.usefixtures("gpu")
 def test_size_of_a_sphere_in_perspective() -> None:
     """The silhouette of a sphere is a circle: its tangent cone has sine r / d."""
     size = (201, 201)
@@ -91,6 +94,7 @@ def test_size_of_a_sphere_in_perspective() -> None:
     assert distance[100, 100] == pytest.approx(far - 20, abs=made.nearest)
 
 
+@pytest.mark.usefixtures("gpu")
 def test_depths_of_a_sphere_are_exact() -> None:
     size = (160, 120)
     made, camera, _, _ = marcher("translate(sphere(20), [5, -3, 2])", size)
@@ -116,6 +120,8 @@ def test_depths_of_a_sphere_are_exact() -> None:
         ("sphere(15) |> shell(0.2) & x", "orthographic"),
     ],
 )  # fmt: skip
+@pytest.mark.slow
+@pytest.mark.usefixtures("gpu")
 def test_no_holes_against_dense_sampling(text: str, projection: str) -> None:
     """Every ray that dense sampling finds in solid, for longer than the shortest step, meets it no later.
 
@@ -139,6 +145,7 @@ def test_no_holes_against_dense_sampling(text: str, projection: str) -> None:
     assert (just.min(axis=0) < 1e-4).all()
 
 
+@pytest.mark.usefixtures("gpu")
 def test_where_a_field_may_jump_only_what_is_thinner_than_a_sample_is_missed() -> None:
     """Along the seam of `polar` no step is proven."""
     size = (72, 54)
@@ -152,6 +159,7 @@ def test_where_a_field_may_jump_only_what_is_thinner_than_a_sample_is_missed() -
     assert (made.distances()[hit] <= dense[hit] + 1.2 * sample + step).all()
 
 
+@pytest.mark.usefixtures("gpu")
 def test_thin_and_steep_shell_has_no_hole() -> None:
     """A field a thousand times as steep as a distance, and a wall three samples thick."""
     size = (64, 64)
@@ -161,6 +169,7 @@ def test_thin_and_steep_shell_has_no_hole() -> None:
     assert (made.distances()[np.isfinite(dense)] <= dense[np.isfinite(dense)] + made.nearest + 0.05).all()
 
 
+@pytest.mark.usefixtures("gpu")
 def test_a_field_that_jumps_is_drawn() -> None:
     """Slabs made with floor: the field is -1 or 1 and passes zero nowhere."""
     size = (90, 60)
@@ -176,7 +185,7 @@ def test_a_field_that_jumps_is_drawn() -> None:
 def test_cells_hold_what_they_say() -> None:
     program = porelang.compile("gyroid(12) |> shell(0.4) & cylinder(15, 30)")
     box = program.bounds()
-    cells = bound_cells(program.solid(), {}, box)
+    cells = bound_cells(program.design().of(), box)
     rng = np.random.default_rng(5)
     points = rng.uniform(box.lo, box.hi, (20000, 3))
     which = tuple(np.floor((points - box.lo) / box.size * cells.counts).astype(int).T)
@@ -194,53 +203,56 @@ def test_cells_hold_what_they_say() -> None:
     assert np.median(held[bounded]) < 3 * math.sqrt(3) * math.tau / 12
 
 
+@pytest.mark.usefixtures("gpu")
 def test_a_param_changes_the_picture_without_compiling() -> None:
     program = porelang.compile("param r = 10 in 5..20\nsphere(r)")
     wishes = Wishes((80, 60), samples=1, projection="orthographic", transparent=True)
     bounds = (-21.0, -21.0, -21.0, 21.0, 21.0, 21.0)
-    small = render_output(program, None, wishes, bounds)
-    compiled = gpu().compiled
-    large = render_output(program, None, wishes, bounds, {"r": 20})
-    assert gpu().compiled == compiled
+    small = render_output(program.design(), None, wishes, bounds)
+    compiled = gpu("person").compiled
+    large = render_output(program.design(r=20), None, wishes, bounds)
+    assert gpu("person").compiled == compiled
     assert alpha_area(large) == pytest.approx(4 * alpha_area(small), rel=0.05)
 
 
+@pytest.mark.usefixtures("gpu")
 def test_cut_takes_half_away_and_shows_its_face() -> None:
-    program = porelang.compile("cube(20)")
+    design = porelang.compile("cube(20)").design()
     above = ((HalfSpace(2, False, 4.0),),)
     wishes = Wishes((120, 120), VIEWS["right"], "orthographic", samples=1, transparent=True, cuts=above)
-    seen = render_output(program, None, wishes).pixels[..., 3] > 0
-    pixel = render_output(program, None, wishes).pixel
+    seen = render_output(design, None, wishes).pixels[..., 3] > 0
+    pixel = render_output(design, None, wishes).pixel
     rows = np.flatnonzero(seen.any(axis=1))
     assert len(rows) * pixel == pytest.approx(14, abs=2 * pixel)  # from z = -10 to 4
     # seen from above the cut face is there, in its own flat colour
     top = Wishes((120, 120), VIEWS["top"], "orthographic", samples=1, cuts=above)
-    face = render_output(program, None, top).pixels[40:80, 40:80, :3].reshape(-1, 3)
+    face = render_output(design, None, top).pixels[40:80, 40:80, :3].reshape(-1, 3)
     assert (face == face[0]).all()
     assert face[0, 0] > face[0, 2] + 50  # warm, where the material is nearly white
-    whole = render_output(program, None, Wishes((120, 120), VIEWS["top"], "orthographic", samples=1))
+    whole = render_output(design, None, Wishes((120, 120), VIEWS["top"], "orthographic", samples=1))
     assert abs(int(whole.pixels[60, 60, 0]) - int(whole.pixels[60, 60, 2])) < 50
 
 
+@pytest.mark.usefixtures("gpu")
 def test_cut_at_the_depth_asked_for() -> None:
     program = porelang.compile("cube(20)")
-    root = program.solid()
+    part = program.design().of()
     whole_box = Box((-10.5,) * 3, (10.5,) * 3)
     shown = take_away(whole(whole_box), [(HalfSpace(1, True, -2.5),)])
     box = shown.box
     assert box == Box((-10.5, -2.5, -10.5), (10.5, 10.5, 10.5))
     camera = look(whole_box, VIEWS["front"], (40, 40), "orthographic")
-    scene = Scene(root, {}, {}, bound_cells(root, {}, box), shown)
+    scene = Scene(part, {}, bound_cells(part, box), shown)
     made = Marcher(scene, camera, (40, 40), gpu())
     assert made.distances()[20, 20] == pytest.approx(-2.5 - camera.eye[1], abs=made.nearest)
 
 
 def test_slice_has_the_colours_of_its_values() -> None:
     """The field of a ball is its distance: red inside, yellow near zero, blue outside, dark on the rim."""
-    program = porelang.compile("out part = sphere(20)\nlet tilt = x / 40\nout other = tilt & cube(60)")
+    design = porelang.compile("out part = sphere(20)\nlet tilt = x / 40\nout other = tilt & cube(60)").design()
     bounds = (-40.0, -40.0, -40.0, 40.0, 40.0, 40.0)
     wishes = Wishes((200, 200), VIEWS["top"], "orthographic", samples=1, slices=(Plane(2, 0.0),), solid="none")
-    picture = render_output(program, "part", wishes, bounds)
+    picture = render_output(design, "part", wishes, bounds)
     assert picture.scale is not None
     assert picture.scale.low == pytest.approx(20)  # the centre is 20 deep, the corners lie farther out
 
@@ -262,24 +274,26 @@ def test_slice_has_the_colours_of_its_values() -> None:
     assert inside[0] > inside[2]
     assert outside[2] > outside[0]
     # another field on the same plane: a `let` by its name
-    tilted = render_output(program, "part", replace(wishes, field="tilt"), bounds)
+    tilted = render_output(design, "part", replace(wishes, field="tilt"), bounds)
     assert np.abs(colour(-30, 20, tilted) - colour(-30, -20, tilted)).max() < 8
     assert colour(-35, 0, tilted)[0] > colour(-35, 0, tilted)[2] + 80
     assert colour(35, 0, tilted)[2] > colour(35, 0, tilted)[0] + 80
 
 
+@pytest.mark.usefixtures("gpu")
 def test_an_opaque_part_hides_the_plane_behind_it() -> None:
-    program = porelang.compile("sphere(10)")
+    design = porelang.compile("sphere(10)").design()
     plane = (Plane(1, 8.0),)
     view = Wishes((80, 80), VIEWS["front"], "orthographic", samples=1, slices=plane, solid="opaque")
-    alone = render_output(program, None, Wishes((80, 80), VIEWS["front"], "orthographic", samples=1))
-    both = render_output(program, None, view)
+    alone = render_output(design, None, Wishes((80, 80), VIEWS["front"], "orthographic", samples=1))
+    both = render_output(design, None, view)
     assert abs(int(both.pixels[40, 40, 0]) - int(alone.pixels[40, 40, 0])) < 12
-    glass = render_output(program, None, Wishes((80, 80), VIEWS["front"], "orthographic", samples=1, slices=plane,
+    glass = render_output(design, None, Wishes((80, 80), VIEWS["front"], "orthographic", samples=1, slices=plane,
                                                 solid="glass"))  # fmt: skip
     assert int(glass.pixels[40, 40, 0]) - int(glass.pixels[40, 40, 2]) > 30  # the red of the plane shines through
 
 
+@pytest.mark.usefixtures("gpu")
 def test_tiles_make_one_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     from porelang.render import march
 
@@ -287,18 +301,20 @@ def test_tiles_make_one_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = made.distances()
     monkeypatch.setattr(march, "LARGEST", 32)
     told: list[int] = []
-    assert np.array_equal(made.distances(lambda done, total: told.append(done)), whole)
+    with watching(lambda _, done, total: told.append(done)):
+        assert np.array_equal(made.distances(), whole)
     assert len(told) == 4 * 3
     assert told[-1] == 100 * 70
 
 
+@pytest.mark.usefixtures("gpu")
 def test_the_shader_is_one_for_webgl_too() -> None:
     """The same scaffold as GLSL ES 3.00, which OpenGL 4.3 compiles too; in a process of its own, as drivers crash."""
     code = """
 import moderngl, porelang
 from porelang.backends.glsl import shader
 program = porelang.compile("param w = 12 in 5..20\\ngyroid(w) |> twist(0.02) & cylinder(15, 30)")
-text = shader(program.solid(), program.graph.ranges, "webgl").text
+text = shader(program.roots(), program.ranges, "webgl").text
 context = moderngl.create_context(standalone=True, backend="egl", require=430)
 made = context.program(vertex_shader="#version 300 es\\nvoid main() { gl_Position = vec4(0.0); }", fragment_shader=text)
 print("cells" in made, "u" in made)
@@ -313,35 +329,37 @@ def codes(error: pytest.ExceptionInfo[PoreError]) -> list[str]:
 
 
 def test_what_cannot_be_drawn_is_said() -> None:
-    program: Program = porelang.compile("sphere(10)")
+    design: Design = porelang.compile("sphere(10)").design()
     with pytest.raises(PoreError) as far:
-        render_output(program, None, Wishes((20, 20)), (20, 20, 20, 30, 30, 30))
+        render_output(design, None, Wishes((20, 20)), (20, 20, 20, 30, 30, 30))
     assert codes(far) == ["E111"]
     with pytest.raises(PoreError) as nothing:
-        render_output(program, None, Wishes((20, 20), cuts=((HalfSpace(0, True, 11.0),),)))
+        render_output(design, None, Wishes((20, 20), cuts=((HalfSpace(0, True, 11.0),),)))
     assert codes(nothing) == ["E107"]
     assert "x<11" in str(nothing.value)
     with pytest.raises(PoreError) as endless:
-        render_output(porelang.compile("gyroid(10)"), None, Wishes((20, 20)))
+        render_output(porelang.compile("gyroid(10)").design(), None, Wishes((20, 20)))
     assert codes(endless) == ["E102"]
     with pytest.raises(PoreError) as unknown:
-        render_output(program, None, Wishes((20, 20), slices=(Plane(0, 0.0),), field="prat"))
+        render_output(design, None, Wishes((20, 20), slices=(Plane(0, 0.0),), field="prat"))
     assert codes(unknown) == ["E100"]
     assert "part" in str(unknown.value)
     with pytest.raises(PoreError) as large:
-        render_output(program, None, Wishes((16000, 16000)))
+        render_output(design, None, Wishes((16000, 16000)))
     assert codes(large) == ["E114"]
 
 
+@pytest.mark.usefixtures("gpu")
 def test_a_program_too_long_for_a_shader_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     from porelang.render import march
 
     monkeypatch.setattr(march, "LONGEST", 5)
     with pytest.raises(PoreError) as error:
-        render_output(porelang.compile("gyroid(9.5) & cylinder(15.5, 30)"), None, Wishes((20, 20)))
+        render_output(porelang.compile("gyroid(9.5) & cylinder(15.5, 30)").design(), None, Wishes((20, 20)))
     assert codes(error) == ["E121"]
 
 
+@pytest.mark.usefixtures("gpu")
 def test_command_writes_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     target = tmp_path / "a.png"
     line = ["render", SPECIMEN, "-o", str(target), "--size", "120x90", "--samples", "1", "--view", "-60,20", "--json"]
@@ -394,6 +412,7 @@ def test_command_refuses(
     assert not os.listdir(tmp_path)
 
 
+@pytest.mark.slow
 def test_without_opengl_it_says_what_to_install(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "porelang", "render", SPECIMEN, "-o", str(tmp_path / "a.png"), "--size", "40x30"]
     environment = {**os.environ, "PORELANG_GL": "none", "PYTHONPATH": str(ROOT)}

@@ -20,6 +20,7 @@ from PIL import Image
 import porelang
 from porelang.analysis.box import Box
 from porelang.cli import main
+from porelang.progress import watching
 from porelang.slices import Format, stack_of, write_slices
 from porelang.slices.outline import outlines
 
@@ -29,7 +30,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 def test_layers_of_a_ball_have_the_areas_of_discs(tmp_path: Path) -> None:
     program = porelang.compile("sphere(10)")
-    found = write_slices(program, tmp_path / "layers", 0.5, pixel=0.1)
+    found = write_slices(program.design(), tmp_path / "layers", 0.5, pixel=0.1)
     assert found["layers"] == 40
     for k in (0, 7, 20, 39):
         z = -10 + (k + 0.5) * 0.5
@@ -43,7 +44,7 @@ def test_layers_of_a_ball_have_the_areas_of_discs(tmp_path: Path) -> None:
 
 def test_pictures_have_y_up_and_x_right(tmp_path: Path) -> None:
     program = porelang.compile("(sphere(2) |> translate([6, 8, 0])) | sphere(0.5)")
-    write_slices(program, tmp_path / "layers", 1, pixel=0.25, bounds=(-10, -10, -0.5, 10, 10, 0.5))
+    write_slices(program.design(), tmp_path / "layers", 1, pixel=0.25, bounds=(-10, -10, -0.5, 10, 10, 0.5))
     picture = np.asarray(Image.open(tmp_path / "layers" / "layer_0000.png"))
     rows, columns = np.nonzero(picture[:40])
     assert rows.mean() * 0.25 == pytest.approx(2, abs=0.3)  # 8 mm up is 2 mm below the top edge
@@ -80,7 +81,7 @@ def test_each_layer_has_the_area_of_its_cross_section(
     h^2 pi/6 round a disc, what interpolation does to a curved field, h^2 pi/4, and half a pixel at a corner: 2 pixels.
     """
     h = 0.1
-    found = write_slices(porelang.compile(text), tmp_path / "layers", 1, form=form, pixel=h)
+    found = write_slices(porelang.compile(text).design(), tmp_path / "layers", 1, form=form, pixel=h)
     z, areas = np.array(found["z"]), np.array(found["area"])
     assert z == pytest.approx(np.arange(-9.5, 10), abs=1e-5)
     exact = np.broadcast_to(area(z), z.shape)
@@ -99,7 +100,7 @@ def test_twisted_layers_turn_as_they_should(tmp_path: Path) -> None:
     """The long side of the box at height z lies at -rate * z: y is up and x to the right in either format."""
     program = porelang.compile("box([18, 6, 20]) |> twist(3deg / 1mm)")
     for form in ("png", "svg"):
-        found = write_slices(program, tmp_path / form, 4, form=form, pixel=0.1)
+        found = write_slices(program.design(), tmp_path / form, 4, form=form, pixel=0.1)
         for name, z in zip(found["files"], found["z"], strict=True):
             if form == "png":
                 rows, columns = np.nonzero(np.asarray(Image.open(tmp_path / form / name)))
@@ -113,7 +114,7 @@ def test_twisted_layers_turn_as_they_should(tmp_path: Path) -> None:
 
 def test_contours_have_holes_the_other_way_round(tmp_path: Path) -> None:
     program = porelang.compile("(cylinder(10, 4) \\ cylinder(6, 10)) | cylinder(2, 4) |> translate([3, 0, 0])")
-    found = write_slices(program, tmp_path / "layers", 1, form="svg", pixel=0.2)
+    found = write_slices(program.design(), tmp_path / "layers", 1, form="svg", pixel=0.2)
     rings = rings_of(tmp_path / "layers" / "layer_0001.svg")
     areas = [math.pi * r * r for r in (10, 6, 2)]
     assert sorted(map(signed_area, rings)) == pytest.approx(sorted([areas[0], -areas[1], areas[2]]), rel=3e-3)
@@ -152,7 +153,7 @@ def test_every_set_of_corners_is_parted_as_its_signs_say() -> None:
 
 
 def test_contours_of_solid_that_reaches_the_bounds_end_there(tmp_path: Path) -> None:
-    found = write_slices(porelang.compile("sphere(50)"), tmp_path / "layers", 2, form="svg", pixel=0.5,
+    found = write_slices(porelang.compile("sphere(50)").design(), tmp_path / "layers", 2, form="svg", pixel=0.5,
                          bounds=(-4, -3, 0, 4, 3, 2))  # fmt: skip
     (ring,) = rings_of(tmp_path / "layers" / found["files"][0])
     assert found["area"] == pytest.approx([48], abs=0.2)  # but for its corners
@@ -161,7 +162,9 @@ def test_contours_of_solid_that_reaches_the_bounds_end_there(tmp_path: Path) -> 
 
 def test_pictures_know_their_size(tmp_path: Path) -> None:
     """A pixel of 0.05 mm is 20000 to the metre, and 20 x 8 mm are 400 x 160 of them."""
-    write_slices(porelang.compile("box([20, 8, 3])"), tmp_path / "layers", 1, pixel=0.05, bounds=(-10, -4, 0, 10, 4, 1))
+    write_slices(
+        porelang.compile("box([20, 8, 3])").design(), tmp_path / "layers", 1, pixel=0.05, bounds=(-10, -4, 0, 10, 4, 1)
+    )
     data = (tmp_path / "layers" / "layer_0000.png").read_bytes()
     at = data.index(b"pHYs") + 4
     assert struct.unpack(">IIB", data[at : at + 9]) == (20000, 20000, 1)
@@ -191,11 +194,11 @@ def test_the_last_layer_is_as_thick_as_what_is_left(
 
 def test_names_sort_in_the_order_of_layers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program = porelang.compile("box([1, 1, 100.01])")
-    found = write_slices(program, tmp_path / "layers", 1, pixel=0.5)
+    found = write_slices(program.design(), tmp_path / "layers", 1, pixel=0.5)
     assert json.loads((tmp_path / "layers" / "layers.json").read_text()) == found
     assert sorted(os.listdir(tmp_path / "layers")) == [*found["files"], "layers.json"]
     monkeypatch.setattr("porelang.slices.write._png", lambda *_: 0.0)  # ten thousand files take long
-    many = write_slices(program, tmp_path / "layers", 0.01, pixel=0.5)
+    many = write_slices(program.design(), tmp_path / "layers", 0.01, pixel=0.5)
     assert many["layers"] == 10001
     assert sorted(set(many["files"])) == many["files"]
     assert (np.diff(many["z"]) > 0).all()
@@ -205,10 +208,10 @@ def test_names_sort_in_the_order_of_layers(tmp_path: Path, monkeypatch: pytest.M
 def test_memory_is_that_of_a_band(form: Format, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A layer of 4 million pixels: its values alone are 16 MB in float32, which is solid 4 MB."""
     program = porelang.compile("gyroid(30) & cylinder(75, 30)")
-    write_slices(program, tmp_path / "layers", 40, form=form, pixel=10)
+    write_slices(program.design(), tmp_path / "layers", 40, form=form, pixel=10)
     monkeypatch.setattr("porelang.slices.stack.AT_ONCE", 1 << 17)
     tracemalloc.start()
-    write_slices(program, tmp_path / "layers", 40, form=form, pixel=150 / 2000)
+    write_slices(program.design(), tmp_path / "layers", 40, form=form, pixel=150 / 2000)
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert most < 14e6
@@ -216,7 +219,7 @@ def test_memory_is_that_of_a_band(form: Format, tmp_path: Path, monkeypatch: pyt
 
 def test_a_part_cut_by_bounds_is_closed_there(tmp_path: Path) -> None:
     program = porelang.compile("gyroid(10)")
-    write_slices(program, tmp_path / "layers", 5, form="svg", pixel=0.25, bounds=(-10, -10, 0, 10, 10, 5))
+    write_slices(program.design(), tmp_path / "layers", 5, form="svg", pixel=0.25, bounds=(-10, -10, 0, 10, 10, 5))
     text = (tmp_path / "layers" / "layer_0000.svg").read_text()
     assert text.count("M") == text.count("Z") > 0
 
@@ -224,10 +227,10 @@ def test_a_part_cut_by_bounds_is_closed_there(tmp_path: Path) -> None:
 def test_layers_do_not_depend_on_what_is_computed_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program = porelang.compile("gyroid(7) & sphere(9)")
     for form in ("png", "svg"):
-        whole = write_slices(program, tmp_path / "a", 0.5, form=form)
+        whole = write_slices(program.design(), tmp_path / "a", 0.5, form=form)
         with monkeypatch.context() as few:
             few.setattr("porelang.slices.stack.AT_ONCE", 100)  # less than a layer: bands of two rows
-            bands = write_slices(program, tmp_path / "b", 0.5, form=form)
+            bands = write_slices(program.design(), tmp_path / "b", 0.5, form=form)
         assert bands == whole
         for name in whole["files"]:
             assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
@@ -237,20 +240,20 @@ def test_folders_are_written_whole_or_not_at_all(tmp_path: Path) -> None:
     program = porelang.compile("sphere(3)")
     target = tmp_path / "layers"
 
-    def fails(done: int, of: int) -> None:
+    def fails(what: str, done: int, of: int) -> None:
         raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        write_slices(program, target, 1, progress=fails)
+    with watching(fails), pytest.raises(KeyboardInterrupt):
+        write_slices(program.design(), target, 1)
     assert list(tmp_path.iterdir()) == []
-    write_slices(program, target, 1)
-    write_slices(program, target, 0.5)  # an older folder of layers is replaced
+    write_slices(program.design(), target, 1)
+    write_slices(program.design(), target, 0.5)  # an older folder of layers is replaced
     assert json.loads((target / "layers.json").read_text())["layers"] == 12
     other = tmp_path / "mine"
     other.mkdir()
     (other / "thesis.txt").write_text("x")
     with pytest.raises(porelang.PoreError, match="E113"):
-        write_slices(program, other, 1)
+        write_slices(program.design(), other, 1)
     assert (other / "thesis.txt").exists()
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +14,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from porelang import cache, resources
-from porelang.source import Source
+from porelang.source import Source, Span
 from porelang.syntax import parse as syntax
 from porelang.syntax import tree
+from porelang.syntax.builder import Builder
 from porelang.syntax.parse import parse
+from porelang.syntax.tables import unpack
 
 FOLDER = Path(__file__).resolve().parent.parent
 
@@ -38,7 +42,7 @@ def show(node: Any) -> str:
             return f"{node.value:g}{node.unit}"
         case tree.Text():
             return repr(node.value)
-        case tree.Truth():
+        case tree.Boolean():
             return str(node.value).lower()
         case tree.Name():
             return node.name
@@ -58,7 +62,7 @@ def show(node: Any) -> str:
             return f"({branches} {show(node.otherwise)})"
         case tree.Lambda():
             return f"(({', '.join(p.name for p in node.parameters)}) => {show(node.body)})"
-        case tree.ListOf():
+        case tree.List():
             return "[" + ", ".join(map(show, node.items)) + "]"
         case tree.Comprehension():
             return "[" + " ".join(f"for {n.name} in {show(v)}" for n, v in node.clauses) + f": {show(node.value)}]"
@@ -336,7 +340,7 @@ def test_spans_are_the_text_of_each_node() -> None:
     assert isinstance(product, tree.Chain)
     assert product.first.span.text == "(f(x, r=2) + q.x)"
     vector = product.rest[0][1]
-    assert isinstance(vector, tree.ListOf)
+    assert isinstance(vector, tree.List)
     assert [item.span.text for item in vector.items] == ["1mm", "-b"]
     assert vector.span.column == text.index("[") + 1
 
@@ -461,6 +465,7 @@ def test_the_diagnostics_come_in_order_and_not_without_end() -> None:
         ("if a then b else (", ")"),
     ],
 )
+@pytest.mark.slow
 def test_deep_nesting_is_a_diagnostic(before: str, after: str) -> None:
     n = 20_000
     assert [c for c, _ in codes("let a = " + before * n + "x" + after * n)] == ["E027"]
@@ -468,10 +473,12 @@ def test_deep_nesting_is_a_diagnostic(before: str, after: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["(" * 100_000, ")" * 100_000, "[(" * 5_000, "if " * 10_000, "{\nlet a = 1\n" * 1_000])
+@pytest.mark.slow
 def test_unbalanced_depth_is_a_diagnostic(text: str) -> None:
     assert codes(text)
 
 
+@pytest.mark.slow
 def test_what_is_long_is_not_deep() -> None:
     n = 5_000
     assert len(value("1" + " + 1" * n).rest) == n
@@ -513,6 +520,7 @@ def check_promises(text: str) -> None:
 
 @given(st.text(max_size=200))
 @settings(max_examples=300, deadline=None)
+@pytest.mark.slow
 def test_any_text_is_read(text: str) -> None:
     check_promises(text)
 
@@ -526,12 +534,14 @@ SOUP = [*WORDS.split(), "\n", "\n", "\n  ", " "]
 
 @given(st.lists(st.sampled_from(SOUP), max_size=40), st.sampled_from(["", " "]))
 @settings(max_examples=600, deadline=None)
+@pytest.mark.slow
 def test_any_soup_of_words_is_read(soup: list[str], gap: str) -> None:
     check_promises(gap.join(soup))
 
 
 @given(st.data())
 @settings(max_examples=200, deadline=None)
+@pytest.mark.slow
 def test_a_program_with_a_word_changed_is_read(data: st.DataObject) -> None:
     text = (
         'param w = 30mm in 10mm..60mm step 1mm "cell"\nuse "a.pore" as b\n'
@@ -555,29 +565,52 @@ def test_lark_is_imported_only_to_parse() -> None:
     assert subprocess.run([sys.executable, "-c", code], cwd=FOLDER, check=False).returncode == 0
 
 
-def test_the_parser_is_kept_and_a_damaged_copy_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PORELANG_CACHE", str(tmp_path / "kept"))
-    fresh = syntax.parser.__wrapped__
-    fresh()
-    (file,) = (tmp_path / "kept").iterdir()
-    whole = file.read_bytes()
+def test_the_tables_in_the_package_are_those_of_the_grammar() -> None:
+    """`make grammar` writes them. With another lark than they were made with, the parser is built at each start."""
+    grammar = resources.read(syntax.GRAMMAR)
+    assert unpack(grammar + " ") is None
+    kept = unpack(grammar, transformer=Builder(), postlex=syntax.KeepAll())
+    assert kept is not None
+    made = syntax.build(grammar)
+    words, same_words = (
+        [(t.name, t.pattern.to_regexp(), sorted(t.pattern.flags), t.priority) for t in p.terminals]
+        for p in (kept, made)
+    )
+    assert words == same_words
+    assert sorted(map(str, kept.rules)) == sorted(map(str, made.rules))
+    for text in ("param w = 3mm in 1mm..9mm step 1mm\n[for i in range(3): i].x |> g(r=1) & ~f @ p", "a + + b\n(", ""):
+        trees = []
+        for parser in (kept, made):
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(syntax, "parser", lambda parser=parser: parser)
+                file, found = read(text)
+                trees.append((outline(file.statements), [(d.code, d.message, d.hint) for d in found]))
+        assert trees[0] == trees[1]
 
-    def refuse(*_: Any, **__: Any) -> None:
-        raise AssertionError("built again")
 
-    def kept() -> Any:
-        with monkeypatch.context() as patch:
-            patch.setattr(syntax, "build", refuse)
-            return fresh()
+def outline(node: Any) -> Any:
+    """A tree as plain tuples, with the places of its nodes as numbers."""
+    match node:
+        case Span():
+            return node.start, node.end
+        case tuple():
+            return tuple(map(outline, node))
+        case _ if is_dataclass(node):
+            return type(node).__name__, *(outline(getattr(node, f.name)) for f in fields(node))
+    return node
 
-    with monkeypatch.context() as patch:
-        loaded = kept()
-        patch.setattr(syntax, "parser", lambda: loaded)
-        assert show(value("a + b*c")) == "(a + (b * c))"
-    for damage in (b"", whole[:100], b"\0" * 50):
-        file.write_bytes(damage)
-        fresh()
-        kept()
+
+def test_a_part_of_a_text_is_read_as_it_is_in_the_whole() -> None:
+    source = Source("test.pore", "## one\nlet a = 1\n## two\ndef f(x) =\n  x + 1  # the end\n\nlet b = a )\n")
+    whole, _ = parse(source)
+    start, end = source.text.index("## two"), source.text.index("let b")
+    part, found = parse(source, start, end)
+    assert not found
+    assert outline(part.statements) == outline(whole.statements[1:2])
+    assert part.statements[0].doc == "two"
+    _, (wrong,) = parse(source, end)
+    assert wrong.span is not None
+    assert (wrong.code, wrong.span.start) == ("E006", source.text.index(")", end))
 
 
 def test_the_cache_is_a_convenience(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -591,6 +624,27 @@ def test_the_cache_is_a_convenience(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     blocked.write_text("")
     monkeypatch.setenv("PORELANG_CACHE", str(blocked))
     cache.put("key", b"three")
+    assert cache.get("key") is None
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="owners and modes of files")
+def test_what_others_may_have_written_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PORELANG_CACHE", str(tmp_path))
+    cache.put("key", b"one")
+    assert cache.get("key") == b"one"
+    for mode in (0o620, 0o602):
+        (tmp_path / "key").chmod(mode)
+        assert cache.get("key") is None
+    cache.put("key", b"two")  # which replaces it
+    assert cache.get("key") == b"two"
+    (tmp_path / "link").symlink_to(tmp_path / "key")
+    os.mkfifo(tmp_path / "pipe")
+    assert cache.get("link") is None
+    assert cache.get("pipe") is None
+    if os.geteuid() == 0:
+        os.chown(tmp_path / "key", 12345, -1)
+    else:
+        monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
     assert cache.get("key") is None
 
 

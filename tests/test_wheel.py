@@ -33,6 +33,7 @@ def test_wheel_holds_what_lies_beside_the_package_in_a_checkout(wheel: Path) -> 
     assert not [name for name in inside if name.startswith(("tests", "examples"))]
 
 
+@pytest.mark.slow
 def test_installed_wheel_works_from_another_folder(wheel: Path, tmp_path: Path) -> None:
     site = tmp_path / "site"
     subprocess.run(

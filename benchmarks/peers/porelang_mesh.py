@@ -4,7 +4,7 @@ import numpy as np
 
 import porelang
 from porelang.mesh import Surface
-from porelang.mesh.output import mesh_output
+from porelang.mesh.part import grid_of, surface_of
 
 PACKAGES = ("porelang", "numpy")
 PROGRAM = "gyroid(30) |> shell(1.53) & cylinder(75, 300)"
@@ -12,8 +12,8 @@ VOXEL = 1.15  # 133 x 133 x 263 samples
 
 
 def run() -> Surface:
-    found = porelang.compile(PROGRAM)
-    return mesh_output(found, voxel=VOXEL)
+    design = porelang.compile(PROGRAM).design()
+    return surface_of(design, placed=grid_of(design, voxel=VOXEL))
 
 
 def arrays(mesh: Surface) -> "tuple[np.ndarray, np.ndarray]":

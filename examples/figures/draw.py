@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 import porelang
-from porelang.mesh.output import Bounds
+from porelang.field import Bounds
 from porelang.render.cuts import HalfSpace
 from porelang.render.picture import Wishes, render_output
 from porelang.render.planes import Plane
@@ -59,8 +59,8 @@ def drawing(path: Path) -> Drawing:
 
 def drawn(path: Path) -> Image.Image:
     """The picture of a program."""
-    program, how = porelang.compile(path=path), drawing(path)
-    return Image.fromarray(render_output(program, how.output, how.wishes, how.bounds).pixels).convert("RGB")
+    design, how = porelang.compile(path=path).design(), drawing(path)
+    return Image.fromarray(render_output(design, how.output, how.wishes, how.bounds).pixels).convert("RGB")
 
 
 def sheet(path: Path, across: str = "w", up: str = "d", unit: float = 10.0) -> Image.Image:
@@ -71,7 +71,7 @@ def sheet(path: Path, across: str = "w", up: str = "d", unit: float = 10.0) -> I
     page = Image.new("RGB", (left + width * len(xs), height * len(ys) + foot), "white")
     pen, letters = ImageDraw.Draw(page), ImageFont.load_default(13)
     for (i, a), (j, b) in product(enumerate(xs), enumerate(ys)):
-        pixels = render_output(program, None, wishes, None, {across: a, up: b}).pixels
+        pixels = render_output(program.design({across: a, up: b}), None, wishes).pixels
         page.paste(Image.fromarray(pixels).convert("RGB"), (left + width * i, height * (len(ys) - 1 - j)))
     for i, a in enumerate(xs):
         pen.text((left + width * (i + 0.5), page.height - foot / 2), f"W {a / unit:.1f}", "black", letters, anchor="mm")

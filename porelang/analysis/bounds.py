@@ -2,22 +2,22 @@
 
 The centred form uses the mean value theorem: over a box with centre c and half-sizes r, f lies within
 f(c) +- sum |df/dx_i| r_i, with the derivatives enclosed over the same box. It wins on small boxes; the natural
-form wins on large
-ones and near edges. Both hold, so the tighter end of each is kept.
+form wins on large ones and near edges. Both hold, so the tighter end of each is kept.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.enclose import EXACT, F32, Precision, enclose, fixed
-from porelang.interval import INF, interval
-from porelang.ir import Node, order
+from porelang.analysis.enclose import EXACT, F32, Enclosure, Precision, boxes, enclose
+from porelang.formula import Formula
+from porelang.interval import INF
+from porelang.ir import Node
 from porelang.rewrites.gradient import derivatives
-from porelang.rewrites.simplify import share, simplify
+from porelang.rewrites.simplify import tidy
 
 Points = NDArray[np.float64]
 #: Low and high ends over n boxes given by their corners (n, 3).
@@ -30,23 +30,21 @@ LONGEST = 2000
 
 def slopes(root: Node) -> tuple[Node, Node, Node]:
     """The partial derivatives of a flat root along x, y, z, simplified."""
-    dx, dy, dz = derivatives(root)
-    made = share(simplify({"x": dx, "y": dy, "z": dz}))
-    return made["x"], made["y"], made["z"]
+    dx, dy, dz = tidy(derivatives(root))
+    return dx, dy, dz
 
 
-def box_test(root: Node, params: Mapping[str, float], precision: Precision = F32) -> BoxTest:
-    """A function that encloses `root`, as computed with `precision`, over boxes; NaN ends never occur.
+def box_test(formula: Formula, precision: Precision = F32) -> BoxTest:
+    """A function that encloses a formula's root, as computed with `precision`, over boxes; NaN ends never occur.
 
     The centred form is that of the exact function. Its slack is the rounding bound at the centre (times 8), and what
     rounding adds to the natural enclosure of the box: at a centre where all is 0, nothing is rounded.
     """
-    ranges = fixed(params)
-    partials: list[Node] = []
-    close = len(order([root])) <= LONGEST
+    sloped: list[Formula] = []
+    close = len(formula.tape) <= LONGEST
 
     def natural(lo: Points, hi: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        r = enclose([root], [interval(lo[:, i], hi[:, i]) for i in range(3)], ranges, precision)[0].range
+        r = enclose(formula, boxes(lo, hi), precision)[0].range
         unsure = r.nan | r.empty
         return (
             np.broadcast_to(np.where(unsure, -INF, r.lo), len(lo)).copy(),
@@ -56,12 +54,11 @@ def box_test(root: Node, params: Mapping[str, float], precision: Precision = F32
     def centred(
         lo: Points, hi: Points, rounded_lo: NDArray[np.float64], rounded_hi: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        if not partials:
-            partials.extend(slopes(root))
-        box = [interval(lo[:, i], hi[:, i]) for i in range(3)]
-        value, *slope = enclose([root, *partials], box, ranges, EXACT)
+        if not sloped:
+            sloped.append(formula.but(formula.root, *slopes(formula.root)))
+        value, *slope = enclose(sloped[0], boxes(lo, hi), EXACT)
         middle = (lo + hi) / 2
-        at_centre = enclose([root], [interval(middle[:, i]) for i in range(3)], ranges, precision)[0].range
+        at_centre = enclose(formula, boxes(middle, middle), precision)[0].range
         reach = np.zeros(len(lo))
         with np.errstate(all="ignore"):
             for i, s in enumerate(slope):
@@ -93,13 +90,17 @@ def box_test(root: Node, params: Mapping[str, float], precision: Precision = F32
     return test
 
 
-def lipschitz(root: Node, lo: Points, hi: Points, params: Mapping[str, float]) -> NDArray[np.float64]:
-    """A bound on |grad f| over boxes (n, 3) .. (n, 3); infinite where the field may jump."""
-    box = [interval(lo[:, i], hi[:, i]) for i in range(3)]
-    value, *slope = enclose([root, *slopes(root)], box, fixed(params), EXACT)
-    total = np.zeros(len(lo))
+def steepest(value: Enclosure, slope: Sequence[Enclosure]) -> NDArray[np.float64]:
+    """A bound on |grad f| from the enclosures of a field and its slopes; infinite where the field may jump."""
     with np.errstate(all="ignore"):
+        total = np.zeros(())
         for s in slope:
             steep = np.maximum(np.abs(s.range.lo), np.abs(s.range.hi))
             total = total + np.where(s.range.nan | s.range.empty, INF, steep) ** 2
-        return np.where(value.jumps, INF, np.sqrt(total))
+        return np.where(value.jumps | value.range.nan, INF, np.sqrt(total))
+
+
+def lipschitz(formula: Formula, lo: Points, hi: Points) -> NDArray[np.float64]:
+    """A bound on |grad f| over boxes (n, 3) .. (n, 3); infinite where the field may jump."""
+    value, *slope = enclose(formula.but(formula.root, *slopes(formula.root)), boxes(lo, hi))
+    return np.broadcast_to(steepest(value, slope), len(lo))

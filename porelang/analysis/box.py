@@ -8,10 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.enclose import EXACT, enclose, fixed
+from porelang.analysis.enclose import boxes, enclose, enclose_all
+from porelang.formula import Formula
 from porelang.interval import Interval, interval, meet
-from porelang.ir import Node, node, order
+from porelang.ir import Node, X, Y, Z, node
 from porelang.ops import TABLE
+from porelang.tape import AXES, PICK, Tape
 
 #: Parts are looked for within this distance of the origin, in mm, along each axis.
 UNIVERSE = 1e5
@@ -43,18 +45,26 @@ class Box(NamedTuple):
         return float(np.prod(self.size))
 
 
-def part_box(root: Node, params: Mapping[str, float]) -> Box | None:
-    """The box that holds all of `root <= 0` within the universe, or None if that is proven empty.
+def block(box: Box) -> Node:
+    """A box as a field: the largest signed distance to its six planes."""
+    out: Node | None = None
+    for axis, lo, hi in zip((X, Y, Z), box.lo, box.hi, strict=True):
+        sides = node("max", lo - axis, axis - hi)
+        out = sides if out is None else node("max", out, sides)
+    assert out is not None
+    return out
+
+
+def part_box(formula: Formula) -> Box | None:
+    """The box that holds all of a formula's `root <= 0` within the universe, or None if that is proven empty.
 
     Ends that touch +-UNIVERSE mean that the part has no end there. The box is tight to about 1e-4 of its size for
-    shapes along the axes, and to a few percent for rotated ones. A union is taken apart: each member gets a rough
-    box by
-    reading its formula backwards, and only those that reach the ends of the whole are looked at closely.
+    shapes along the axes, and to a few percent for rotated ones. A union is taken apart: each member gets a rough box
+    by reading its formula backwards, and only those that reach the ends of the whole are looked at closely.
     """
-    ranges = fixed(params)
     seen: dict[tuple[Node, float], Rough | None] = {}
-    boxes = {m: _backwards(m, 0.0, ranges, seen, 0) for m in _members(root)}
-    rough = {m: box for m, box in boxes.items() if box is not None}
+    found_rough = {m: _backwards(formula.but(m), 0.0, seen, 0) for m in _members(formula.root)}
+    rough = {m: box for m, box in found_rough.items() if box is not None}
     close: dict[Node, None] = {}
     while rough:
         lo = np.min([box[0] for box in rough.values()], axis=0)
@@ -73,7 +83,7 @@ def part_box(root: Node, params: Mapping[str, float]) -> Box | None:
         ]
         if todo and len(close) >= MOST_CLOSE:
             if (hi - lo).max() >= UNIVERSE:  # some have no rough box: all together is cheaper now than one by one
-                found = _search(root, ranges, lo, hi)
+                found = _search(formula, lo, hi)
                 if found is None:
                     return None
                 lo, hi = found
@@ -81,7 +91,7 @@ def part_box(root: Node, params: Mapping[str, float]) -> Box | None:
         if not todo:
             return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
         member = todo[0]
-        found = _search(member, ranges, *rough.pop(member))
+        found = _search(formula.but(member), *rough.pop(member))
         if found is not None:
             rough[member] = found
             close[member] = None
@@ -103,73 +113,89 @@ def _members(root: Node) -> list[Node]:
     return out
 
 
-def _backwards(
-    root: Node, most: float, ranges: Mapping[str, Interval], seen: dict[tuple[Node, float], Rough | None], depth: int
-) -> Rough | None:
+def _backwards(formula: Formula, most: float, seen: dict[tuple[Node, float], Rough | None], depth: int) -> Rough | None:
     """A rough box of `root <= most`: ranges pushed from the root back to the coordinates, a few times over."""
-    key = (root, most)
+    key = (formula.root, most)
     if key not in seen:
-        seen[key] = _pushed_back(root, most, ranges, seen, depth)
+        seen[key] = _pushed_back(formula, most, seen, depth)
     return seen[key]
 
 
 def _pushed_back(
-    root: Node, most: float, ranges: Mapping[str, Interval], seen: dict[tuple[Node, float], Rough | None], depth: int
+    formula: Formula, most: float, seen: dict[tuple[Node, float], Rough | None], depth: int
 ) -> Rough | None:
-    nodes = order([root])
+    tape = formula.tape
+    root = tape.roots[0]
     space = [interval(np.array([-UNIVERSE]), np.array([UNIVERSE])) for _ in range(3)]
-    known: dict[Node, Interval] = {}
+    known: dict[int, Interval] = {}
     for _ in range(4):
-        known = dict(zip(nodes, (e.range for e in enclose(nodes, space, ranges, EXACT)), strict=True))
+        known = {i: e.range for i, e in enclose_all(formula, space).items()}
         known[root] = meet(known[root], interval(np.array([-np.inf]), np.array([most])))
         with np.errstate(all="ignore"):
-            for n in reversed(nodes):
-                narrow = TABLE[n.op].narrow if n.op in TABLE and n.axes else None
-                if narrow is None:
-                    continue
-                for a, r in zip(n.args, narrow(known[n], *(known[a] for a in n.args)), strict=True):
-                    if a.axes:
-                        known[a] = meet(known[a], r)
+            for i in reversed(tape.field):
+                _narrow(formula, i, known)
         before = space
-        space = [meet(s, known[n]) if (n := node(axis)) in known else s for axis, s in zip("xyz", space, strict=True)]
-        space = _solved(nodes, known, space)
+        places = [tape.position.get(n) for n in (X, Y, Z)]
+        space = [s if at is None else meet(s, known[at]) for at, s in zip(places, space, strict=True)]
+        space = _solved(tape, known, space)
         if any(bool((s.lo > s.hi).any()) for s in space):
             return None
         if all(float((s.hi - s.lo)[0]) > 0.95 * float((b.hi - b.lo)[0]) for s, b in zip(space, before, strict=True)):
             break
     lo, hi = np.array([float(s.lo[0]) for s in space]), np.array([float(s.hi[0]) for s in space])
     if depth < DEEPEST and (hi - lo).max() >= UNIVERSE:
-        return _by_branches(nodes, known, lo, hi, ranges, seen, depth)
+        return _by_branches(formula, known, lo, hi, seen, depth)
     return lo, hi
 
 
-def _solved(nodes: list[Node], known: Mapping[Node, Interval], space: list[Interval]) -> list[Interval]:
+def _narrow(formula: Formula, i: int, known: dict[int, Interval]) -> None:
+    """What the range of an operation's result says of its arguments, met with what is known of them."""
+    tape = formula.tape
+    inputs, op = tape.inputs[i], tape.ops[i]
+    if op == PICK:  # of a walk with several results, the first is what narrows
+        walk = inputs[0]
+        row = TABLE[tape.ops[walk]]
+        if row.narrow is None or tape.values[i] != row.results[0]:
+            return
+        inputs = tape.inputs[walk]
+    else:
+        row = TABLE[op]
+        if row.narrow is None or row.results:
+            return
+    arguments = [known[a] if a in known else formula.known[a] for a in inputs]
+    for a, r in zip(inputs, row.narrow(known[i], *arguments), strict=True):
+        if tape.axes[a] and r is not None:
+            known[a] = meet(known[a], r)
+
+
+def _solved(tape: Tape, known: Mapping[int, Interval], space: list[Interval]) -> list[Interval]:
     """Coordinates from the ranges of turned ones: three linear forms of x, y, z are solved for them.
 
     A rotated box says that three sums of coordinates are small; one at a time that says nothing about any coordinate.
     """
-    forms: dict[Node, NDArray[np.float64]] = {}  # of the nodes that are linear: the factors of x, y, z, and the rest
-    for n in nodes:
-        if n.op in ("x", "y", "z"):
-            forms[n] = np.eye(4)["xyz".index(n.op)]
-        elif not n.axes:
-            value = known[n]
-            if value.lo.size == 1 and float(value.lo.flat[0]) == float(value.hi.flat[0]):
-                forms[n] = np.array([0.0, 0.0, 0.0, float(value.lo.flat[0])])
-        elif all(a in forms for a in n.args):
-            f = [forms[a] for a in n.args]
-            if n.op in ("add", "sub"):
-                forms[n] = f[0] + f[1] if n.op == "add" else f[0] - f[1]
-            elif n.op == "neg":
-                forms[n] = -f[0]
-            elif n.op == "mul" and not all(a.axes for a in n.args):
-                forms[n] = f[0] * f[1][3] if n.args[0].axes else f[1] * f[0][3]
-            elif n.op == "div" and not n.args[1].axes and f[1][3] != 0:
-                forms[n] = f[0] / f[1][3]
+    forms: dict[int, NDArray[np.float64]] = {}  # of what is linear: the factors of x, y, z, and the rest
+    for i, op in enumerate(tape.ops):
+        inputs, varies = tape.inputs[i], tape.axes[i] != 0
+        if op in AXES:
+            forms[i] = np.eye(4)[AXES[op]]
+        elif not varies:
+            value = known.get(i)
+            if value is not None and value.lo.size == 1 and float(value.lo.flat[0]) == float(value.hi.flat[0]):
+                forms[i] = np.array([0.0, 0.0, 0.0, float(value.lo.flat[0])])
+        elif all(a in forms for a in inputs):
+            f = [forms[a] for a in inputs]
+            if op in ("add", "sub"):
+                forms[i] = f[0] + f[1] if op == "add" else f[0] - f[1]
+            elif op == "neg":
+                forms[i] = -f[0]
+            elif op == "mul" and not all(tape.axes[a] for a in inputs):
+                forms[i] = f[0] * f[1][3] if tape.axes[inputs[0]] else f[1] * f[0][3]
+            elif op == "div" and not tape.axes[inputs[1]] and f[1][3] != 0:
+                forms[i] = f[0] / f[1][3]
     rows: list[tuple[float, NDArray[np.float64], float, float]] = []
-    for n, form in forms.items():
+    for i, form in forms.items():
         size = float(np.linalg.norm(form[:3]))
-        lo, hi = (float(known[n].lo.flat[0]), float(known[n].hi.flat[0])) if n.axes else (0.0, 0.0)
+        lo, hi = (float(known[i].lo.flat[0]), float(known[i].hi.flat[0])) if tape.axes[i] else (0.0, 0.0)
         if size > 0 and np.isfinite([lo, hi]).all() and hi - lo < UNIVERSE * size:
             rows.append(((hi - lo) / size, form / size, lo / size, hi / size))
     picked: list[tuple[float, NDArray[np.float64], float, float]] = []
@@ -190,20 +216,23 @@ def _solved(nodes: list[Node], known: Mapping[Node, Interval], space: list[Inter
 
 
 def _by_branches(
-    nodes: list[Node],
-    known: Mapping[Node, Interval],
+    formula: Formula,
+    known: Mapping[int, Interval],
     lo: Points,
     hi: Points,
-    ranges: Mapping[str, Interval],
     seen: dict[tuple[Node, float], Rough | None],
     depth: int,
 ) -> Rough | None:
     """The box cut to where a lesser of two inside the formula can be as small as it must be, by either branch."""
-    for n in reversed(nodes[:-1]):
-        most = float(known[n].hi.max()) if n.op == "min" and n.axes else np.inf
+    tape = formula.tape
+    for i in reversed(tape.field):
+        if tape.ops[i] != "min" or i in tape.roots:
+            continue
+        most = float(known[i].hi.max())
         if not np.isfinite(most) or most >= UNIVERSE:
             continue
-        parts = [box for a in n.args if (box := _backwards(a, most, ranges, seen, depth + 1)) is not None]
+        branches = (formula.but(a) for a in tape.nodes[i].args)
+        parts = [box for branch in branches if (box := _backwards(branch, most, seen, depth + 1)) is not None]
         if not parts:
             return None
         lo = np.maximum(lo, np.min([p[0] for p in parts], axis=0))
@@ -215,12 +244,12 @@ def _by_branches(
     return lo, hi
 
 
-def _search(root: Node, ranges: Mapping[str, Interval], lo: Points, hi: Points) -> tuple[Points, Points] | None:
+def _search(formula: Formula, lo: Points, hi: Points) -> tuple[Points, Points] | None:
     """A tight box within `lo..hi`: cells proven void are dropped, then the faces are moved inward."""
-    cost = len(order([root]))
+    cost = len(formula.tape)
 
     def maybe_solid(lo: Points, hi: Points) -> NDArray[np.bool_]:
-        r = enclose([root], [interval(lo[:, i], hi[:, i]) for i in range(3)], ranges, EXACT)[0].range
+        r = enclose(formula, boxes(lo, hi))[0].range
         return np.broadcast_to(r.lo <= 0, len(lo))
 
     finest = 32 if cost < 300 else 16 if cost < 3000 else 8

@@ -9,8 +9,7 @@ choices left, and is small: of a union of a thousand struts it is one strut.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from threading import Lock
 from typing import Any
 
@@ -18,87 +17,59 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.bounds import slopes
-from porelang.backends.numpy import spread, workers
-from porelang.backends.uniform import take_branches, uniform_values
-from porelang.ir import ZERO, Node, Stage, const, is_const, node, order
+from porelang.backends.numpy import NumpyField, every_position
+from porelang.formula import Formula
+from porelang.ir import ZERO, Node, Stage, const, is_const, node, order, within
 from porelang.ops import TABLE
-from porelang.rewrites.simplify import share, simplify
+from porelang.parallel import parallel_for, workers
+from porelang.rewrites.simplify import tidy
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 PIECE = 2**14
 _SWITCHES = frozenset({"max", "min", "abs", "select", "floor", "round", "mod", "sign"})
-_AXIS = {"x": 0, "y": 1, "z": 2}
-
-
-@dataclass(frozen=True, slots=True)
-class _Flat:
-    """A graph ready to be evaluated: roots, nodes in order, and the values of those that no point changes."""
-
-    roots: tuple[Node, ...]
-    nodes: list[Node]
-    scalars: Mapping[Node, Any]
-
-    def values(self, points: Floats) -> dict[Node, Any]:
-        """Every node at points (n, 3)."""
-        values = dict(self.scalars)
-        for n in self.nodes:
-            if n.op in _AXIS:
-                values[n] = np.ascontiguousarray(points[:, _AXIS[n.op]])
-            elif n not in values:
-                values[n] = TABLE[n.op].numpy(*(values[a] for a in n.args))
-        return values
-
-    def into(self, points: Floats, out: Floats) -> None:
-        """Its roots at points (n, 3) as the columns of `out`."""
-        values = self.values(points)
-        for i, n in enumerate(self.roots):
-            out[:, i] = values[n]
-
-
-def _flat(roots: tuple[Node, ...], params: Mapping[str, float]) -> _Flat:
-    nodes = order(roots, lambda n: n.args if n.stage is Stage.FIELD else ())
-    known = uniform_values([n for n in nodes if n.stage is not Stage.FIELD], params)
-    return _Flat(roots, nodes, dict(known))
 
 
 class Branches:
-    """A flat root with its params set, its gradient and its branches, all in float64 at points (n, 3) in mm.
+    """A formula, its gradient and its branches, all in float64 at points (n, 3) in mm.
 
     `count` is the number of choices in the graph: without any, the surface has no rims.
     """
 
-    def __init__(self, root: Node, params: Mapping[str, float], threads: int | None = None):
-        self.params = params
-        self.root = share(simplify({"f": take_branches(root, params)}))["f"]
-        self.alone = _flat((self.root,), params)
-        self.sloped = _flat((self.root, *slopes(self.root)), params)
-        switches = [n for n in self.alone.nodes if n.op in _SWITCHES and n.stage is Stage.FIELD]
+    def __init__(self, formula: Formula, threads: int | None = None):
+        taken = formula.taken
+        self.formula = taken.but(*tidy([taken.root]))
+        self.root = self.formula.root
+        self.threads = workers(threads)
+        self.alone = NumpyField(self.formula, "f64", self.threads)
+        self.sloped = self._sloped(self.root)
+        tape = self.formula.tape
+        switches = [n for n in tape.nodes if n.op in _SWITCHES and n.stage is Stage.FIELD]
         self.switches = {n: k for k, n in enumerate(switches)}
         self.count = len(self.switches)
         self.above: list[Node] = []  # nodes with a switch below them, the root first
         reach = set(self.switches)
-        for n in self.alone.nodes:
-            if n in reach or any(a in reach for a in n.args):
+        for n in tape.nodes:
+            if n in reach or any(a in reach for a in within(n)):
                 reach.add(n)
                 self.above.insert(0, n)
         self.mixing = np.random.default_rng(0).integers(-(2**62), 2**62, (self.count, 1))
-        self.threads = workers(threads)
         self._known: dict[int, int] = {}
         self._roots: dict[Node, int] = {}
-        self._held: list[_Flat] = []
+        self._held: list[NumpyField] = []
         self._lock = Lock()
+
+    def _sloped(self, root: Node) -> NumpyField:
+        """A root and its gradient, with the bindings of the formula."""
+        return NumpyField(self.formula.but(root, *slopes(root)), "f64", self.threads)
 
     def value(self, points: Floats) -> Floats:
         """The field (n,)."""
-        out = np.empty((len(points), 1))
-        self._over(len(points), lambda s: self.alone.into(points[s], out[s]))
-        return out[:, 0]
+        return np.asarray(self.alone.at(points))
 
     def slope(self, points: Floats) -> tuple[Floats, Floats]:
         """The field (n,) and its gradient (n, 3)."""
-        out = np.empty((len(points), 4))
-        self._over(len(points), lambda s: self.sloped.into(points[s], out[s]))
+        out = np.asarray(self.sloped.at(points))
         return out[:, 0], out[:, 1:]
 
     def of(self, points: Floats) -> Ints:
@@ -114,31 +85,23 @@ class Branches:
         ranks = np.argsort(numbers, kind="stable")
         ends = np.flatnonzero(np.diff(numbers[ranks], append=-1)) + 1
         for some in np.split(ranks, ends[:-1]):
-            if not len(some):
-                continue
-            flat, here = self._held[numbers[some[0]]], points[some]
-            made = np.empty((len(some), 4))
-
-            def fill(s: slice, flat: _Flat = flat, here: Floats = here, made: Floats = made) -> None:
-                flat.into(here[s], made[s])
-
-            self._over(len(some), fill)
-            out[some] = made
+            if len(some):
+                out[some] = self._held[numbers[some[0]]].at(points[some])
         return out[:, 0], out[:, 1:]
 
     def _over(self, count: int, work: Callable[[slice], None]) -> None:
         pieces = [slice(start, start + PIECE) for start in range(0, count, PIECE)]
-        spread(work, pieces, self.threads if len(pieces) >= 4 else 1)
+        parallel_for(work, pieces, self.threads if len(pieces) >= 4 else 1)
 
     def _number(self, points: Floats, numbers: Ints) -> None:
-        values = self.alone.values(points)
+        values = dict(zip(self.formula.tape.nodes, every_position(self.formula, points), strict=True))
         rows = np.zeros((self.count, len(points)))
         active: dict[Node, Any] = {self.root: np.ones(len(points), np.bool_)}
         for n in self.above:
             on = active.get(n)
             if on is None:
                 continue
-            ways = [(a, on) for a in n.args]
+            ways = [(a, on) for a in within(n)]
             if n in self.switches:
                 choice = _choice(n, [values[a] for a in n.args])
                 rows[self.switches[n]] = np.where(on, choice, 0.0)
@@ -162,7 +125,7 @@ class Branches:
         root = self._branch(row, point)
         if root not in self._roots:
             self._roots[root] = len(self._held)
-            self._held.append(_flat((root, *slopes(root)), self.params))
+            self._held.append(self._sloped(root))
         return self._roots[root]
 
     def _branch(self, row: Floats, point: Floats) -> Node:
@@ -177,8 +140,9 @@ class Branches:
                 new[n] = _chosen(n, [new.get(a, a) for a in n.args], choices[n])
             else:
                 new[n] = _made(n, tuple(new.get(a, a) for a in n.args))
-        root = share(simplify({"f": new[self.root]}))["f"]
-        return share(simplify({"f": self._unfolded(root, point)}))["f"]
+        (root,) = tidy([new[self.root]])
+        (root,) = tidy([self._unfolded(root, point)])
+        return root
 
     def _unfolded(self, root: Node, point: Floats) -> Node:
         """The graph with |u|, and hypot(u, 0), as u or -u, whichever it is at a point.
@@ -187,8 +151,9 @@ class Branches:
         surface u is below 0, and |u| would have a kink there.
         """
         nodes = order([root], lambda n: n.args if n.stage is Stage.FIELD else ())
+        formula = self.formula.but(root)
         with np.errstate(all="ignore"):
-            values = _flat((root,), self.params).values(point)
+            values = dict(zip(formula.tape.nodes, every_position(formula, point), strict=True))
         new: dict[Node, Node] = {}
         for n in nodes:
             args = tuple(new.get(a, a) for a in n.args) if n.stage is Stage.FIELD else n.args

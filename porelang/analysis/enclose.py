@@ -7,14 +7,21 @@ surface can pass through it; over a single point it is the running error bound a
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from porelang.interval import INF, Interval, Mask, interval, truth
-from porelang.ir import Node, Stage, order
+from porelang.formula import Formula
+from porelang.interval import INF, Array, Interval, Mask, interval, truth
+from porelang.ir import SLOTS, Stage
 from porelang.ops import TABLE, Op
+from porelang.ops.segments import FARTHEST
+from porelang.tape import AXES, PICK
+
+Points = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +37,6 @@ class Precision:
 EXACT = Precision("exact", 0.0, 0.0, INF)
 F64 = Precision("f64", 2.0**-52, 2.0**-1022, 1.7976931348623157e308)
 F32 = Precision("f32", 2.0**-23, 2.0**-126, 3.4028234663852886e38)
-_AXIS = {"x": 0, "y": 1, "z": 2}
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,61 +47,114 @@ class Enclosure:
     jumps: Mask
 
 
-def enclose(
-    roots: Sequence[Node],
-    box: Sequence[Interval] = (),
-    params: Mapping[str, Interval] | None = None,
-    precision: Precision = EXACT,
-) -> list[Enclosure]:
-    """Ranges of the roots over boxes.
+NOWHERE = np.zeros((), np.bool_)
+#: What is known of a value that comes from data which are not bound: any finite number.
+ANYTHING = Interval(np.array(-F32.huge), np.array(F32.huge), NOWHERE)
+
+
+def enclose(formula: Formula, box: Sequence[Interval] = (), precision: Precision = EXACT) -> list[Enclosure]:
+    """Ranges of a formula's roots over boxes.
 
     `box` gives x, y and z as intervals of n boxes (arrays of shape (n,)); it may be left out where no root is a field.
-    `params` gives each param's range. Memory is n times the widest cut through the graph.
+    Memory is n times the widest cut through the graph.
     """
-    nodes = order(roots)
-    last = {a: i for i, n in enumerate(nodes) for a in n.args}
-    kept = set(roots)
-    exact: dict[Node, Enclosure] = {}  # of const and uniform nodes, before they are rounded for the field stage
-    found: dict[Node, Enclosure] = {}
+    found = _enclosed(formula, box, precision, keep=False)
+    return [found[r] for r in formula.tape.roots]
+
+
+def enclose_all(formula: Formula, box: Sequence[Interval] = (), precision: Precision = EXACT) -> dict[int, Enclosure]:
+    """Ranges of every position of a formula's tape that holds numbers or conditions."""
+    return {i: e for i, e in _enclosed(formula, box, precision, True).items() if isinstance(e, Enclosure)}
+
+
+def _enclosed(formula: Formula, box: Sequence[Interval], precision: Precision, keep: bool) -> dict[int, Any]:
+    """What is known of each position: an enclosure, data, or of a walk with several results one enclosure for each."""
+    tape = formula.tape
+    exact: dict[int, Any] = {}  # of const and uniform positions, before they are rounded for the field stage
+    found: dict[int, Any] = {}
     with np.errstate(all="ignore"):
-        for i, n in enumerate(nodes):
-            known = exact if n.stage < Stage.FIELD else found
-            if n.op in TABLE:
-                row = TABLE[n.op]
-                inputs = [known[a] for a in n.args]
-                ranges = [e.range for e in inputs]
-                here = precision if n.stage is Stage.FIELD or not precision.eps else F64  # uniforms are float64
-                out = _widen(row, row.enclose(*ranges), ranges, here)
-                jumps = inputs[0].jumps
-                for e in inputs[1:]:
-                    jumps = jumps | e.jumps
-                if row.jumps is not None:
-                    jumps = jumps | row.jumps(*ranges)
-                made = Enclosure(out, jumps)
+        for i, op in enumerate(tape.ops):
+            early = tape.stages[i] < Stage.FIELD
+            known = exact if early else found
+            made: Any
+            if op == PICK:
+                walk = tape.inputs[i][0]
+                made = known[walk][_names(tape.values[walk]).index(str(tape.values[i]))]
+            elif op in TABLE:
+                here = precision if not early or not precision.eps else F64  # uniforms are float64
+                made = _operation(TABLE[op], [known[a] for a in tape.inputs[i]], tape.values[i], here)
             else:
-                made = _leaf(n, box, params or {}, precision)
-            if n.stage < Stage.FIELD:
-                exact[n] = made
-                made = Enclosure(_rounded(made.range, precision), made.jumps)
-            found[n] = made
-            for a in set(n.args):
-                if last[a] == i and a not in kept and a.stage is Stage.FIELD:
-                    del found[a]
-    return [found[r] for r in roots]
+                made = _leaf(formula, i, box, precision)
+            if early:
+                exact[i] = made
+                made = Enclosure(_rounded(made.range, precision), made.jumps) if isinstance(made, Enclosure) else made
+            found[i] = made
+            if not keep:
+                for a in tape.dying[i]:
+                    if tape.stages[a] is Stage.FIELD:
+                        del found[a]
+    return found
 
 
-def _leaf(n: Node, box: Sequence[Interval], params: Mapping[str, Interval], precision: Precision) -> Enclosure:
-    none = np.zeros((), np.bool_)
+def _operation(row: Op, inputs: list[Any], payload: object, precision: Precision) -> Any:
+    """The enclosure of an operation's result, or a tuple of them where it has several."""
+    ranges = [e.range if isinstance(e, Enclosure) else e for e in inputs]
+    jumps = NOWHERE
+    for e in inputs:
+        if isinstance(e, Enclosure):
+            jumps = jumps | e.jumps
+    if None in ranges:  # it reads data that are not bound
+        free = _anything_at([r for r in ranges if isinstance(r, Interval)])
+        one = Enclosure(truth(~NOWHERE, ~NOWHERE) if row.result == "bool" else free, ~NOWHERE)
+        return (one,) * len(_names(payload)) if row.results else one
+    more = [*ranges, payload] if row.payload or row.results else ranges
+    out: Any = row.enclose(*more)  # of several results a tuple, as are `jumps` and the tolerance's `extra`
+    if not row.results:
+        over = jumps | row.jumps(*more) if row.jumps is not None else jumps
+        return Enclosure(_widen(row, out, row.tolerance.extra, more, precision), over)
+    jumping: Any = row.jumps(*more) if row.jumps is not None else (NOWHERE,) * len(out)
+    slack: Any = row.tolerance.extra(*more) if row.tolerance.extra is not None and precision.eps else None
+    return tuple(
+        Enclosure(_widen(row, r, None if slack is None else _given(slack[k]), more, precision), jumps | jumping[k])
+        for k, r in enumerate(out)
+    )
+
+
+def _anything_at(place: list[Interval]) -> Interval:
+    """What data that are not bound may give at a place: any finite number, and beyond `FARTHEST` anything at all."""
+    nan, far = NOWHERE, NOWHERE
+    for r in place:
+        nan = nan | r.nan
+        far = far | ~((r.lo >= -FARTHEST) & (r.hi <= FARTHEST))
+    lo, hi = np.where(far, -INF, ANYTHING.lo), np.where(far, INF, ANYTHING.hi)
+    return Interval(lo, hi, np.broadcast_to(nan | far, lo.shape))
+
+
+def _names(wanted: object) -> tuple[str, ...]:
+    """What is picked from a walk."""
+    assert isinstance(wanted, tuple)
+    return wanted
+
+
+def _given(values: Array) -> Callable[..., Array]:
+    return lambda *_: values
+
+
+def _leaf(formula: Formula, i: int, box: Sequence[Interval], precision: Precision) -> Any:
+    n = formula.tape.nodes[i]
     if n.op == "const":
         value = n.value
         if isinstance(value, bool):
-            return Enclosure(truth(np.array(not value), np.array(value)), none)
-        return Enclosure(interval(value), none)
-    if n.op == "param":
-        return Enclosure(params[str(n.value)], none)
-    if n.op in _AXIS:
-        return Enclosure(_flushed(box[_AXIS[n.op]], precision), none)
-    raise ValueError(f"an unresolved `{n.op}` cannot be enclosed")
+            return Enclosure(truth(np.array(not value), np.array(value)), NOWHERE)
+        return Enclosure(interval(value), NOWHERE)
+    if n.op in AXES:
+        return Enclosure(_flushed(box[AXES[n.op]], precision), NOWHERE)
+    if n.op not in SLOTS:
+        raise ValueError(f"an unresolved `{n.op}` cannot be enclosed")
+    bound = formula.bindings[n]
+    if formula.tape.kinds[i] != "real":
+        return bound
+    return Enclosure(ANYTHING if bound is None else bound if isinstance(bound, Interval) else interval(bound), NOWHERE)
 
 
 def _flushed(r: Interval, precision: Precision) -> Interval:
@@ -117,20 +176,22 @@ def _rounded(r: Interval, precision: Precision) -> Interval:
     return _flushed(Interval(np.minimum(down, r.lo), np.maximum(up, r.hi), r.nan), precision)
 
 
-def _widen(row: Op, r: Interval, arguments: list[Interval], precision: Precision) -> Interval:
-    """The range after a backend's own error in this operation."""
+def _widen(
+    row: Op, r: Interval, extra: Callable[..., Array] | None, arguments: list[Any], precision: Precision
+) -> Interval:
+    """The range after a backend's own error in this operation; `extra` is the tolerance's, of the arguments."""
     t = row.tolerance
     if row.result == "bool" or not precision.eps:
         return r
-    if not (t.ulp or t.absolute or t.extra):
+    if not (t.ulp or t.absolute or extra):
         return r
     more = np.asarray(precision.eps * t.absolute + precision.tiny)
-    if t.extra is not None:
-        more = more + precision.eps * t.extra(*arguments)
+    if extra is not None:
+        more = more + precision.eps * extra(*arguments)
     relative = precision.eps * t.ulp
     lo = r.lo - np.where(np.isinf(r.lo), 0.0, np.abs(r.lo) * relative + more)
     hi = r.hi + np.where(np.isinf(r.hi), 0.0, np.abs(r.hi) * relative + more)
-    if not t.absolute and t.extra is None:  # what is wrong by a part of itself, or counts as 0, keeps its sign
+    if not t.absolute and extra is None:  # what is wrong by a part of itself, or counts as 0, keeps its sign
         lo = np.where(r.lo >= 0, np.maximum(lo, 0.0), lo)
         hi = np.where(r.hi <= 0, np.minimum(hi, 0.0), hi)
     empty = r.empty
@@ -139,14 +200,14 @@ def _widen(row: Op, r: Interval, arguments: list[Interval], precision: Precision
     return Interval(lo, hi, r.nan)
 
 
-def at_points(points: np.ndarray[tuple[int, int], np.dtype[np.float64]], precision: Precision) -> list[Interval]:
+def at_points(points: Points, precision: Precision) -> list[Interval]:
     """Points (n, 3) as boxes of no size, after their own rounding to the type."""
     return [_rounded(interval(points[:, i]), precision) for i in range(3)]
 
 
-def fixed(params: Mapping[str, float]) -> dict[str, Interval]:
-    """Params at given values, as ranges."""
-    return {name: interval(value) for name, value in params.items()}
+def boxes(lo: Points, hi: Points) -> list[Interval]:
+    """Boxes given by their corners (n, 3), as the ranges of x, y and z."""
+    return [interval(lo[:, i], hi[:, i]) for i in range(3)]
 
 
 def everywhere() -> list[Interval]:

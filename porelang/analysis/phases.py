@@ -13,9 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from porelang.backends.uniform import uniform_values
-from porelang.ir import Node, Stage, X, Y, Z, const, node, order
-from porelang.rewrites.simplify import share, simplify
+from porelang.formula import Formula
+from porelang.ir import Node, Stage, X, Y, Z, const, node, order, substitute, within
+from porelang.rewrites.simplify import tidy
+from porelang.tape import AXES
 
 _WAVES = {"sin_turns": 1.0, "cos_turns": 1.0, "sin": math.tau, "cos": math.tau}  # and what makes a turn of each
 _SLACK = 1e-12  # of a turn
@@ -39,25 +40,21 @@ class _Linear:
         return _Linear({n: by * f for n, f in self.factors.items() if by}, by * self.rest)
 
 
-def over_phases(root: Node, params: Mapping[str, float]) -> Node | None:
+def over_phases(formula: Formula) -> Formula | None:
     """The field as a function of phases x, y, z in turns, each from 0 to 1; None if it is no such field."""
-    reached = order([root], lambda n: () if n.op in _WAVES else n.args)
-    if any(n.op in ("x", "y", "z") for n in reached):
+    reached = order([formula.root], lambda n: () if n.op in _WAVES else within(n))
+    if any(n.op in AXES for n in reached):
         return None
     waves = [n for n in reached if n.op in _WAVES and n.stage is Stage.FIELD]
     forms = {
-        n: f.times(1 / _WAVES[n.op]) for n, f in zip(waves, _linear([n.args[0] for n in waves], params), strict=True)
+        n: f.times(1 / _WAVES[n.op])
+        for n, f in zip(waves, _linear(formula.but(*(n.args[0] for n in waves))), strict=True)
     }
     phases = _phases(forms)
     if phases is None:
         return None
-    new: dict[Node, Node] = {}
-    for n in order([root], lambda n: () if n in phases else n.args):
-        if n in phases:
-            new[n] = node(n.op.removesuffix("_turns") + "_turns", phases[n])
-        else:
-            new[n] = node(n.op, *(new[a] for a in n.args), value=n.value)
-    return share(simplify({"": new[root]}))[""]
+    by = {n: node(n.op.removesuffix("_turns") + "_turns", phase) for n, phase in phases.items()}
+    return formula.but(*tidy(substitute(formula.roots, by)))
 
 
 def _phases(forms: Mapping[Node, _Linear]) -> dict[Node, Node] | None:
@@ -93,24 +90,28 @@ def _phases(forms: Mapping[Node, _Linear]) -> dict[Node, Node] | None:
     return out
 
 
-def _linear(roots: list[Node], params: Mapping[str, float]) -> list[_Linear]:
-    """Nodes as sums of quantities that are themselves no sums."""
-    nodes = order(roots, lambda n: n.args if n.stage is Stage.FIELD else ())
-    numbers = uniform_values([n for n in nodes if n.stage is not Stage.FIELD], params)
-    forms: dict[Node, _Linear] = {n: _Linear({}, float(v)) for n, v in numbers.items()}
-    for n in nodes:
-        if n in forms:
+def _linear(formula: Formula) -> list[_Linear]:
+    """Roots as sums of quantities that are themselves no sums."""
+    tape = formula.tape
+    numbers = {i: float(v) for i, v in formula.known.items() if tape.kinds[i] == "real"}
+    forms: dict[int, _Linear] = {i: _Linear({}, v) for i, v in numbers.items()}
+    for i, op in enumerate(tape.ops):
+        if i in formula.known:
             continue
-        f = [forms[a] for a in n.args]
-        if n.op in ("add", "sub"):
-            forms[n] = f[0].plus(f[1], 1.0 if n.op == "add" else -1.0)
-        elif n.op == "neg":
-            forms[n] = f[0].times(-1.0)
-        elif n.op == "mul" and (n.args[0] in numbers or n.args[1] in numbers):
-            by, of = (0, 1) if n.args[0] in numbers else (1, 0)
-            forms[n] = f[of].times(f[by].rest)
-        elif n.op == "div" and n.args[1] in numbers and f[1].rest:
-            forms[n] = f[0].times(1 / f[1].rest)
+        inputs = tape.inputs[i]
+        if any(a not in forms for a in inputs):  # it reads a condition, or data
+            forms[i] = _Linear({tape.nodes[i]: 1.0}, 0.0)
+            continue
+        f = [forms[a] for a in inputs]
+        if op in ("add", "sub"):
+            forms[i] = f[0].plus(f[1], 1.0 if op == "add" else -1.0)
+        elif op == "neg":
+            forms[i] = f[0].times(-1.0)
+        elif op == "mul" and (inputs[0] in numbers or inputs[1] in numbers):
+            by, of = (0, 1) if inputs[0] in numbers else (1, 0)
+            forms[i] = f[of].times(f[by].rest)
+        elif op == "div" and inputs[1] in numbers and f[1].rest:
+            forms[i] = f[0].times(1 / f[1].rest)
         else:
-            forms[n] = _Linear({n: 1.0}, 0.0)
-    return [forms[r] for r in roots]
+            forms[i] = _Linear({tape.nodes[i]: 1.0}, 0.0)
+    return [forms[r] for r in tape.roots]

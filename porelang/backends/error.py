@@ -6,16 +6,15 @@ error of its argument counts with both sides, a NaN is allowed only where some v
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.enclose import F32, F64, Precision, at_points, enclose, fixed
+from porelang.analysis.enclose import F32, F64, Precision, at_points, enclose
 from porelang.backends.numpy import NumpyField
+from porelang.formula import Formula
 from porelang.interval import Interval
-from porelang.ir import Node
 from porelang.ops import kind
 
 PRECISIONS: dict[str, Precision] = {"f32": F32, "f64": F64}
@@ -36,23 +35,22 @@ class Verdict:
         return float(self.use.max(initial=0.0))
 
 
-def allowed(root: Node, points: NDArray[np.float64], params: Mapping[str, float], precision: Precision) -> Interval:
+def allowed(formula: Formula, points: NDArray[np.float64], precision: Precision) -> Interval:
     """What a backend of this precision may return at points (n, 3)."""
-    r = enclose([root], at_points(points, precision), fixed(params), precision)[0].range
+    r = enclose(formula, at_points(points, precision), precision)[0].range
     n = len(points)
     return Interval(np.broadcast_to(r.lo, n), np.broadcast_to(r.hi, n), np.broadcast_to(r.nan, n))
 
 
 def judge(
-    root: Node,
+    formula: Formula,
     points: NDArray[np.float64],
-    params: Mapping[str, float],
     values: NDArray[np.generic],
     precision: Precision = F32,
 ) -> Verdict:
     """Values that a backend returned at points (n, 3), against the float64 reference and the propagated bound."""
-    reference = NumpyField(root, params, "f64").at(points).astype(np.float64)
-    bound = allowed(root, points, params, precision)
+    reference = NumpyField(formula, "f64").at(points).astype(np.float64)
+    bound = allowed(formula, points, precision)
     got = values.astype(np.float64)
     nan = np.isnan(got)
     with np.errstate(all="ignore"):
@@ -62,6 +60,6 @@ def judge(
         use = np.abs(got - reference) / room
         use = np.where(nan | np.isnan(reference) | (got == reference) | np.isinf(room), 0.0, use)
         use = np.where(np.isnan(use), np.inf, use)
-    if kind(root) == "bool":
+    if kind(formula.root) == "bool":
         use = np.where(broken, np.inf, 0.0)
     return Verdict(broken, use, reference, bound)

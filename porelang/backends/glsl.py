@@ -9,7 +9,7 @@ space and all settings, that its special cases cannot occur.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Literal
@@ -18,9 +18,11 @@ import numpy as np
 
 from porelang import resources
 from porelang.analysis.enclose import F32, enclose, everywhere
-from porelang.interval import Interval, interval
-from porelang.ir import Node, Stage, order
-from porelang.ops import TABLE, kind
+from porelang.formula import Bindings, Formula, ranges
+from porelang.interval import Interval
+from porelang.ir import Node, Stage
+from porelang.ops import TABLE
+from porelang.tape import AXES, PICK, Tape, lower
 
 Form = Literal["points", "grid", "fragment", "webgl"]
 _SCAFFOLD = {"points": "points.comp", "grid": "grid.comp", "fragment": "march.frag", "webgl": "march.frag"}
@@ -28,7 +30,11 @@ _VERSION = {
     "fragment": "#version 430",
     "webgl": "#version 300 es\nprecision highp float;\nprecision highp int;\n#define precise",
 }
-_NAME = re.compile(r"\bpore_\w+")
+_NAME = re.compile(r"\b(?:pore_|Pore)\w+")
+#: What reads a word of the data of a slot; written for each shader, unlike the functions of the library.
+WORD = "pore_word"
+#: The binding of the first buffer of data: those before it are what is written, the places, and what a picture needs.
+FIRST_DATA = {"points": 2, "grid": 2, "fragment": 3}
 #: What an operation's cheaper form asks of its arguments.
 _CALM: dict[str, Callable[..., bool]] = {
     "divisor": lambda a, b: (
@@ -46,54 +52,92 @@ def _never_nan(r: Interval) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Shader:
-    """A shader's text, and the nodes whose values it expects in `u`, in order."""
+    """A shader's text, the nodes whose values it expects in `u`, and those whose data it expects in buffers."""
 
     text: str
     uniforms: tuple[Node, ...]
+    data: tuple[Node, ...]
 
 
-def shader(root: Node, ranges: Mapping[str, tuple[float, float]], form: Form) -> Shader:
-    """The shader that evaluates `root`; `ranges` are the params' ranges. A condition comes back as 1 or 0."""
-    body, uniforms = field_function(root, ranges)
+def shader(roots: tuple[Node, ...], params: Mapping[str, tuple[float, float]], form: Form) -> Shader:
+    """The shader that evaluates roots; `params` are their ranges. A condition comes back as 1 or 0.
+
+    Pictures have one root; points and grids may have several, whose values follow each other.
+    """
+    body, uniforms, data = field_function(roots, params)
     scaffold = resources.read(f"shaders/{_SCAFFOLD[form]}")
     library = _library(body)
-    parts = [f"uniform float u[{len(uniforms)}];"] if uniforms else []
+    parts = [f"#define ROOTS {len(roots)}"] if len(roots) > 1 else []
+    parts += [f"uniform float u[{len(uniforms)}];"] if uniforms else []
+    parts += [_word(k, form) for k in range(len(data))]
     text = scaffold.replace("// @field", "\n".join([*parts, *library, body]))
     if form in _VERSION:
         text = text.replace("// @version", _VERSION[form], 1)
-    return Shader(text, uniforms)
+    return Shader(text, uniforms, data)
 
 
-def field_function(root: Node, ranges: Mapping[str, tuple[float, float]]) -> tuple[str, tuple[Node, ...]]:
-    """The text of `float field(vec3 p)`, and the uniform nodes it reads."""
-    nodes = order([root], lambda n: n.args if n.stage is Stage.FIELD else ())
-    calm = _calm(nodes, ranges)
+def _word(k: int, form: Form) -> str:
+    """The function that reads a word of data: from a buffer, or in WebGL, which has none, from a texture of rows."""
+    if form == "webgl":
+        return (
+            f"uniform highp usampler2D data{k};\n"
+            f"uint pore_word{k}(int i) {{ return texelFetch(data{k}, ivec2(i & 2047, i >> 11), 0).x; }}"
+        )
+    return (
+        f"layout(std430, binding = {FIRST_DATA[form] + k}) readonly buffer Data{k} {{ uint data{k}[]; }};\n"
+        f"uint pore_word{k}(int i) {{ return data{k}[i]; }}"
+    )
+
+
+def field_function(
+    roots: tuple[Node, ...], params: Mapping[str, tuple[float, float]]
+) -> tuple[str, tuple[Node, ...], tuple[Node, ...]]:
+    """The text of `float field(vec3 p)` (of several roots `void fields(vec3 p, out float f[n])`), and what it reads."""
+    tape = lower(roots)
+    calm = _calm(tape, params)
     uniforms: list[Node] = []
-    names: dict[Node, str] = {}
+    data: list[Node] = []
+    names: dict[int, str] = {}
     lines: list[str] = []
-    for n in nodes:
-        if n.op == "const":
-            names[n] = literal(n.value)  # type: ignore[arg-type]  # a const holds a number
-        elif n.stage is Stage.UNIFORM:
-            names[n] = f"u[{len(uniforms)}]" if kind(n) == "real" else f"(u[{len(uniforms)}] != 0.0)"
+    for i in sorted({*tape.frontier, *tape.field, *(i for i, op in enumerate(tape.ops) if op in AXES)}):
+        n, op = tape.nodes[i], tape.ops[i]
+        if op in AXES:
+            names[i] = f"p.{op}"
+        elif op == "const":
+            names[i] = literal(n.value)  # type: ignore[arg-type]  # a const holds a number
+        elif tape.kinds[i] not in ("real", "bool"):
+            names[i] = str(len(data))
+            data.append(n)
+        elif tape.stages[i] is not Stage.FIELD:
+            names[i] = f"u[{len(uniforms)}]" if tape.kinds[i] == "real" else f"(u[{len(uniforms)}] != 0.0)"
             uniforms.append(n)
-        elif n.op in ("x", "y", "z"):
-            names[n] = f"p.{n.op}"
+        elif op == PICK:
+            names[i] = f"{names[tape.inputs[i][0]]}.{n.value}"
         else:
-            names[n] = f"v{len(lines)}"
-            row = TABLE[n.op]
-            form = row.guarded if n in calm else row.glsl
-            boolean = kind(n) == "bool"
-            text = form.format(*(_operand(n, a, names) for a in n.args))
-            lines.append(f"    {'bool' if boolean else 'precise float'} {names[n]} = {text};")
-    result = f"{names[root]} ? 1.0 : 0.0" if kind(root) == "bool" else names[root]
+            names[i] = f"v{len(lines)}"
+            row = TABLE[op]
+            form = row.guarded if i in calm else row.glsl
+            text = form.format(*(_operand(tape, i, a, names) for a in tape.inputs[i]), payload=_payload(n.value))
+            kind = f"Pore{op.capitalize()}" if row.results else "bool" if tape.kinds[i] == "bool" else "precise float"
+            lines.append(f"    {kind} {names[i]} = {text};")
+    results = [f"{names[r]} ? 1.0 : 0.0" if tape.kinds[r] == "bool" else names[r] for r in tape.roots]
     # pore_keep: llvmpipe stores lane by lane, and without it would compute the last operations lane by lane too
-    return "\n".join(["float field(vec3 p) {", *lines, f"    return pore_keep({result});", "}"]), tuple(uniforms)
+    if len(results) == 1:
+        head, tail = "float field(vec3 p) {", [f"    return pore_keep({results[0]});"]
+    else:
+        head = f"void fields(vec3 p, out float f[{len(results)}]) {{"
+        tail = [f"    f[{k}] = pore_keep({r});" for k, r in enumerate(results)]
+    return "\n".join([head, *lines, *tail, "}"]), tuple(uniforms), tuple(data)
 
 
-def _operand(n: Node, a: Node, names: Mapping[Node, str]) -> str:
+def _payload(value: object) -> str:
+    return ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+
+def _operand(tape: Tape, i: int, a: int, names: Mapping[int, str]) -> str:
     """How an argument is written: a factor of 0 is hidden, for drivers fold x * 0 to 0, also where x is no number."""
-    return "pore_nought" if n.op == "mul" and a.op == "const" and a.value == 0.0 else names[a]
+    hidden = tape.ops[i] == "mul" and tape.ops[a] == "const" and tape.values[a] == 0.0
+    return "pore_nought" if hidden else names[a]
 
 
 def literal(value: float | bool) -> str:
@@ -110,15 +154,16 @@ def literal(value: float | bool) -> str:
     return f"({text})" if single < 0 or (single == 0 and np.signbit(single)) else text
 
 
-def _calm(nodes: Sequence[Node], ranges: Mapping[str, tuple[float, float]]) -> set[Node]:
-    """The nodes whose cheaper form is right everywhere."""
-    watched = [n for n in nodes if n.op in TABLE and n.stage is Stage.FIELD and TABLE[n.op].calm]
+def _calm(tape: Tape, params: Mapping[str, tuple[float, float]]) -> set[int]:
+    """The positions whose cheaper form is right everywhere, for all settings and all data."""
+    watched = [i for i in tape.field if tape.ops[i] in TABLE and TABLE[tape.ops[i]].calm]
     if not watched:
         return set()
-    inputs = list(dict.fromkeys(a for n in watched for a in n.args))
-    params = {name: interval(np.array(lo), np.array(hi)) for name, (lo, hi) in ranges.items()}
-    known = dict(zip(inputs, (e.range for e in enclose(inputs, everywhere(), params, F32)), strict=True))
-    return {n for n in watched if _CALM[TABLE[n.op].calm](*(known[a] for a in n.args))}
+    inputs = list(dict.fromkeys(a for i in watched for a in tape.inputs[i]))
+    anything: Bindings = {tape.nodes[i]: None for i in tape.slots}
+    formula = Formula(tuple(tape.nodes[a] for a in inputs), {**anything, **ranges(params)})
+    known = dict(zip(inputs, (e.range for e in enclose(formula, everywhere(), F32)), strict=True))
+    return {i for i in watched if _CALM[TABLE[tape.ops[i]].calm](*(known[a] for a in tape.inputs[i]))}
 
 
 def _library(body: str) -> list[str]:
@@ -127,7 +172,7 @@ def _library(body: str) -> list[str]:
     done: set[str] = set()
 
     def add(name: str) -> None:
-        if name in done:
+        if name in done or name.startswith(WORD):
             return
         done.add(name)
         text = _function(name)
@@ -143,9 +188,13 @@ def _library(body: str) -> list[str]:
 def _calls(text: str) -> list[str]:
     """The library functions named in the code (not the comments) of a text, in order."""
     code = re.sub(r"//[^\n]*", "", text)
-    return list(dict.fromkeys(_NAME.findall(code)))
+    return [name for name in dict.fromkeys(_NAME.findall(code)) if not name.startswith(WORD)]
 
 
 @cache
 def _function(name: str) -> str:
-    return resources.read(f"shaders/lib/{name}.glsl").strip()
+    """The text of a library function; one that reads data, `pore_lookup3`, is written for its slot, `@` in the text."""
+    bare = name.rstrip("0123456789")
+    if bare == name or (resources.folder("shaders") / "lib" / f"{name}.glsl").exists():
+        return resources.read(f"shaders/lib/{name}.glsl").strip()
+    return resources.read(f"shaders/lib/{bare}.glsl").strip().replace("@", name.removeprefix(bare))

@@ -1,44 +1,56 @@
 """`pore`: the command line.
 
 Exit status: 0 well; 1 the program or one of its checks is at fault; 2 wrong usage; 3 a missing piece of this machine;
-130 interrupted, 143 ended from outside: nothing is left half-written.
+130 interrupted, 129, 131, 143 ended by SIGHUP, SIGQUIT, SIGTERM: nothing is left half-written.
+
+What is imported here is imported before an interruption can be answered: hardly anything.
 """
 
 from __future__ import annotations
 
 import os
-import signal
 import sys
-from collections.abc import Sequence
 
-INTERRUPTED, PIPE_CLOSED, TERMINATED = 130, 141, 143  # 128 + the signal's number, as shells have it
+from porelang.cli.interrupts import Ended, ender, interruption, on_signals
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
-class _Terminated(KeyboardInterrupt):
-    """SIGTERM: like Ctrl-C it leaves nothing half-written."""
-
-
-def _terminate(number: int, frame: object) -> None:
-    raise _Terminated
+INTERRUPTED, PIPE_CLOSED = 130, 141  # 128 + the signal's number, as shells have it
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command line (by default this process's) and give its exit status. Never raises."""
+    try:
+        return _main(argv)
+    except Ended as ended:
+        return 128 + int(ended.args[0])
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except Exception:
+        if (signal := interruption()) is None:
+            raise
+        return 128 + int(signal.args[0])
+    finally:
+        if argv is None:  # what is left to do is to end
+            on_signals(lambda number, frame: None)
+
+
+def _main(argv: Sequence[str] | None) -> int:
     # NumPy's linear algebra is not used, and starting its threads costs as much as compiling a program.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if argv is None:  # the process is ours
-        signal.signal(signal.SIGTERM, _terminate)
+        on_signals(ender)
+        sys.unraisablehook = ender.lost
+    from porelang.cli.streams import open_streams, silence
+
+    if argv is None:
+        open_streams()
     try:
         from porelang.cli.commands import run
 
-        status = run(list(sys.argv[1:] if argv is None else argv))
-        sys.stdout.flush()
-        return status
-    except _Terminated:
-        return TERMINATED
-    except KeyboardInterrupt:
-        return INTERRUPTED
+        return run(list(sys.argv[1:] if argv is None else argv))
     except BrokenPipeError:
-        # Python flushes standard output once more at exit; the reader has gone, so let that go nowhere.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        silence(sys.stdout)
         return PIPE_CLOSED

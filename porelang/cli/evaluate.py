@@ -8,36 +8,36 @@ import stat
 import sys
 from argparse import Namespace
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.atomic import destination, save
+from porelang.backends.numpy import Dtype
+from porelang.checks import broken_checks
 from porelang.cli import report
+from porelang.cli.loading import load
 from porelang.diagnostics import PoreError, fail
-
-if TYPE_CHECKING:
-    from porelang.backends.numpy import Dtype
-    from porelang.program import Backend, Program
+from porelang.field import Backend, checked_points
+from porelang.gpu.fields import gpu
 
 AT_ONCE = 2**16
 
 
-def evaluate(program: Program, options: Namespace) -> int:
+def evaluate(options: Namespace) -> int:
     """Values of an output at points. Errors: E104 for points that are none, and what `Program.field` rejects."""
-    from porelang.cli.commands import broken_checks
-    from porelang.mesh.export import save
-    from porelang.program import make_field
-
-    backend, dtype = machine(options, "f64")
-    if broken := broken_checks(program, dict(options.settings)):
-        raise PoreError(broken)
-    roots, settings = program.roots(options.out), program.settle(**dict(options.settings))
-    points = read_points(options.points)
-    values = make_field(roots, settings, program.graph.ranges, backend, dtype)(points)
+    design = load(options).design(dict(options.settings))
     if options.output:
         if not options.output.endswith(".npy"):
             raise fail("E112", f"{options.output}: values are written as .npy", hint="end the name with .npy")
+        destination(options.output)
+    backend, dtype = machine(options, "f64")
+    if broken := broken_checks(design):
+        raise PoreError(broken)
+    points = read_points(options.points)
+    values = design.field(options.out, backend, dtype)(points)
+    if options.output:
         save(options.output, lambda file: np.save(file, values))
     if options.json:
         written = {"file": options.output} if options.output else {"values": values.tolist()}
@@ -55,8 +55,6 @@ def machine(options: Namespace, usual: Dtype) -> tuple[Backend, Dtype]:
 
     Says on standard error where it falls back to NumPy. Errors: E108 for GLSL in f64, E120 for GLSL without OpenGL.
     """
-    from porelang.gpu.fields import gpu
-
     if options.backend == "glsl":
         if options.dtype == "f64":
             raise fail("E108", "GLSL computes in f32 only", hint="leave --dtype out, or use --backend numpy")
@@ -83,8 +81,6 @@ def _line(row: Any) -> str:
 
 def read_points(path: str) -> NDArray[np.float64]:
     """Points (n, 3) in mm from `.npy`, from CSV, or from CSV on standard input (`-`). Errors: E104, E105."""
-    from porelang.program import checked_points
-
     try:
         if path == "-":
             return checked_points(_from_csv(sys.stdin, "standard input"))

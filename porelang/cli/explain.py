@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import Namespace
 from dataclasses import asdict
 
 from porelang.cli import report
@@ -9,8 +10,9 @@ from porelang.diagnostics import fail, suggest
 from porelang.error_codes import CODES, Code
 
 
-def explain(code: str | None, as_json: bool) -> int:
+def explain(options: Namespace) -> int:
     """Print the page of a code; without one, the list of all. Errors: E108 for a code that does not exist."""
+    code, as_json = options.code, options.json
     if code is None:
         if as_json:
             report.put([asdict(CODES[name]) for name in sorted(CODES)])

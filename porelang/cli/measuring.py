@@ -6,9 +6,10 @@ import math
 from argparse import Namespace
 from typing import Any
 
+from porelang.checks import broken_checks, undecided_checks
 from porelang.cli import report
-from porelang.cli.commands import broken_checks, load, undecided_checks
 from porelang.cli.evaluate import machine
+from porelang.cli.loading import load
 from porelang.measure import measure as measured
 
 _WORDS = {
@@ -25,12 +26,10 @@ _WORDS = {
 
 def measure(options: Namespace) -> int:
     """Measure an output; exit 1 where a check of the program does not hold."""
-    program = load(options)
-    settings = dict(options.settings)
+    design = load(options).design(dict(options.settings))
     backend, dtype = machine(options, "f32")
-    progress = report.progress("measuring", options.quiet)
     found = measured(
-        program,
+        design,
         options.out,
         options.within,
         options.voxel,
@@ -38,17 +37,15 @@ def measure(options: Namespace) -> int:
         options.bounds,
         backend,
         dtype,
-        settings,
-        progress,
     )
-    broken = broken_checks(program, settings, measure=True)
+    broken = broken_checks(design, measure=True)
     if options.json:
         report.put(found | {"failed_checks": [d.to_json() for d in broken]})
     else:
         print(_text(options.file, found))
     report.say(broken)
     if not options.quiet:
-        report.say(undecided_checks(program, settings))
+        report.say(undecided_checks(design))
     return report.status(broken)
 
 

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import math
-import os
 import time
 from argparse import Namespace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from porelang.analysis.box import block
+from porelang.atomic import destination
+from porelang.checks import broken_checks
 from porelang.cli import report
-from porelang.cli.commands import broken_checks, load
 from porelang.cli.evaluate import machine
+from porelang.cli.loading import load
 from porelang.compiled import on_compiling
 from porelang.diagnostics import Diagnostic, PoreError, fail
+from porelang.field import checked_bounds
+from porelang.ir import node
 from porelang.mesh import Surface, write
 from porelang.mesh.export import writer_of
-from porelang.mesh.output import checked_bounds, found_bounds, grid_of, mesh_output, notes_of, refine
-
-if TYPE_CHECKING:
-    from porelang.program import Program
+from porelang.mesh.part import grid_of, notes_of, refine, surface_of
+from porelang.program import Design
+from porelang.tasks.numbers.integrals import volume
 
 #: More samples than this are a slip of the voxel, not a wish.
 MOST_NODES = 20_000_000_000
@@ -28,57 +30,30 @@ MOST_NODES = 20_000_000_000
 def mesh(options: Namespace) -> int:
     """Mesh an output, write it and print a report. What can be refused is refused before anything is computed."""
     writer_of(options.output)
-    folder = os.path.dirname(os.path.abspath(options.output))
-    if not os.path.isdir(folder):
-        raise fail(
-            "E113",
-            f"cannot write {options.output}: there is no folder {folder}",
-            hint=f"make it first: mkdir -p {folder}",
-        )
+    folder = destination(options.output).parent
     if options.voxel is not None and options.resolution is not None:
         raise fail("E108", "--voxel and --resolution say the same thing twice", hint="give one of them")
-    program = load(options)
-    settings = dict(options.settings)
-    if broken := broken_checks(program, settings, measure=True):
+    design = load(options).design(dict(options.settings))
+    if broken := broken_checks(design, measure=True):
         raise PoreError(broken)
-    _refuse_too_fine(program, options, settings)
+    _refuse_too_fine(design, options)
     backend, dtype = machine(options, "f32")
     start = time.perf_counter()
-    progress = report.progress("meshing", options.quiet)
-    if progress is not None:
-        on_compiling(lambda: report.note("compiling the loops of meshing, once after an installation"))
-    surface = mesh_output(
-        program,
-        options.out,
-        options.voxel,
-        options.resolution,
-        options.bounds,
-        backend,
-        dtype,
-        settings,
-        folder=Path(folder),
-        progress=progress,
-    )
+    on_compiling(lambda: report.note("compiling the loops of meshing, once after an installation"))
+    placed = grid_of(design, options.out, options.voxel, options.resolution, options.bounds)
+    surface = surface_of(design, options.out, placed, backend, dtype, folder=folder)
     refined = refine(
-        surface,
-        program,
-        options.out,
-        *grid_of(program, options.out, options.voxel, options.resolution, options.bounds, settings),
-        settings,
-        smooth=options.smooth,
-        sharp=options.sharp,
-        deviation=options.simplify,
-        progress=report.progress("refining", options.quiet),
+        surface, design, options.out, placed, smooth=options.smooth, sharp=options.sharp, deviation=options.simplify
     )
     surface = refined.surface
-    doubts = too_coarse(program, options, settings, surface)
+    doubts = too_coarse(design, options, surface)
     report.say([] if options.quiet else doubts)
-    write(surface, options.output, notes_of(program, options.out, settings))
+    write(surface, options.output, notes_of(design, options.out))
     seconds = round(time.perf_counter() - start, 3)
     found = facts(surface) | refined.facts | {"seconds": seconds, "backend": backend, "dtype": dtype}
     if options.json:
         report.put(
-            {"file": options.output, "output": program.output(options.out), **found}
+            {"file": options.output, "output": design.program.output(options.out), **found}
             | {"warnings": [d.to_json() for d in doubts]}
         )
     elif not options.quiet:
@@ -90,16 +65,12 @@ def mesh(options: Namespace) -> int:
 COARSE = 0.03
 
 
-def too_coarse(program: Program, options: Namespace, settings: dict[str, str], surface: Surface) -> list[Diagnostic]:
+def too_coarse(design: Design, options: Namespace, surface: Surface) -> list[Diagnostic]:
     """A warning where the mesh does not hold the part's volume: walls thinner than a voxel come out as specks."""
-    from porelang.ir import node
-    from porelang.measure import block
-    from porelang.tasks.numbers.integrals import volume
-
-    root, values = program.solid(options.out), program.settle(**settings)
+    part = design.of(options.out)
     if options.bounds:
-        root = node("max", root, block(checked_bounds(options.bounds)))
-    true = volume(root, values, accuracy=2e-3)
+        part = part.but(node("max", part.root, block(checked_bounds(options.bounds))))
+    true = volume(part, accuracy=2e-3)
     off = abs(surface.volume - true.value)
     if off <= COARSE * true.value + true.error:
         return []
@@ -108,7 +79,7 @@ def too_coarse(program: Program, options: Namespace, settings: dict[str, str], s
             "W202",
             f"the voxel is too coarse: the mesh holds {surface.volume:.4g} mm3, the part "
             f"{true.value:.4g} +- {true.error:.2g} mm3",
-            program.outputs[program.output(options.out)].span,
+            design.program.outputs[design.program.output(options.out)].span,
             "what is thinner than a voxel is lost or torn",
             hint="use a smaller --voxel, a few to the thinnest wall",
             severity="warning",
@@ -116,11 +87,11 @@ def too_coarse(program: Program, options: Namespace, settings: dict[str, str], s
     ]
 
 
-def _refuse_too_fine(program: Program, options: Namespace, settings: dict[str, str]) -> None:
+def _refuse_too_fine(design: Design, options: Namespace) -> None:
     """Refuse a grid of more nodes than anybody waits for. Errors: E114."""
     if options.voxel is None and options.resolution is None:
         return
-    box = checked_bounds(options.bounds) if options.bounds else found_bounds(program, options.out, settings)
+    box = checked_bounds(options.bounds) if options.bounds else design.bounds(options.out)
     voxel = options.voxel or max(box.size) / options.resolution
     nodes = math.prod(s / voxel + 2 for s in box.size)
     if nodes > MOST_NODES:

@@ -7,10 +7,12 @@ import os
 import re
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any, TextIO
 
+from porelang.cli.streams import silence
 from porelang.diagnostics import Diagnostic, render
+from porelang.progress import Report
 
 #: Wrong usage, wherever it is found: the request does not fit the program, or its files are not there.
 _USAGE = frozenset({"E100", "E104", "E105", "E107", "E108", "E112", "E113", "E114", "E123"})
@@ -35,12 +37,22 @@ def say(found: Iterable[Diagnostic]) -> None:
     coloured = _colourful(sys.stderr)
     for d in found:
         text = render(d)
-        print(colour(text) if coloured else text, end="\n\n", file=sys.stderr, flush=True)
+        tell(colour(text) if coloured else text, end="\n\n")
 
 
 def note(text: str) -> None:
     """A line to standard error."""
-    print(text, file=sys.stderr, flush=True)
+    tell(text)
+
+
+def tell(text: str, end: str = "\n") -> None:
+    """A text to standard error. That it is full, or a terminal that was closed, changes nothing: the status tells."""
+    try:
+        print(text, end=end, file=sys.stderr, flush=True)
+    except BrokenPipeError:
+        raise
+    except OSError:
+        silence(sys.stderr)
 
 
 def put(value: Any) -> None:
@@ -81,43 +93,34 @@ def _colourful(stream: TextIO) -> bool:
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
-def progress(what: str, quiet: bool) -> Callable[[int, int], None] | None:
-    """A progress bar on standard error, to be called with (done, all); None where nobody watches."""
+#: What nobody can tell the end of: its time is shown, not its share.
+_ENDLESS = frozenset({"finding numbers from fields", "working"})
+_SOON, _OFTEN = 0.5, 0.1  # seconds: until something is said, and between two looks
+
+
+def progress(quiet: bool) -> Report | None:
+    """What is under way and how far it is, on standard error, once it takes a while; None where nobody watches."""
     if quiet or not sys.stderr.isatty():
         return None
-    last = 0.0
+    at, start, last = "", 0.0, 0.0
 
-    def show(done: int, total: int) -> None:
-        nonlocal last
-        now = time.monotonic()
-        if done < total and now - last < 0.1:
-            return
-        last = now
-        filled = 30 * done // max(total, 1)
-        bar = f"\r{what} [{'#' * filled}{' ' * (30 - filled)}] {100 * done // max(total, 1):3d} %"
-        print("\r\033[K" if done >= total else bar, end="", file=sys.stderr, flush=True)
-
-    return show
-
-
-def busy(what: str, quiet: bool) -> Callable[[int, int], None] | None:
-    """For searches of unknown length: what is done and for how long, on standard error, once it takes over a second."""
-    if quiet or not sys.stderr.isatty():
-        return None
-    start = last = 0.0
-
-    def show(done: int, total: int) -> None:
-        nonlocal start, last
+    def show(activity: str, done: int, total: int) -> None:
+        nonlocal at, start, last
         now = time.monotonic()
         if done >= total:
             if last:
-                print("\r\033[K", end="", file=sys.stderr, flush=True)
-            start = last = 0.0
-        elif not start:
-            start = now
-        elif now - start > 1 and now - last > 0.2:
-            last = now
-            print(f"\r{what}: {now - start:.0f} s (Ctrl-C ends it)", end="", file=sys.stderr, flush=True)
+                tell("\r\033[K", end="")
+            at, last = "", 0.0
+            return
+        if activity != at:
+            at, start = activity, now
+        if now - start < _SOON or now - last < _OFTEN:
+            return
+        last = now
+        filled = 30 * done // max(total, 1)
+        bar = f"[{'#' * filled}{' ' * (30 - filled)}] {100 * done // max(total, 1):3d} %"
+        how_far = f"{now - start:.0f} s (Ctrl-C ends it)" if activity in _ENDLESS else bar
+        tell(f"\r\033[K{activity}: {how_far}", end="")
 
     return show
 

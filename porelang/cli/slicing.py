@@ -7,9 +7,10 @@ from argparse import Namespace
 from typing import Any
 
 from porelang.cli import report
-from porelang.cli.commands import load
 from porelang.cli.evaluate import machine
-from porelang.slices import write_slices
+from porelang.cli.loading import load
+from porelang.progress import watching
+from porelang.slices import SLICING, write_slices
 
 
 def slices(options: Namespace) -> int:
@@ -17,29 +18,29 @@ def slices(options: Namespace) -> int:
     program = load(options)
     backend, dtype = machine(options, "f32")
     start = time.perf_counter()
-    told = report.progress("slicing", options.quiet)
+    told = report.progress(options.quiet)
     done, of = 0, 0
 
-    def progress(layer: int, layers: int) -> None:
+    def progress(activity: str, layer: int, layers: int) -> None:
         nonlocal done, of
-        done, of = layer, layers
+        if activity == SLICING and layer:
+            done, of = layer, layers
         if told is not None:
-            told(layer, layers)
+            told(activity, layer, layers)
 
     try:
-        found = write_slices(
-            program,
-            options.output,
-            options.step,
-            name=options.out,
-            form=options.format,
-            pixel=options.voxel,
-            bounds=options.bounds,
-            backend=backend,
-            dtype=dtype,
-            settings=dict(options.settings),
-            progress=progress,
-        )
+        with watching(progress):
+            found = write_slices(
+                program.design(dict(options.settings)),
+                options.output,
+                options.step,
+                name=options.out,
+                form=options.format,
+                pixel=options.voxel,
+                bounds=options.bounds,
+                backend=backend,
+                dtype=dtype,
+            )
     except KeyboardInterrupt:
         if not options.quiet:
             report.note(f"\nstopped after {done} of {of or 'all'} layers: nothing is written to {options.output}")

@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 
 from porelang.analysis.enclose import F32, F64, Precision
 from porelang.backends.numpy import NumpyField
+from porelang.formula import Formula
 from porelang.gpu import Gpu
 from porelang.gpu.fields import DeviceField
-from porelang.ir import Node
 
 Points = NDArray[Any]
-Params = Mapping[str, float]
 Ranges = Mapping[str, tuple[float, float]]
-Evaluate = Callable[[Node, Points, Params, Ranges], NDArray[Any]]
+Evaluate = Callable[[Formula, Points, Ranges], NDArray[Any]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +33,12 @@ class Backend:
         return np.float64 if self.precision is F64 else np.float32
 
 
-def _f64(root: Node, points: Points, params: Params, ranges: Ranges) -> NDArray[Any]:
-    return NumpyField(root, params, "f64", threads=1).at(points)
+def _f64(formula: Formula, points: Points, ranges: Ranges) -> NDArray[Any]:
+    return NumpyField(formula, "f64", threads=1).at(points)
 
 
-def _f32(root: Node, points: Points, params: Params, ranges: Ranges) -> NDArray[Any]:
-    return NumpyField(root, params, "f32", threads=1).at(points)
+def _f32(formula: Formula, points: Points, ranges: Ranges) -> NDArray[Any]:
+    return NumpyField(formula, "f32", threads=1).at(points)
 
 
 NUMPY: tuple[Backend, ...] = (Backend("numpy f64", F64, _f64), Backend("numpy f32", F32, _f32))
@@ -48,7 +47,7 @@ NUMPY: tuple[Backend, ...] = (Backend("numpy f64", F64, _f64), Backend("numpy f3
 def glsl(device: Gpu) -> Backend:
     """The GLSL backend on a device."""
 
-    def evaluate(root: Node, points: Points, params: Params, ranges: Ranges) -> NDArray[Any]:
-        return DeviceField(root, params, ranges, device).at(points)
+    def evaluate(formula: Formula, points: Points, ranges: Ranges) -> NDArray[Any]:
+        return DeviceField(formula, ranges, device).at(points)
 
     return Backend("glsl", F32, evaluate)

@@ -87,6 +87,7 @@ EXACT: dict[str, Callable[..., Wide]] = {
     "log": np.log,
     "sin": np.sin,
     "cos": np.cos,
+    "reduced": lambda u: (u - np.rint(u)) * (2 * _pi(u.dtype.type)),
     "sin_turns": lambda u: _sine(u, 0),
     "cos_turns": lambda u: _sine(u, 1),
     "asin": np.arcsin,

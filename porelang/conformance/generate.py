@@ -12,7 +12,8 @@ from typing import Protocol
 
 import numpy as np
 
-from porelang.ir import ZERO, Node, X, Y, Z, const, node, order, param
+from porelang.conformance import samples
+from porelang.ir import TASKS, ZERO, Node, Stage, Value, X, Y, Z, const, node, order, param, within
 from porelang.ops import OPERATORS, TABLE, kind
 
 #: The params that random graphs may read, and their ranges.
@@ -52,7 +53,7 @@ def draw_graph(chooser: Chooser, size: int = 24) -> Node:
         name = names[chooser.below(len(names))]
         row = TABLE[name]
         arguments = [_argument(chooser, k, reals, bools) for k in row.args]
-        made = node(name, *_fit(chooser, name, arguments))
+        made = node(name, *_fit(chooser, name, arguments), value=_asked(chooser, name))
         (reals if kind(made) == "real" else bools).append(made)
     fields = [n for n in reals[6:] if n.axes]
     if fields:
@@ -62,7 +63,17 @@ def draw_graph(chooser: Chooser, size: int = 24) -> Node:
     return reals[chooser.below(6)]
 
 
+def _asked(chooser: Chooser, name: str) -> Value:
+    """What more an operation that reads data is asked: what the language can ask, values and not derivatives."""
+    row = TABLE[name]
+    if row.results:
+        return row.results[chooser.below(len(row.results))]
+    return (0, 0, 0, 0) if row.payload else None
+
+
 def _argument(chooser: Chooser, wanted: str, reals: list[Node], bools: list[Node]) -> Node:
+    if wanted in ("grid", "segments"):
+        return samples.slot(wanted)
     if wanted == "bool":
         return bools[-1 - chooser.below(min(len(bools), 4))] if bools else node("lt", ZERO, reals[chooser.below(3)])
     match chooser.below(8):
@@ -80,7 +91,9 @@ def _fit(chooser: Chooser, name: str, arguments: list[Node]) -> list[Node]:
     """Arguments that the operation makes sense of, most of the time."""
     if name == "direction":  # exists only as part of the length of a vector
         return [arguments[0], node("hypot", *arguments)]
-    if chooser.below(8) == 0 and name not in ("exp", "pow"):
+    # what is constant is computed by the compiler, which refuses a constant that is not a number
+    constant = all(a.stage is Stage.CONST for a in arguments)
+    if chooser.below(8) == 0 and name not in ("exp", "pow") and not constant:
         return arguments
     match name:
         case "exp":
@@ -105,7 +118,9 @@ def program_text(root: Node) -> str:
     """A graph as a program of the language, an operation a line; its output is `part`."""
     lines = [f"param {name} = {(lo + hi) / 2!r} in {_number(lo)}..{_number(hi)}" for name, (lo, hi) in RANGES.items()]
     names: dict[Node, str] = {}
-    for n in order([root]):
+    for n in order([root], within):
+        if n.op in TASKS:
+            continue
         if n.op == "const":
             names[n] = _number(n.value) if not isinstance(n.value, bool) else str(n.value).lower()
         elif n.op in ("x", "y", "z"):
@@ -114,9 +129,17 @@ def program_text(root: Node) -> str:
             names[n] = str(n.value)
         else:
             names[n] = f"v{len(lines)}"
-            lines.append(f"let {names[n]} = {_call(n, [names[a] for a in n.args])}")
+            lines.append(f"let {names[n]} = {_call(n, [names[a] for a in n.args if a in names])}")
     lines.append(f"out part = {names[root]}")
     return "\n".join(lines) + "\n"
+
+
+#: What the language calls the results of the nearest bar.
+_MEMBERS = {
+    **{f"n{a}": f"outward.{a}" for a in "xyz"},
+    **{f"d{a}": f"direction.{a}" for a in "xyz"},
+    **{name: name for name in ("distance", "along", "radius", "length", "index")},
+}
 
 
 def _number(value: object) -> str:
@@ -126,6 +149,17 @@ def _number(value: object) -> str:
 
 def _call(n: Node, names: list[str]) -> str:
     symbol = TABLE[n.op].symbol
+    place = f"[{', '.join(names)}]"
+    match n.op:
+        case "lookup":
+            return f'load("{samples.GRID_FILE}", "{samples.GRID_NAME}") @ {place}'
+        case "lookup_cubic":
+            return f'load("{samples.GRID_FILE}", "{samples.GRID_NAME}", smooth=true) @ {place}'
+        case "covers":  # what is held beyond the grid is not asked for by itself
+            inside = f'load("{samples.GRID_FILE}", "level", outside=0)'
+            return f"({inside} @ {place}) > 0"
+        case "nearest":
+            return f'bare(nearest_bar("{samples.FRAME_FILE}").{_MEMBERS[str(n.value)]} @ {place})'
     if n.op == "neg":
         return f"-({names[0]})"
     if n.op == "select":

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.enclose import F64, enclose, fixed
+from porelang.analysis.enclose import F64, enclose
 from porelang.backends.error import Verdict, judge
-from porelang.backends.uniform import uniform_values
-from porelang.conformance.backend import Backend, Params, Points, Ranges
-from porelang.ir import Node, Stage, order, show
+from porelang.conformance.backend import Backend, Points, Ranges
+from porelang.formula import Formula
+from porelang.ir import TASKS, Stage, order, show, within
 
 #: A bound wider than this, beside the reference or 1, says little: such points are counted apart.
 SHARP = 1e-2
@@ -40,11 +40,9 @@ class Finding:
     failure: Failure | None
 
 
-def put(
-    where: str, root: Node, points: Points, backend: Backend, params: Params = NONE, ranges: Ranges = NONE
-) -> Finding:
-    """Judge a flat root on a backend at points (n, 3)."""
-    verdict, _ = _verdict(root, points, backend, params, ranges)
+def put(where: str, formula: Formula, points: Points, backend: Backend, ranges: Ranges = NONE) -> Finding:
+    """Judge a formula on a backend at points (n, 3)."""
+    verdict, _ = _verdict(formula, points, backend, ranges)
     with np.errstate(all="ignore"):
         width = verdict.allowed.hi - verdict.allowed.lo
         sharp = width <= SHARP * np.maximum(1.0, np.abs(verdict.reference))
@@ -52,22 +50,23 @@ def put(
     use = float(np.where(sharp, verdict.use, 0.0).max(initial=0.0))
     failure = None
     if verdict.broken.any():
-        failure = blame(where, root, points, backend, params, ranges)
+        failure = blame(where, formula, points, backend, ranges)
     return Finding(len(points), int((sharp | certain_nan).sum()), use, failure)
 
 
-def blame(where: str, root: Node, points: Points, backend: Backend, params: Params, ranges: Ranges) -> Failure:
+def blame(where: str, formula: Formula, points: Points, backend: Backend, ranges: Ranges) -> Failure:
     """The first operation, arguments first, whose own value breaks the law, at the first point where it does."""
-    for n in order([root]):
-        if not n.args or n.stage is Stage.CONST:
+    for n in order(formula.roots, within):
+        part = formula.but(n)
+        if not n.args or n.stage is Stage.CONST or n.op in TASKS:
             continue
         if n.stage is Stage.UNIFORM:  # computed before any backend is asked
-            value = float(uniform_values([n], params)[n])
-            r = enclose([n], params=fixed(params), precision=F64)[0].range
+            value = float(part.numbers[0])
+            r = enclose(part, precision=F64)[0].range
             if not (bool(r.nan) if np.isnan(value) else bool((r.lo <= value) & (value <= r.hi))):
-                return Failure(where, backend.name, n.op, f"{show({'value': n})}\nis {value!r} with {dict(params)}")
+                return Failure(where, backend.name, n.op, f"{show({'value': n})}\nis {value!r}")
             continue
-        verdict, got = _verdict(n, points, backend, params, ranges)
+        verdict, got = _verdict(part, points, backend, ranges)
         if verdict.broken.any():
             i = int(np.argmax(verdict.broken))
             x, y, z = (float(v) for v in points[i])
@@ -77,15 +76,13 @@ def blame(where: str, root: Node, points: Points, backend: Backend, params: Para
                 f"{' or NaN' if verdict.allowed.nan[i] else ''}"
             )
             return Failure(where, backend.name, n.op, text)
-    return Failure(where, backend.name, root.op, show({"value": root}))
+    return Failure(where, backend.name, formula.root.op, show({"value": formula.root}))
 
 
-def _verdict(
-    root: Node, points: Points, backend: Backend, params: Params, ranges: Ranges
-) -> tuple[Verdict, NDArray[Any]]:
-    got = backend.evaluate(root, points, params, ranges)
+def _verdict(formula: Formula, points: Points, backend: Backend, ranges: Ranges) -> tuple[Verdict, NDArray[Any]]:
+    got = backend.evaluate(formula, points, ranges)
     with np.errstate(all="ignore"):
-        return judge(root, points.astype(np.float64), params, got, backend.precision), got
+        return judge(formula, points.astype(np.float64), got, backend.precision), got
 
 
 def places(count: int, seed: int, reach: float = 50.0) -> NDArray[np.float64]:

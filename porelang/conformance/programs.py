@@ -5,6 +5,7 @@
     # set: w=20                                        the params from here on
     # warn: W201                                       a warning that compiling gives (once each; none if not said)
     # fails: at least half must be open                a `check` that does not hold with these params
+    # place: 1.5, -3.25, 0.5                           where the law is put to the test, beside places at random
 
 Values are numbers, `nan`, `inf`, `true`, `false`, and arithmetic of them with pi, tau, sqrt, sin, ... Without a margin
 they hold within 1e-9 in float64 and 1e-5 in float32, of the value or of 1.
@@ -23,7 +24,7 @@ from typing import Any
 
 from porelang.resources import PACKAGE
 
-_LINE = re.compile(r"^#\s*(expect|set|warn|fails):\s*(.*?)\s*$")
+_LINE = re.compile(r"^#\s*(expect|set|warn|fails|place):\s*(.*?)\s*$")
 _EXPECT = re.compile(r"^([\w.]+)\s*\((.*?)\)\s*=\s*(.*?)(?:\s*\+-\s*(.*))?$")
 _OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -70,11 +71,13 @@ class Variant:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A conformance program: its file, its variants, and the codes of the warnings that compiling it gives."""
+    """A conformance program: its file, its variants, the codes of the warnings that compiling it gives, and places at
+    which it is judged whatever else is drawn."""
 
     path: Path
     variants: tuple[Variant, ...]
     warnings: tuple[str, ...]
+    places: tuple[tuple[float, float, float], ...] = ()
 
     @property
     def name(self) -> str:
@@ -96,6 +99,7 @@ def read_case(path: Path) -> Case:
     """The expectations of one file. Raises ValueError, with file and line, for a comment that cannot be read."""
     variants = [Variant({})]
     warnings: list[str] = []
+    places: list[tuple[float, float, float]] = []
     for number, text in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
         match = _LINE.match(text)
         if match is None:
@@ -107,13 +111,21 @@ def read_case(path: Path) -> Case:
             elif what == "set":
                 pairs = (pair.split("=", 1) for pair in re.split(r",\s*", rest) if pair)
                 variants.append(Variant({name.strip(): value.strip() for name, value in pairs}))
+            elif what == "place":
+                places.append(_place(rest))
             elif what == "warn":
                 warnings.append(rest)
             else:
                 variants[-1].fails.append(rest)
         except (ValueError, KeyError, SyntaxError, TypeError) as error:
             raise ValueError(f"{path.name}:{number}: {error}") from None
-    return Case(path, tuple(v for v in variants if v.expectations or v.fails or v.settings), tuple(warnings))
+    said = tuple(v for v in variants if v.expectations or v.fails or v.settings)
+    return Case(path, said or (Variant({}),), tuple(warnings), tuple(places))
+
+
+def _place(text: str) -> tuple[float, float, float]:
+    x, y, z = (number(part) for part in text.split(","))
+    return x, y, z
 
 
 def _expectation(text: str, line: int) -> Expectation:
@@ -121,9 +133,8 @@ def _expectation(text: str, line: int) -> Expectation:
     if match is None:
         raise ValueError(f"`{text}` is not of the form `NAME(x, y, z) = value`")
     name, _, axis = match[1].partition(".")
-    x, y, z = (number(part) for part in match[2].split(","))
     margin = None if match[4] is None else number(match[4])
-    return Expectation(name, "xyz".index(axis) if axis else None, (x, y, z), number(match[3]), margin, line)
+    return Expectation(name, "xyz".index(axis) if axis else None, _place(match[2]), number(match[3]), margin, line)
 
 
 def number(text: str) -> float:

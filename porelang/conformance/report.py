@@ -133,7 +133,7 @@ def _opengl(device: Gpu | None, missing: GpuMissing | None) -> str:
     if device is None:
         assert missing is not None
         return f"OpenGL   none: {missing.reason}\n         {missing.install}\n         Until then NumPy is used."
-    return f"OpenGL   {_name(device)} through {device.info.kind}, GLSL {device.info.glsl}"
+    return f"OpenGL   {_name(device)} through {device.info.driver}, GLSL {device.info.glsl}"
 
 
 def _versions() -> dict[str, str]:

@@ -7,7 +7,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from porelang.checks import failed_checks
+from porelang.compiler import try_compile
+from porelang.conformance import samples
 from porelang.conformance.backend import Backend
 from porelang.conformance.generate import RANGES, Dice, draw_graph
 from porelang.conformance.law import Failure, Finding, places, put
@@ -16,10 +20,11 @@ from porelang.conformance.sweep import Measurement, sweep
 from porelang.diagnostics import PoreError
 from porelang.elaborate.values import Vector
 from porelang.files import read_source
-from porelang.ir import Node, order
+from porelang.formula import Formula
+from porelang.ir import Node, Value, X, Y, Z, node, order
 from porelang.ops import TABLE
-from porelang.program import Program, try_compile
-from porelang.rewrites import Graph, run
+from porelang.program import Program
+from porelang.rewrites import flatten
 from porelang.settings import Setting
 
 PLACES = 200
@@ -62,9 +67,11 @@ def run_suite(
     programs: Sequence[Case] | None = None,
 ) -> Certificate:
     """Sweep the operations (all, if none are named), run the programs (all, if none are given), judge random graphs."""
-    measurements = [m for b in backends for m in sweep(b, operations, seed)]
+    chosen_operations = list(TABLE if operations is None else operations)
+    measurements = [m for b in backends for m in sweep(b, [n for n in chosen_operations if not reads_data(n)], seed)]
     chosen = cases() if programs is None else programs
     findings = [f for case in chosen for b in backends for f in check_case(case, b, PLACES, seed)]
+    findings += [f for n in chosen_operations if reads_data(n) for b in backends for f in check_lookup(n, b, seed)]
     appearances: Counter[str] = Counter(dict.fromkeys(TABLE, 0))
     for i, root in enumerate(random_graphs(graphs, seed)):
         appearances.update({n.op for n in order([root]) if n.op in TABLE})
@@ -88,10 +95,41 @@ def random_graphs(count: int, seed: int, size: int = 24) -> Iterator[Node]:
 
 def check_graph(where: str, root: Node, backend: Backend, points: int, seed: int) -> Finding:
     """A random graph (over the params of `generate.RANGES`) through all passes and before the law."""
-    flat = run(Graph({"part": root}, RANGES)).roots["part"]
     rng = np.random.default_rng(seed)
     params = {name: float(rng.uniform(lo, hi)) for name, (lo, hi) in RANGES.items()}
-    return put(where, flat, places(points, seed, 30.0), backend, params, RANGES)
+    formula = Formula.of(*flatten(root), **params).bound(samples.bindings())
+    return put(where, formula, places(points, seed, 30.0), backend, RANGES)
+
+
+def reads_data(operation: str) -> bool:
+    """Whether an operation reads data: it is judged on samples of them, not swept over numbers."""
+    return TABLE[operation].args[0] in ("grid", "segments")
+
+
+def check_lookup(operation: str, backend: Backend, seed: int, points: int = 4000) -> list[Finding]:
+    """An operation that reads data, with everything that can be asked of it, on samples: at nodes, between, outside."""
+    row = TABLE[operation]
+    asked: list[Value] = list(row.results) or [None]
+    if row.payload:
+        most = 1 if operation == "lookup" else 3
+        orders = [(0, 0, 0), *(o for k in range(1, most + 1) for o in ((k, 0, 0), (0, k, 0), (0, 0, k))), (1, 1, 0)]
+        asked = [(c, *o) for c in range(samples.grid().components) for o in orders]
+    at = np.concatenate([places(points, seed), hard_places()])
+    formulas = [
+        Formula((node(operation, samples.slot(row.args[0]), X, Y, Z, value=v),), samples.bindings()) for v in asked
+    ]
+    return [put(f"{operation} {f.root.value}", f, at, backend) for f in formulas]
+
+
+def hard_places() -> NDArray[np.float64]:
+    """Places on nodes and faces of the grid, at ends and axes of bars, and far away."""
+    grid, bars = samples.grid(), samples.bars()
+    index = np.stack(np.meshgrid(*(np.arange(n) for n in grid.shape), indexing="ij"), -1).reshape(-1, 3)
+    nodes = np.array(grid.origin) + index * np.array(grid.spacing)
+    halves = nodes + np.array(grid.spacing) * (index % 2) / 2
+    ends = np.concatenate([bars.starts, bars.ends, (bars.starts + bars.ends) / 2])
+    far = np.array([[1e4, 0.0, 0.0], [0.0, -3e4, 5.0], [1e5, 1e5, 1e5]])
+    return np.concatenate([nodes, halves, ends, far]).astype(np.float32).astype(np.float64)
 
 
 def check_case(case: Case, backend: Backend, points: int, seed: int) -> list[Finding]:
@@ -117,10 +155,11 @@ def _check_variant(
     case: Case, program: Program, variant: Variant, backend: Backend, points: int, seed: int
 ) -> Iterator[Finding]:
     settings: dict[str, Setting] = dict(variant.settings)
-    failed = {r.message for r in program.failed_checks(False, **settings)}
+    design = program.design(settings)
+    failed = {program.elaborated.checks[i].message for i in failed_checks(design, measure=False)}
     if failed != set(variant.fails):
         yield _wrong(case.path.name, backend, f"the checks {sorted(failed)} fail, not {sorted(variant.fails)}")
-    params, ranges = program.settle(**settings), program.graph.ranges
+    ranges = program.ranges
     roots = {name: program.roots(name) for name in program.outputs}
     for e in variant.expectations:
         where = f"{case.path.name}:{e.line}"
@@ -128,14 +167,15 @@ def _check_variant(
             yield _wrong(where, backend, f"the program has no output `{e.output}` of this kind")
             continue
         at = np.array([e.point])
-        got = float(backend.evaluate(roots[e.output][e.axis or 0], at, params, ranges)[0])
+        got = float(backend.evaluate(design.formula(roots[e.output][e.axis or 0]), at, ranges)[0])
         if e.holds(got, backend.precision.name):
             yield Finding(1, 1, 0.0, None)
         else:
             yield _wrong(where, backend, f"`{e.output}` at {e.point} is {got!r}, expected was {e.value!r}")
+    at = np.concatenate([np.array(case.places).reshape(-1, 3), places(points, seed)])
     for name, parts in roots.items():
         for root in parts:
-            yield put(f"{case.path.name} `{name}`", root, places(points, seed), backend, params, ranges)
+            yield put(f"{case.path.name} `{name}`", design.formula(root), at, backend, ranges)
 
 
 def _wrong(where: str, backend: Backend, text: str) -> Finding:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
-from porelang.elaborate import reductions
+from porelang.elaborate import tasks
 from porelang.elaborate.calls import Given, argument_places, call
+from porelang.elaborate.context import Context
 from porelang.elaborate.operators import apply
 from porelang.elaborate.values import (
     POISON,
@@ -26,19 +26,16 @@ from porelang.source import Span
 from porelang.syntax import tree
 from porelang.units import LENGTH
 
-if TYPE_CHECKING:
-    from porelang.elaborate.statements import Elaborator
-
 #: A list longer than this is a mistake, or the wrong tool.
 LONGEST = 100_000
 _NAMES = ("a", "b")
 
-Call = Callable[["Elaborator", tree.Call, list[Value]], Value]
+Call = Callable[[Context, tree.Call, list[Value]], Value]
 
 
 def _kernel(row: Op, name: str) -> Builtin:
-    def call_it(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
-        return apply(e, row, values, argument_places(site, len(values)), site.span, f"`{name}`")
+    def call_it(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+        return apply(ctx, row, values, argument_places(site, len(values)), site.span, f"`{name}`")
 
     count = len(row.args)
     signature = ("y", "x") if name == "atan2" else _NAMES[:count]
@@ -46,12 +43,12 @@ def _kernel(row: Op, name: str) -> Builtin:
 
 
 def _extreme(row: Op, name: str) -> Builtin:
-    def call_it(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
+    def call_it(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
         places = argument_places(site, len(values))
         if len(values) == 1:
             items = as_list(values[0])
             if not items:
-                return e.error(
+                return ctx.error(
                     "E061",
                     f"`{name}` of {describe(values[0])} has no meaning",
                     site.span,
@@ -63,7 +60,7 @@ def _extreme(row: Op, name: str) -> Builtin:
             paired: list[Value] = []
             spots: list[Span] = []
             for i in range(0, len(values) - 1, 2):
-                paired.append(apply(e, row, values[i : i + 2], places[i : i + 2], site.span, f"`{name}`"))
+                paired.append(apply(ctx, row, values[i : i + 2], places[i : i + 2], site.span, f"`{name}`"))
                 spots.append(places[i])
             if len(values) % 2:
                 paired.append(values[-1])
@@ -72,89 +69,89 @@ def _extreme(row: Op, name: str) -> Builtin:
         return (
             values[0]
             if isinstance(values[0], Scalar | Vector | Poison)
-            else apply(e, row, [values[0], values[0]], places * 2, site.span, f"`{name}`")
+            else apply(ctx, row, [values[0], values[0]], places * 2, site.span, f"`{name}`")
         )
 
     return Builtin(name, ("a", "b", "..."), call_it, 1, None, row.doc + " Takes any number of arguments, or a list.")
 
 
-def _grad(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
+def _grad(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
     (f,) = values
     if not isinstance(f, Scalar):
-        return e.error("E060", f"`grad` needs a field, not {describe(f)}", argument_places(site, 1)[0])
+        return ctx.error("E060", f"`grad` needs a field, not {describe(f)}", argument_places(site, 1)[0])
     dx, dy, dz = (node("d", f.node, value=i) for i in range(3))
     return Vector(dx, dy, dz, None if f.dimension is None else f.dimension / LENGTH)
 
 
-def _items(e: Elaborator, site: tree.Call, value: Value, index: int, name: str) -> tuple[Value, ...] | None:
+def _items(ctx: Context, site: tree.Call, value: Value, index: int, name: str) -> tuple[Value, ...] | None:
     items = as_list(value)
     if items is None:
-        e.error("E060", f"`{name}` needs a list, not {describe(value)}", argument_places(site, index + 1)[index])
+        ctx.error("E060", f"`{name}` needs a list, not {describe(value)}", argument_places(site, index + 1)[index])
     return items
 
 
-def _len(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
-    items = _items(e, site, values[0], 0, "len")
+def _len(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+    items = _items(ctx, site, values[0], 0, "len")
     return POISON if items is None else Scalar(const(float(len(items))))
 
 
-def _range(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
+def _range(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
     numbers: list[float] = []
     for v, place in zip(values, argument_places(site, len(values)), strict=True):
-        number = e.need_constant(v, place, "a bound of `range`")
+        number = ctx.need_constant(v, place, "a bound of `range`")
         if number is None:
             return POISON
         numbers.append(number)
     start, stop, step = (0.0, numbers[0], 1.0) if len(numbers) == 1 else (*numbers, 1.0)[:3]
     if step == 0:
-        return e.error("E061", "the step of `range` is 0", site.span, label="this range never ends")
+        return ctx.error("E061", "the step of `range` is 0", site.span, label="this range never ends")
     count = max(0.0, -((start - stop) // step))
     if count > LONGEST:
-        return e.error(
+        return ctx.error(
             "E071",
             f"a range of {count:,.0f} items is too long",
             site.span,
             label=f"at most {LONGEST:,}",
             hint="for something that repeats in space use `repeat`",
         )
-    e.spend(int(count), site.span)
+    ctx.spend(int(count), site.span)
     return ListValue(tuple(Scalar(const(start + i * step)) for i in range(int(count))))
 
 
-def _map(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
-    items = _items(e, site, values[0], 0, "map")
+def _map(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+    items = _items(ctx, site, values[0], 0, "map")
     if items is None:
         return POISON
-    return ListValue(tuple(call(e, values[1], [Given(None, i, site.span)], site) for i in items))
+    return ListValue(tuple(call(ctx, values[1], [Given(None, i, site.span)], site) for i in items))
 
 
-def _reduce(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
-    items = _items(e, site, values[0], 0, "reduce")
+def _reduce(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+    items = _items(ctx, site, values[0], 0, "reduce")
     if items is None:
         return POISON
     if not items:
-        return e.error("E061", "an empty list cannot be reduced", site.span, label="nothing to combine")
+        return ctx.error("E061", "an empty list cannot be reduced", site.span, label="nothing to combine")
     layer = list(items)
     out = layer[0]
     for item in layer[1:]:
-        out = call(e, values[1], [Given(None, out, site.span), Given(None, item, site.span)], site)
+        out = call(ctx, values[1], [Given(None, out, site.span), Given(None, item, site.span)], site)
     return out
 
 
-def _concat(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
+def _concat(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
     joined: list[Value] = []
     for i, v in enumerate(values):
-        items = _items(e, site, v, i, "concat")
+        items = _items(ctx, site, v, i, "concat")
         if items is None:
             return POISON
-        e.spend(len(items), site.span)
+        ctx.spend(len(items), site.span)
         joined.extend(items)
     return ListValue(tuple(joined))
 
 
-def _vector(e: Elaborator, site: tree.Call, values: list[Value]) -> Value:
+def _vector(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
     made = as_vector(values[0])
-    return made or e.error("E060", f"{describe(values[0])} is not three numbers", site.span)
+    return made or ctx.error("E060", f"{describe(values[0])} is not three numbers", site.span)
 
 
 _LISTS = (
@@ -178,5 +175,5 @@ def builtins() -> dict[str, Value]:
     }
     for name, row in CALLABLE.items():
         names[name] = _extreme(row, name) if name in ("min", "max") else _kernel(row, name)
-    names |= {b.name: b for b in (*_LISTS, *reductions.BUILTINS)}
+    names |= {b.name: b for b in (*_LISTS, *tasks.BUILTINS)}
     return names

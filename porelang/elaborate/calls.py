@@ -5,12 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from porelang.diagnostics import Edit, Label, suggest
 from porelang.elaborate import operators
+from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import KINDS, Kind
 from porelang.elaborate.values import (
+    ABSENT,
     POISON,
     Bool,
     Builtin,
@@ -22,15 +23,12 @@ from porelang.elaborate.values import (
     Value,
     Vector,
     describe,
-    key,
     map_nodes,
+    memo_key,
 )
 from porelang.ir import Node, Stage, node
 from porelang.source import Span
 from porelang.syntax import tree
-
-if TYPE_CHECKING:
-    from porelang.elaborate.statements import Elaborator
 
 DEEPEST = 150
 
@@ -44,18 +42,18 @@ class Given:
     span: Span
 
 
-def call(e: Elaborator, function: Value, arguments: Sequence[Given], site: tree.Call) -> Value:
+def call(ctx: Context, function: Value, arguments: Sequence[Given], site: tree.Call) -> Value:
     """The value of a call."""
     match function:
         case Function():
-            return _call_function(e, function, arguments, site)
+            return _call_function(ctx, function, arguments, site)
         case Builtin():
-            return _call_builtin(e, function, arguments, site)
+            return _call_builtin(ctx, function, arguments, site)
         case Choice():
-            return _call_choice(e, function, arguments, site)
+            return _call_choice(ctx, function, arguments, site)
         case Poison():
             return POISON
-    return e.error(
+    return ctx.error(
         "E061",
         f"{describe(function)} cannot be called",
         site.function.span,
@@ -70,7 +68,7 @@ def argument_places(site: tree.Call, count: int) -> list[Span]:
     return [site.span] * max(0, count - len(spans)) + spans[:count]
 
 
-def _call_builtin(e: Elaborator, function: Builtin, arguments: Sequence[Given], site: tree.Call) -> Value:
+def _call_builtin(ctx: Context, function: Builtin, arguments: Sequence[Given], site: tree.Call) -> Value:
     values: list[Value] = []
     slots: dict[str, Given] = {}
     for a in arguments:
@@ -78,17 +76,19 @@ def _call_builtin(e: Elaborator, function: Builtin, arguments: Sequence[Given], 
             values.append(a.value)
             continue
         if a.name not in function.signature or function.most is None:
-            return _no_such_parameter(e, function.name, a, function.signature)
+            return _no_such_parameter(ctx, function.name, a, function.signature)
         if a.name in slots or function.signature.index(a.name) < len(values):
-            return e.error("E042", f"`{a.name}` of `{function.name}` is given twice", a.span, label="given again here")
+            return ctx.error(
+                "E042", f"`{a.name}` of `{function.name}` is given twice", a.span, label="given again here"
+            )
         slots[a.name] = a
-    for name in function.signature[len(values) :]:
-        if name not in slots:
+    for i, name in enumerate(function.signature[len(values) :], len(values)):
+        if name not in slots and not (slots and i >= function.least):
             break
-        values.append(slots.pop(name).value)
+        values.append(slots.pop(name).value if name in slots else ABSENT)
     if len(values) < function.least or slots:
         missing = function.signature[min(len(values), len(function.signature) - 1)]
-        return e.error(
+        return ctx.error(
             "E043",
             f"`{function.name}` needs `{missing}`",
             site.span,
@@ -96,41 +96,43 @@ def _call_builtin(e: Elaborator, function: Builtin, arguments: Sequence[Given], 
             hint=f"it is called as `{function.name}({', '.join(function.signature)})`",
         )
     if function.most is not None and len(values) > function.most:
-        return _too_many(e, function.name, function.signature, arguments[function.most].span, None)
-    if any(isinstance(v, Poison) for v in values):
+        return _too_many(ctx, function.name, function.signature, arguments[function.most].span, None)
+    if any(isinstance(v, Poison) and v is not ABSENT for v in values):
         return POISON
-    return function.call(e, site, values)
+    if function.optional:
+        values += [ABSENT] * (len(function.signature) - len(values))
+    return function.call(ctx, site, values)
 
 
-def _call_choice(e: Elaborator, choice: Choice, arguments: Sequence[Given], site: tree.Call) -> Value:
-    results = [call(e, option, arguments, site) for option in choice.options]
+def _call_choice(ctx: Context, choice: Choice, arguments: Sequence[Given], site: tree.Call) -> Value:
+    results = [call(ctx, option, arguments, site) for option in choice.options]
     out = results[-1]
     for i in range(len(results) - 2, -1, -1):
         condition = node("eq", choice.index, node("const", value=float(i)))
-        out = operators.either(e, condition, results[i], out, site.span)
+        out = operators.select(ctx, condition, results[i], out, site.span)
     return out
 
 
-def _call_function(e: Elaborator, function: Function, arguments: Sequence[Given], site: tree.Call) -> Value:
-    given = _match(e, function, arguments, site)
+def _call_function(ctx: Context, function: Function, arguments: Sequence[Given], site: tree.Call) -> Value:
+    given = _match(ctx, function, arguments, site)
     if given is None:
         return POISON
-    if len(e.frames) >= DEEPEST:
-        return e.error(
+    if len(ctx.call_stack) >= DEEPEST:
+        return ctx.error(
             "E072",
             f"calls are nested more than {DEEPEST} deep at `{function.name}`",
             site.span,
             label="a function that is handed to itself never ends",
             hint="there is no recursion",
         )
-    e.frames.append((function.name, site.span))
+    ctx.call_stack.append((function.name, site.span))
     try:
-        return _evaluate(e, function, given, site)
+        return _evaluate_body(ctx, function, given, site)
     finally:
-        e.frames.pop()
+        ctx.call_stack.pop()
 
 
-def _evaluate(e: Elaborator, function: Function, given: dict[str, Given], site: tree.Call) -> Value:
+def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], site: tree.Call) -> Value:
     bound: dict[str, Value] = {}
     scope = Scope(bound, function.scope)
     kinds: dict[str, Kind] = {}
@@ -139,46 +141,48 @@ def _evaluate(e: Elaborator, function: Function, given: dict[str, Given], site: 
         if p.name in given:
             value = given[p.name].value
         elif p.default is not None:
-            value = e.expr(p.default, scope)
+            value = ctx.evaluate(p.default, scope)
         else:
             continue  # the other one of a pair `w or phase` is given
         if p.kinds and not isinstance(value, Poison):
             place = given[p.name].span if p.name in given else site.span
-            fitted = _fit(e, function, p, value, place)
-            if fitted is None:
+            coerced = _coerce(ctx, function, p, value, place)
+            if coerced is None:
                 value, sound = POISON, False
             else:
-                kinds[p.name], value = fitted
+                kinds[p.name], value = coerced
         bound[p.name] = value
         sound = sound and not isinstance(value, Poison)
     if not sound and not any(isinstance(v, Poison) for v in bound.values()):
         return POISON
-    e.record(function.name, bound, site.span)
-    memo = (function, *(key(v) for v in bound.values()))
-    known = e.memo.get(memo)
+    ctx.record(function, bound, site.span)
+    memo = (function, *(memo_key(v) for v in bound.values()))
+    known = ctx.memo.get(memo)
     if known is not None:
         return known
-    ensured = _contracts(e, function, bound, scope, kinds, given, site) if sound else []
+    ensured = _contracts(ctx, function, bound, scope, kinds, given, site) if sound else []
     if ensured is None:  # what the body would say about values it does not take is of no use
-        e.memo[memo] = POISON
+        ctx.memo[memo] = POISON
         return POISON
-    result = e.expr(function.body, scope)
+    result = ctx.evaluate(function.body, scope)
     for which, condition in ensured:
         result = map_nodes(result, lambda n, c=condition, k=which: node("ensure", n, c, value=k))  # type: ignore[misc]  # a default binds now
-    e.memo[memo] = result
+    ctx.memo[memo] = result
     return result
 
 
-def _fit(e: Elaborator, function: Function, p: tree.Parameter, value: Value, place: Span) -> tuple[Kind, Value] | None:
+def _coerce(
+    ctx: Context, function: Function, p: tree.Parameter, value: Value, place: Span
+) -> tuple[Kind, Value] | None:
     """The value as the first declared kind that it fits."""
     declared = [KINDS[k.name] for k in p.kinds if k.name in KINDS] or [KINDS["any"]]
     for kind in declared:
-        accepted = kind.accept(value)
-        if accepted is None:
+        coerced = kind.coerce(value)
+        if coerced is None:
             continue
-        if kind.constant and isinstance(accepted, Scalar) and accepted.node.stage is not Stage.CONST:
-            what = "varies in space" if accepted.node.stage is Stage.FIELD else "depends on a param"
-            e.error(
+        if kind.constant and isinstance(coerced, Scalar) and coerced.node.stage is not Stage.CONST:
+            what = "varies in space" if coerced.node.stage is Stage.FIELD else "depends on a param"
+            ctx.error(
                 "E063",
                 f"`{p.name}` of `{function.name}` must be known when the program is compiled",
                 place,
@@ -186,14 +190,14 @@ def _fit(e: Elaborator, function: Function, p: tree.Parameter, value: Value, pla
                 hint="write the number itself, or bind it with `let`",
             )
             return None
-        return kind, accepted
+        return kind, coerced
     wanted = " or ".join(k.words for k in declared) or "something else"
     code = "E062" if isinstance(value, Scalar | Vector) and value.dimension is not None else "E060"
     others = (Label(p.span, "declared here"),)
     hint = f"divide it by a length: `{place.text} / 10mm`" if declared[0].name == "rate" else ""
     if isinstance(value, Function):
         hint = f"`{value.name}` is a function; call it first: `{value.name}(...)`"
-    e.error(
+    ctx.error(
         code,
         f"`{p.name}` of `{function.name}` must be {wanted}, not {describe(value)}",
         place,
@@ -205,7 +209,7 @@ def _fit(e: Elaborator, function: Function, p: tree.Parameter, value: Value, pla
 
 
 def _contracts(
-    e: Elaborator,
+    ctx: Context,
     function: Function,
     bound: dict[str, Value],
     scope: Scope,
@@ -221,32 +225,32 @@ def _contracts(
             conditions.extend((c, text.format(p.name), p.name, p) for c, text in kind.holds(bound[p.name]))
         if p.where is None or p.name not in bound:
             continue
-        condition = e.expr(p.where, scope)
+        condition = ctx.evaluate(p.where, scope)
         if isinstance(condition, Bool):
             conditions.append((condition.node, p.where.span.text, p.name, p))
         elif not isinstance(condition, Poison):
-            e.error("E060", f"a contract is a condition, not {describe(condition)}", p.where.span)
+            ctx.error("E060", f"a contract is a condition, not {describe(condition)}", p.where.span)
     ensured: list[tuple[int, Node]] = []
     for condition_node, text, name, p in conditions:
         place = given[name].span if name in given else site.span
         others = () if p.span.source.prelude else (Label(p.span, "declared here"),)
         message = f"`{function.name}` needs `{text}`"
         if condition_node.stage is Stage.CONST:
-            if e.constant(condition_node):
+            if ctx.constant(condition_node):
                 continue
             value = bound[name]
-            now = e.constant(value.node) if isinstance(value, Scalar) else None
+            now = ctx.constant(value.node) if isinstance(value, Scalar) else None
             label = f"`{name}` is {now:g} here" if isinstance(now, float) else "this breaks it"
-            e.error("E064", message, place, label=label, others=others)
+            ctx.error("E064", message, place, label=label, others=others)
             return None
         if condition_node.stage is Stage.UNIFORM:
-            e.require(condition_node, message, place, others)
+            ctx.require(condition_node, message, place, others)
         else:
-            ensured.append((e.contract(message, place, others), condition_node))
+            ensured.append((ctx.contract(message, place, others), condition_node))
     return ensured
 
 
-def _match(e: Elaborator, function: Function, arguments: Sequence[Given], site: tree.Call) -> dict[str, Given] | None:
+def _match(ctx: Context, function: Function, arguments: Sequence[Given], site: tree.Call) -> dict[str, Given] | None:
     """Arguments by parameter name; None (after a diagnostic) where they do not fit."""
     names = [p.name for p in function.parameters]
     if len(set(names)) < len(names):  # said where it is defined
@@ -256,17 +260,17 @@ def _match(e: Elaborator, function: Function, arguments: Sequence[Given], site: 
     for a in arguments:
         if a.name is None:
             if position >= len(names):
-                _too_many(e, function.name, names, a.span, function.definition)
+                _too_many(ctx, function.name, names, a.span, function.definition)
                 return None
             name = names[position]
             position += 1
         else:
             name = a.name
             if name not in names:
-                _no_such_parameter(e, function.name, a, names)
+                _no_such_parameter(ctx, function.name, a, names)
                 return None
         if name in given:
-            e.error(
+            ctx.error(
                 "E042",
                 f"`{name}` of `{function.name}` is given twice",
                 a.span,
@@ -279,7 +283,7 @@ def _match(e: Elaborator, function: Function, arguments: Sequence[Given], site: 
         if p.alternative is not None:
             other = function.parameters[i + 1]
             if p.name in given and other.name in given:
-                e.error(
+                ctx.error(
                     "E045",
                     f"`{function.name}` takes `{p.name}` or `{other.name}`, not both",
                     given[other.name].span,
@@ -288,18 +292,18 @@ def _match(e: Elaborator, function: Function, arguments: Sequence[Given], site: 
                 )
                 return None
             if p.name not in given and other.name not in given:
-                _missing(e, function, f"`{p.name}` (or `{other.name}`)", site)
+                _missing(ctx, function, f"`{p.name}` (or `{other.name}`)", site)
                 return None
         elif p.default is None and p.name not in given:
-            _missing(e, function, f"`{p.name}`", site)
+            _missing(ctx, function, f"`{p.name}`", site)
             return None
     return given
 
 
-def _missing(e: Elaborator, function: Function, what: str, site: tree.Call) -> None:
+def _missing(ctx: Context, function: Function, what: str, site: tree.Call) -> None:
     definition = function.definition
     others = _defined(definition)
-    e.error(
+    ctx.error(
         "E043",
         f"`{function.name}` needs {what}",
         site.span,
@@ -321,10 +325,10 @@ def signature(function: Function) -> str:
     return f"{function.name}({', '.join(parts)})"
 
 
-def _too_many(e: Elaborator, name: str, names: Sequence[str], span: Span, definition: tree.Def | None) -> Value:
+def _too_many(ctx: Context, name: str, names: Sequence[str], span: Span, definition: tree.Def | None) -> Value:
     others = _defined(definition)
     count = len(names)
-    return e.error(
+    return ctx.error(
         "E040",
         f"`{name}` takes {count} argument{'' if count == 1 else 's'}",
         span,
@@ -341,10 +345,10 @@ def _defined(definition: tree.Def | None) -> tuple[Label, ...]:
     return (Label(definition.name_span, "defined here"),)
 
 
-def _no_such_parameter(e: Elaborator, name: str, a: Given, names: Sequence[str]) -> Value:
+def _no_such_parameter(ctx: Context, name: str, a: Given, names: Sequence[str]) -> Value:
     near = suggest(a.name or "", names)
     spot = Span(a.span.source, a.span.start, a.span.start + len(a.name or ""))
-    return e.error(
+    return ctx.error(
         "E041",
         f"`{name}` has no parameter `{a.name}`",
         spot,

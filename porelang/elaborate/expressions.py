@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from porelang.diagnostics import Edit, Label, suggest
 from porelang.elaborate import operators
 from porelang.elaborate.calls import Given, call
+from porelang.elaborate.context import Context
+from porelang.elaborate.kinds import check_kinds
 from porelang.elaborate.values import (
     POISON,
     Bool,
@@ -29,95 +29,90 @@ from porelang.source import Span
 from porelang.syntax import tree
 from porelang.units import UNITS, Dimension
 
-if TYPE_CHECKING:
-    from porelang.elaborate.statements import Elaborator
 
-
-def evaluate(e: Elaborator, t: tree.Expr, scope: Scope) -> Value:
+def evaluate(ctx: Context, t: tree.Expr, scope: Scope) -> Value:
     """The value of an expression; what is wrong with it has been said."""
     match t:
         case tree.Name():
-            return _name(e, t, scope)
+            return _name(ctx, t, scope)
         case tree.Number():
-            return _number(e, t)
+            return _number(ctx, t)
         case tree.Call():
-            return _call(e, t, scope, ())
+            return _call(ctx, t, scope, ())
         case tree.Chain():
-            return _chain(e, t, scope)
+            return _chain(ctx, t, scope)
         case tree.Unary():
-            return operators.unary(e, t.op, e.expr(t.operand, scope), t.span, t.operand.span)
-        case tree.ListOf():
-            return _list(e, t, scope)
+            return operators.unary(ctx, t.op, ctx.evaluate(t.operand, scope), t.span, t.operand.span)
+        case tree.List():
+            return _list(ctx, t, scope)
         case tree.Member():
-            return _member(e, t, scope)
+            return _member(ctx, t, scope)
         case tree.Index():
-            return _index(e, t, scope)
+            return _index(ctx, t, scope)
         case tree.If():
-            return _if(e, t, scope)
+            return _if(ctx, t, scope)
         case tree.Block():
-            return _block(e, t, scope)
+            return _block(ctx, t, scope)
         case tree.Lambda():
             parameters = tuple(tree.Parameter(p.span, p.name, p.span, (), None, None, None) for p in t.parameters)
             return Function("lambda", parameters, t.body, scope)
         case tree.Comprehension():
             items: list[Value] = []
-            sound = _comprehend(e, t, 0, scope, items)
+            sound = _comprehend(ctx, t, 0, scope, items)
             return ListValue(tuple(items)) if sound else POISON
         case tree.Text():
             return Text(t.value)
-        case tree.Truth():
+        case tree.Boolean():
             return Bool(const(t.value))
 
 
-def _name(e: Elaborator, t: tree.Name, scope: Scope) -> Value:
+def _name(ctx: Context, t: tree.Name, scope: Scope) -> Value:
     value = scope.find(t.name)
     if value is None:  # said by the walk over names, or the unused one of a pair of parameters
-        if e.frames and not e.out.diagnostics:
-            return e.error("E043", f"`{t.name}` is not given here", t.span)
+        if ctx.call_stack and not ctx.found.diagnostics:
+            return ctx.error("E043", f"`{t.name}` is not given here", t.span)
         return POISON
-    if isinstance(value, Function) and value.definition is not None:
-        e.called.add(value.definition)
-    return value
+    return ctx.refer(value)
 
 
-def _number(e: Elaborator, t: tree.Number) -> Value:
+def _number(ctx: Context, t: tree.Number) -> Value:
     if not t.unit:
         return Scalar(const(t.value), None, True)
     unit = UNITS[t.unit]
     return Scalar(const(t.value * unit.scale), unit.dimension)
 
 
-def _call(e: Elaborator, t: tree.Call, scope: Scope, piped: tuple[Given, ...]) -> Value:
-    function = e.expr(t.function, scope)
-    given = [*piped, *(Given(a.name, e.expr(a.value, scope), a.span) for a in t.arguments)]
-    return call(e, function, given, t)
+def _call(ctx: Context, t: tree.Call, scope: Scope, piped: tuple[Given, ...]) -> Value:
+    function = ctx.evaluate(t.function, scope)
+    given = [*piped, *(Given(a.name, ctx.evaluate(a.value, scope), a.span) for a in t.arguments)]
+    return call(ctx, function, given, t)
 
 
-def _chain(e: Elaborator, t: tree.Chain, scope: Scope) -> Value:
-    value, span = e.expr(t.first, scope), t.first.span
+def _chain(ctx: Context, t: tree.Chain, scope: Scope) -> Value:
+    value, span = ctx.evaluate(t.first, scope), t.first.span
     for (op, right), op_span in zip(t.rest, t.op_spans, strict=True):
         if op == "|>":
-            value = _pipe(e, value, span, right, scope)
+            value = _pipe(ctx, value, span, right, scope)
         elif op == "..":
-            value = _range(e, value, span, e.expr(right, scope), right.span)
+            value = _range(ctx, value, span, ctx.evaluate(right, scope), right.span)
         elif op == "@":
-            value = _at(e, value, span, e.expr(right, scope), right.span)
+            value = _at(ctx, value, span, ctx.evaluate(right, scope), right.span)
         else:
-            value = operators.binary(e, op, value, e.expr(right, scope), (span, op_span, right.span))
+            value = operators.binary(ctx, op, value, ctx.evaluate(right, scope), (span, op_span, right.span))
         span = span.to(right.span)
     return value
 
 
-def _range(e: Elaborator, low: Value, low_span: Span, high: Value, high_span: Span) -> Value:
+def _range(ctx: Context, low: Value, low_span: Span, high: Value, high_span: Span) -> Value:
     for end, at in ((low, low_span), (high, high_span)):
         if isinstance(end, Poison):
             return POISON
         if not isinstance(end, Scalar):
-            return e.error("E060", f"an end of a range is a number, not {describe(end)}", at)
+            return ctx.error("E060", f"an end of a range is a number, not {describe(end)}", at)
     assert isinstance(low, Scalar)
     assert isinstance(high, Scalar)
     if None not in (low.dimension, high.dimension) and low.dimension != high.dimension:
-        return e.error(
+        return ctx.error(
             "E062",
             f"a range from {low.dimension} to {high.dimension}",
             low_span,
@@ -127,19 +122,19 @@ def _range(e: Elaborator, low: Value, low_span: Span, high: Value, high_span: Sp
     return Range(low, high)
 
 
-def _pipe(e: Elaborator, value: Value, span: Span, right: tree.Expr, scope: Scope) -> Value:
+def _pipe(ctx: Context, value: Value, span: Span, right: tree.Expr, scope: Scope) -> Value:
     piped = (Given(None, value, span),)
     if isinstance(right, tree.Call):
-        return _call(e, right, scope, piped)
-    return call(e, e.expr(right, scope), piped, tree.Call(right.span, right, ()))
+        return _call(ctx, right, scope, piped)
+    return call(ctx, ctx.evaluate(right, scope), piped, tree.Call(right.span, right, ()))
 
 
-def _at(e: Elaborator, value: Value, span: Span, point: Value, at: Span) -> Value:
+def _at(ctx: Context, value: Value, span: Span, point: Value, at: Span) -> Value:
     if isinstance(value, Poison) or isinstance(point, Poison):
         return POISON
     q = as_vector(point)
     if q is None:
-        return e.error(
+        return ctx.error(
             "E060",
             f"`@` needs a point, not {describe(point)}",
             at,
@@ -147,12 +142,12 @@ def _at(e: Elaborator, value: Value, span: Span, point: Value, at: Span) -> Valu
             hint="a point is a vector: `f @ [x + 5, y, z]`",
         )
     if not isinstance(value, Scalar | Vector | Bool):
-        return e.error(
+        return ctx.error(
             "E060",
             f"`@` evaluates a field, not {describe(value)}",
             span,
             label=f"this is {describe(value)}",
-            hint=operators._call_it(value),
+            hint=operators.how_to_call(value),
         )
 
     def moved(n: Node) -> Node:
@@ -166,16 +161,16 @@ def _at(e: Elaborator, value: Value, span: Span, point: Value, at: Span) -> Valu
     return Vector(moved(value.x), moved(value.y), moved(value.z), value.dimension)
 
 
-def _list(e: Elaborator, t: tree.ListOf, scope: Scope) -> Value:
-    items = [e.expr(i, scope) for i in t.items]
+def _list(ctx: Context, t: tree.List, scope: Scope) -> Value:
+    items = [ctx.evaluate(i, scope) for i in t.items]
     if any(isinstance(i, Poison) for i in items):
         return POISON
     if len(items) == 3 and all(isinstance(i, Scalar) for i in items):
-        return _vector(e, items, [i.span for i in t.items])
+        return _vector(ctx, items, [i.span for i in t.items])
     return ListValue(tuple(items))
 
 
-def _vector(e: Elaborator, items: list[Value], spans: list[Span]) -> Value:
+def _vector(ctx: Context, items: list[Value], spans: list[Span]) -> Value:
     known: dict[int, Dimension] = {}
     for i, item in enumerate(items):
         assert isinstance(item, Scalar)
@@ -184,7 +179,7 @@ def _vector(e: Elaborator, items: list[Value], spans: list[Span]) -> Value:
     first = next(iter(known), None)
     for i, d in known.items():
         if first is not None and d != known[first]:
-            return e.error(
+            return ctx.error(
                 "E062",
                 f"a vector of {known[first]} and {d}",
                 spans[first],
@@ -195,8 +190,8 @@ def _vector(e: Elaborator, items: list[Value], spans: list[Span]) -> Value:
     return Vector(nodes[0], nodes[1], nodes[2], None if first is None else known[first])
 
 
-def _member(e: Elaborator, t: tree.Member, scope: Scope) -> Value:
-    target = e.expr(t.target, scope)
+def _member(ctx: Context, t: tree.Member, scope: Scope) -> Value:
+    target = ctx.evaluate(t.target, scope)
     if isinstance(target, Poison):
         return POISON
     if (vector := as_vector(target)) is not None and t.name in ("x", "y", "z"):
@@ -204,11 +199,9 @@ def _member(e: Elaborator, t: tree.Member, scope: Scope) -> Value:
     if isinstance(target, Record):
         value = target.members.get(t.name)
         if value is not None:
-            if isinstance(value, Function) and value.definition is not None:
-                e.called.add(value.definition)
-            return value
+            return ctx.refer(value)
         near = suggest(t.name, target.members)
-        return e.error(
+        return ctx.error(
             "E036",
             f"`{target.name}` has no `{t.name}`",
             t.name_span,
@@ -217,22 +210,22 @@ def _member(e: Elaborator, t: tree.Member, scope: Scope) -> Value:
             edit=Edit(t.name_span, near) if near else None,
         )
     hint = "a vector has the members x, y and z"
-    return e.error("E036", f"{describe(target)} has no `{t.name}`", t.name_span, label="no such member", hint=hint)
+    return ctx.error("E036", f"{describe(target)} has no `{t.name}`", t.name_span, label="no such member", hint=hint)
 
 
-def _index(e: Elaborator, t: tree.Index, scope: Scope) -> Value:
-    target, index = e.expr(t.target, scope), e.expr(t.index, scope)
+def _index(ctx: Context, t: tree.Index, scope: Scope) -> Value:
+    target, index = ctx.evaluate(t.target, scope), ctx.evaluate(t.index, scope)
     if isinstance(target, Poison):
         return POISON
     items = as_list(target)
     if items is None:
-        return e.error("E060", f"{describe(target)} has no items", t.target.span, label="this is no list")
-    number = e.need_constant(index, t.index.span, "an index")
+        return ctx.error("E060", f"{describe(target)} has no items", t.target.span, label="this is no list")
+    number = ctx.need_constant(index, t.index.span, "an index")
     if number is None:
         return POISON
     if number != int(number) or not 0 <= number < len(items):
         last = f"0 to {len(items) - 1}" if items else "none"
-        return e.error(
+        return ctx.error(
             "E065",
             f"there is no item {number:g} in {describe(target)}",
             t.index.span,
@@ -242,15 +235,15 @@ def _index(e: Elaborator, t: tree.Index, scope: Scope) -> Value:
     return items[int(number)]
 
 
-def _if(e: Elaborator, t: tree.If, scope: Scope) -> Value:
-    out = e.expr(t.otherwise, scope)
+def _if(ctx: Context, t: tree.If, scope: Scope) -> Value:
+    out = ctx.evaluate(t.otherwise, scope)
     for condition, then in reversed(t.branches):
-        test, value = e.expr(condition, scope), e.expr(then, scope)
+        test, value = ctx.evaluate(condition, scope), ctx.evaluate(then, scope)
         if isinstance(test, Poison):
             out = POISON
             continue
         if not isinstance(test, Bool):
-            out = e.error(
+            out = ctx.error(
                 "E060",
                 f"`if` needs a condition, not {describe(test)}",
                 condition.span,
@@ -258,30 +251,30 @@ def _if(e: Elaborator, t: tree.If, scope: Scope) -> Value:
                 hint="compare it with something: `if a > 0`",
             )
             continue
-        out = operators.either(e, test.node, value, out, t.span)
+        out = operators.select(ctx, test.node, value, out, t.span)
     return out
 
 
-def _block(e: Elaborator, t: tree.Block, scope: Scope) -> Value:
+def _block(ctx: Context, t: tree.Block, scope: Scope) -> Value:
     for b in t.bindings:
         names: dict[str, Value] = {}
         inner = Scope(names, scope)
         if isinstance(b, tree.Let):
-            names[b.name] = e.expr(b.value, scope)
+            names[b.name] = ctx.evaluate(b.value, scope)
         else:
-            e.declared_kinds(b)
+            check_kinds(ctx, b)
             names[b.name] = Function(b.name, b.parameters, b.body, scope, b)
         scope = inner
-    return e.expr(t.value, scope)
+    return ctx.evaluate(t.value, scope)
 
 
-def _comprehend(e: Elaborator, t: tree.Comprehension, depth: int, scope: Scope, into: list[Value]) -> bool:
+def _comprehend(ctx: Context, t: tree.Comprehension, depth: int, scope: Scope, into: list[Value]) -> bool:
     """Collect the values of a comprehension; False if one of them is poison."""
     if depth == len(t.clauses):
-        into.append(e.expr(t.value, scope))
+        into.append(ctx.evaluate(t.value, scope))
         return not isinstance(into[-1], Poison)
     name, source = t.clauses[depth]
-    value = e.expr(source, scope)
+    value = ctx.evaluate(source, scope)
     if isinstance(value, Poison):
         return False
     items = as_list(value)
@@ -289,9 +282,9 @@ def _comprehend(e: Elaborator, t: tree.Comprehension, depth: int, scope: Scope, 
         hint = (
             f"count with `range`: `for {name.name} in range({source.span.text})`" if isinstance(value, Scalar) else ""
         )
-        e.error("E060", f"`for` needs a list, not {describe(value)}", source.span, label="this is no list", hint=hint)
+        ctx.error("E060", f"`for` needs a list, not {describe(value)}", source.span, label="this is no list", hint=hint)
         return False
     sound = True
     for item in items:
-        sound &= _comprehend(e, t, depth + 1, Scope({name.name: item}, scope), into)
+        sound &= _comprehend(ctx, t, depth + 1, Scope({name.name: item}, scope), into)
     return sound

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from porelang import units
+from porelang.diagnostics import Edit, Label, suggest
+from porelang.elaborate.context import Context
 from porelang.elaborate.values import (
     Bool,
     Builtin,
@@ -20,6 +22,8 @@ from porelang.elaborate.values import (
     as_vector,
 )
 from porelang.ir import ZERO, Node, node
+from porelang.source import Span
+from porelang.syntax import tree
 from porelang.units import Dimension
 
 
@@ -27,53 +31,53 @@ from porelang.units import Dimension
 class Kind:
     """A declared kind: how it is called in a message, what fits it, and what else must hold.
 
-    `accept` returns the value as that kind, or None. `holds` gives conditions that must be true of it.
+    `coerce` returns the value as that kind, or None. `holds` gives conditions that must be true of it.
     """
 
     name: str
     words: str
     doc: str
-    accept: Callable[[Value], Value | None]
+    coerce: Callable[[Value], Value | None]
     holds: Callable[[Value], Sequence[tuple[Node, str]]] | None = None
     constant: bool = False
 
 
 def _number(*dimensions: Dimension) -> Callable[[Value], Value | None]:
-    def accept(value: Value) -> Value | None:
+    def coerce(value: Value) -> Value | None:
         if not isinstance(value, Scalar):
             return None
         if not dimensions or value.dimension is None:
             return Scalar(value.node, value.dimension or (dimensions[0] if dimensions else None))
         return value if value.dimension in dimensions else None
 
-    return accept
+    return coerce
 
 
 def _bare(*dimensions: Dimension) -> Callable[[Value], Value | None]:
     """A number of one of these dimensions that counts as bare inside."""
 
-    def accept(value: Value) -> Value | None:
+    def coerce(value: Value) -> Value | None:
         if isinstance(value, Scalar) and (value.dimension is None or value.dimension in dimensions):
             return Scalar(value.node)
         return None
 
-    return accept
+    return coerce
 
 
 def _vector(*dimensions: Dimension) -> Callable[[Value], Value | None]:
-    def accept(value: Value) -> Value | None:
+    def coerce(value: Value) -> Value | None:
         vector = as_vector(value)
         if vector is None or not dimensions:
             return vector
         return vector if vector.dimension is None or vector.dimension in dimensions else None
 
-    return accept
+    return coerce
 
 
 def _period(value: Value) -> Value | None:
-    accepted = _bare(units.LENGTH)(value)
-    if accepted is not None:
-        return accepted
+    coerced = _bare(units.LENGTH)(value)
+    if coerced is not None:
+        return coerced
     vector = _vector(units.LENGTH)(value)
     return Vector(*vector.nodes) if isinstance(vector, Vector) else None
 
@@ -126,3 +130,30 @@ KINDS = {
         Kind("function", "a function", "a def, a lambda or a lattice", _one_of(Function, Builtin, Choice)),
     )
 }  # fmt: skip
+
+
+def check_kinds(ctx: Context, definition: tree.Def) -> None:
+    """Report parameters of a def that are bound twice, and declared kinds that do not exist."""
+    first: dict[str, Span] = {}
+    for p in definition.parameters:
+        if p.name in first:
+            ctx.error(
+                "E031",
+                f"the parameter `{p.name}` is bound twice",
+                p.name_span,
+                label="bound again here",
+                others=(Label(first[p.name], "first bound here"),),
+                hint="give one of them another name",
+            )
+        first.setdefault(p.name, p.name_span)
+        for k in p.kinds:
+            if k.name not in KINDS:
+                near = suggest(k.name, KINDS)
+                ctx.error(
+                    "E034",
+                    f"there is no kind `{k.name}`",
+                    k.span,
+                    label="not a kind of value",
+                    hint=f"did you mean `{near}`?" if near else f"the kinds are {', '.join(KINDS)}",
+                    edit=Edit(k.span, near) if near else None,
+                )

@@ -1,7 +1,7 @@
 """Names: what each statement refers to, found before anything is evaluated.
 
 One walk reports unknown names and second bindings, and yields the order in which the definitions of a file can be
-evaluated (they may stand in any order) or the ring in which they refer to each other.
+evaluated (they may stand in any order) or the cycle in which they refer to each other.
 """
 
 from __future__ import annotations
@@ -14,29 +14,29 @@ from porelang.source import Span
 from porelang.syntax import tree
 
 COORDINATES = ("x", "y", "z", "p")
-Bound = tree.Param | tree.Let | tree.Def | tree.Use | tree.Out
+Binding = tree.Param | tree.Let | tree.Def | tree.Use | tree.Out
 
 
 #: Names of the language's design that no version has yet.
 _FOAMS = ("perlin", "simplex", "cubic_noise", "worley", "particles", "voronoi_cells", "voronoi_edges", "truss")
-PLANNED = frozenset({*_FOAMS, "metric", "phase", "load", "sample", "blur", "compress", "mesh", "frame"})
+PLANNED = frozenset({*_FOAMS, "metric", "phase", "blur", "compress", "mesh"})
 
 
-def bound(
+def bindings(
     statements: Iterable[tree.Statement], known: Collection[str] = ()
-) -> tuple[dict[str, Bound], list[Diagnostic]]:
+) -> tuple[dict[str, Binding], list[Diagnostic]]:
     """The definitions of a file by name, and a diagnostic for each name bound twice or not to be bound.
 
     An output can be referred to by its name too, unless the file binds that name or it is `known` outside:
     `out cylinder = cylinder(75, 300)` is the function's.
     """
-    names: dict[str, Bound] = {}
+    names: dict[str, Binding] = {}
     outs: dict[str, tree.Out] = {}
     found: list[Diagnostic] = []
     for s in statements:
         if isinstance(s, tree.Out):
             if s.name in outs:
-                found.append(_twice(s.name, s.name_span, outs[s.name].name_span, "output"))
+                found.append(_duplicate(s.name, s.name_span, outs[s.name].name_span, "output"))
             outs.setdefault(s.name, s)
         if not isinstance(s, tree.Param | tree.Let | tree.Def | tree.Use):
             continue
@@ -51,7 +51,7 @@ def bound(
                 )
             )
         elif s.name in names:
-            found.append(_twice(s.name, s.name_span, names[s.name].name_span, "name"))
+            found.append(_duplicate(s.name, s.name_span, names[s.name].name_span, "name"))
         else:
             names[s.name] = s
     for name, out in outs.items():
@@ -60,7 +60,7 @@ def bound(
     return names, found
 
 
-def _twice(name: str, second: Span, first: Span, what: str) -> Diagnostic:
+def _duplicate(name: str, second: Span, first: Span, what: str) -> Diagnostic:
     return Diagnostic(
         "E031",
         f"the {what} `{name}` is bound twice",
@@ -102,7 +102,7 @@ def resolve(
                 if item.name in missing:
                     missing[item.name][1].append(item.span)
                 elif item.name not in visible:
-                    missing[item.name] = (unknown(item.name, item.span, visible | local), [])
+                    missing[item.name] = (unknown_name(item.name, item.span, visible | local), [])
                 continue
             stack.extend(reversed(list(_parts(item, local))))
     return uses, [_with_places(d, places) for d, places in missing.values()]
@@ -150,7 +150,7 @@ def _parts(item: object, local: frozenset[str]) -> Iterator[tuple[object, frozen
                 yield child, local
 
 
-def unknown(name: str, span: Span, visible: Iterable[str]) -> Diagnostic:
+def unknown_name(name: str, span: Span, visible: Iterable[str]) -> Diagnostic:
     """The diagnostic for a name that means nothing."""
     if name in PLANNED:
         return Diagnostic(
@@ -187,10 +187,10 @@ def unknown(name: str, span: Span, visible: Iterable[str]) -> Diagnostic:
     )
 
 
-def evaluation_order(names: Mapping[str, Bound], uses: Mapping[str, set[str]]) -> tuple[list[str], list[Diagnostic]]:
-    """The names in an order in which each comes after those it uses, and a diagnostic for every ring."""
+def evaluation_order(names: Mapping[str, Binding], uses: Mapping[str, set[str]]) -> tuple[list[str], list[Diagnostic]]:
+    """The names in an order in which each comes after those it uses, and a diagnostic for every cycle."""
     done: set[str] = set()
-    ring: set[str] = set()
+    in_cycle: set[str] = set()
     out: list[str] = []
     found: list[Diagnostic] = []
     for start in names:
@@ -202,9 +202,9 @@ def evaluation_order(names: Mapping[str, Bound], uses: Mapping[str, set[str]]) -
             for other in stack[-1]:
                 if other in path:
                     loop = path[path.index(other) :]
-                    if not ring & set(loop):
-                        found.append(_ring([names[n] for n in loop]))
-                    ring |= set(loop)
+                    if not in_cycle & set(loop):
+                        found.append(_cycle([names[n] for n in loop]))
+                    in_cycle |= set(loop)
                 elif other not in done:
                     path.append(other)
                     stack.append(iter(sorted(uses[other] & names.keys())))
@@ -217,7 +217,7 @@ def evaluation_order(names: Mapping[str, Bound], uses: Mapping[str, set[str]]) -
     return out, found
 
 
-def _ring(loop: list[Bound]) -> Diagnostic:
+def _cycle(loop: list[Binding]) -> Diagnostic:
     first = loop[0]
     shown = [*loop[:4], *loop[-1:]] if len(loop) > 6 else loop
     parts = [f"`{b.name}`" for b in shown]
@@ -235,6 +235,6 @@ def _ring(loop: list[Bound]) -> Diagnostic:
     )
 
 
-def _named(b: Bound) -> Span:
+def _named(b: Binding) -> Span:
     """Where a name is bound; the bare last expression, which binds `part`, has no name to point at."""
     return b.name_span if b.name_span.end > b.name_span.start else b.span

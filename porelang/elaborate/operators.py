@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from porelang.diagnostics import Label
 from porelang.elaborate import dimensions
+from porelang.elaborate.context import Context
 from porelang.elaborate.values import (
     POISON,
     Bool,
@@ -26,9 +26,6 @@ from porelang.ir import Node, Stage, const, node
 from porelang.ops import OPERATORS, TABLE, Op
 from porelang.source import Span
 
-if TYPE_CHECKING:
-    from porelang.elaborate.statements import Elaborator
-
 SETS = {"&": "max", "|": "min", "\\": "max"}
 COMPARISONS = {
     "<": ("lt", False),
@@ -41,16 +38,16 @@ COMPARISONS = {
 _SET_WORDS = {"&": "and", "|": "or"}
 
 
-def unary(e: Elaborator, op: str, a: Value, span: Span, at: Span) -> Value:
+def unary(ctx: Context, op: str, a: Value, span: Span, at: Span) -> Value:
     """`-a`, `~a`, `not a`."""
     if isinstance(a, Poison):
         return a
     if op == "not":
         if isinstance(a, Bool):
             return Bool(node("not", a.node))
-        return e.error("E060", f"`not` needs a condition, not {describe(a)}", at, label="this is no condition")
+        return ctx.error("E060", f"`not` needs a condition, not {describe(a)}", at, label="this is no condition")
     if isinstance(a, Bool) and op == "~":
-        return e.error(
+        return ctx.error(
             "E060", "`~` turns a solid inside out; a condition is turned with `not`", span, edit=(span, "not ")
         )
     if isinstance(a, Scalar):
@@ -58,10 +55,10 @@ def unary(e: Elaborator, op: str, a: Value, span: Span, at: Span) -> Value:
         return Scalar(n, a.dimension, a.literal)
     if isinstance(a, Vector):
         return Vector(-a.x, -a.y, -a.z, a.dimension)
-    return e.error("E060", f"`{op}` needs a number, not {describe(a)}", at, label=_why(a), hint=_call_it(a))
+    return ctx.error("E060", f"`{op}` needs a number, not {describe(a)}", at, label=_why(a), hint=how_to_call(a))
 
 
-def binary(e: Elaborator, op: str, a: Value, b: Value, spans: tuple[Span, Span, Span]) -> Value:
+def binary(ctx: Context, op: str, a: Value, b: Value, spans: tuple[Span, Span, Span]) -> Value:
     """One operator between two values; `spans` are the places of a, of the operator and of b."""
     if isinstance(a, Poison) or isinstance(b, Poison):
         return POISON
@@ -70,7 +67,7 @@ def binary(e: Elaborator, op: str, a: Value, b: Value, spans: tuple[Span, Span, 
         for side, at in ((a, at_a), (b, at_b)):
             if not isinstance(side, Bool):
                 instead = {"and": "&", "or": "|"}[op]
-                return e.error(
+                return ctx.error(
                     "E060",
                     f"`{op}` joins conditions, not {describe(side)}",
                     at,
@@ -79,29 +76,31 @@ def binary(e: Elaborator, op: str, a: Value, b: Value, spans: tuple[Span, Span, 
                 )
         return Bool(node(op, a.node, b.node))  # type: ignore[union-attr]  # both are Bool
     if op in ("==", "!=") and isinstance(a, Bool | Text | Choice) and isinstance(b, Bool | Text | Choice):
-        same = _same(e, a, b, at_op)
+        same = _same(ctx, a, b, at_op)
         return Bool(node("not", same.node)) if op == "!=" and isinstance(same, Bool) else same
     for side, at in ((a, at_a), (b, at_b)):
         if not isinstance(side, Scalar | Vector):
-            hint = _call_it(side)
+            hint = how_to_call(side)
             if isinstance(side, Bool) and op in _SET_WORDS:
                 hint = f"conditions are joined with `{_SET_WORDS[op]}`"
-            return e.error("E060", f"`{op}` works on numbers, not on {describe(side)}", at, label=_why(side), hint=hint)
+            return ctx.error(
+                "E060", f"`{op}` works on numbers, not on {describe(side)}", at, label=_why(side), hint=hint
+            )
     assert isinstance(a, Scalar | Vector)
     assert isinstance(b, Scalar | Vector)
     if op in COMPARISONS:
-        return _compare(e, op, a, b, spans)
+        return _compare(ctx, op, a, b, spans)
     if op in SETS:
         for side, at in ((a, at_a), (b, at_b)):
             if isinstance(side, Vector):
-                return e.error("E060", f"`{op}` combines solids, and a vector is none", at, label="this is a vector")
+                return ctx.error("E060", f"`{op}` combines solids, and a vector is none", at, label="this is a vector")
         if op == "\\":
             b = Scalar(-b.node, b.dimension)  # type: ignore[union-attr]  # no Vector
-        return apply(e, TABLE[SETS[op]], [a, b], (at_a, at_b), at_op, f"`{op}`")
-    return apply(e, OPERATORS[op], [a, b], (at_a, at_b), at_op, f"`{op}`")
+        return apply(ctx, TABLE[SETS[op]], [a, b], (at_a, at_b), at_op, f"`{op}`")
+    return apply(ctx, OPERATORS[op], [a, b], (at_a, at_b), at_op, f"`{op}`")
 
 
-def _same(e: Elaborator, a: Value, b: Value, span: Span) -> Value:
+def _same(ctx: Context, a: Value, b: Value, span: Span) -> Value:
     """Whether two texts, two conditions, or a chosen text and a text are equal."""
     if isinstance(a, Choice) and isinstance(b, Text):
         a, b = b, a
@@ -116,17 +115,17 @@ def _same(e: Elaborator, a: Value, b: Value, span: Span) -> Value:
                 chosen = node("or", chosen, node("eq", b.index, const(float(i))))
         if chosen.op == "const":
             known = ", ".join(f'"{o.value}"' for o in b.options if isinstance(o, Text))
-            return e.error(
+            return ctx.error(
                 "E060", f'`{b.name}` is never "{a.value}"', span, label="always false", hint=f"its choices are {known}"
             )
         return Bool(chosen)
-    return e.error("E060", f"{describe(a)} and {describe(b)} cannot be compared", span, label="always different")
+    return ctx.error("E060", f"{describe(a)} and {describe(b)} cannot be compared", span, label="always different")
 
 
-def _compare(e: Elaborator, op: str, a: Scalar | Vector, b: Scalar | Vector, spans: tuple[Span, Span, Span]) -> Value:
+def _compare(ctx: Context, op: str, a: Scalar | Vector, b: Scalar | Vector, spans: tuple[Span, Span, Span]) -> Value:
     for side, at in ((a, spans[0]), (b, spans[2])):
         if isinstance(side, Vector):
-            return e.error(
+            return ctx.error(
                 "E060",
                 f"`{op}` compares numbers, and this is a vector",
                 at,
@@ -134,7 +133,7 @@ def _compare(e: Elaborator, op: str, a: Scalar | Vector, b: Scalar | Vector, spa
             )
     name, swapped = COMPARISONS[op]
     out = apply(
-        e,
+        ctx,
         TABLE[name],
         [b, a] if swapped else [a, b],
         (spans[2], spans[0]) if swapped else (spans[0], spans[2]),
@@ -144,23 +143,25 @@ def _compare(e: Elaborator, op: str, a: Scalar | Vector, b: Scalar | Vector, spa
     return Bool(node("not", out.node)) if op == "!=" and isinstance(out, Bool) else out
 
 
-def apply(e: Elaborator, row: Op, arguments: Sequence[Value], places: Sequence[Span], span: Span, called: str) -> Value:
+def apply(ctx: Context, row: Op, arguments: Sequence[Value], places: Sequence[Span], span: Span, called: str) -> Value:
     """A kernel operation on numbers, component by component where some are vectors."""
     numbers: list[Scalar | Vector] = []
     for a, at in zip(arguments, places, strict=True):
         if isinstance(a, Poison):
             return a
         if not isinstance(a, Scalar | Vector):
-            return e.error("E060", f"{called} needs a number, not {describe(a)}", at, label=_why(a), hint=_call_it(a))
+            return ctx.error(
+                "E060", f"{called} needs a number, not {describe(a)}", at, label=_why(a), hint=how_to_call(a)
+            )
         numbers.append(a)
     exponent = None
     if row.name == "pow" and isinstance(numbers[1], Scalar):
-        exponent = e.constant(numbers[1].node)
+        exponent = ctx.constant(numbers[1].node)
     try:
         dimension = dimensions.result(row.units, numbers, exponent)
     except dimensions.Clash as clash:
         one, two = clash.first, clash.second
-        return e.error(
+        return ctx.error(
             "E062",
             f"{called} of {numbers[one].dimension} and {numbers[two].dimension}",
             places[one],
@@ -169,7 +170,7 @@ def apply(e: Elaborator, row: Op, arguments: Sequence[Value], places: Sequence[S
             hint="both sides must be of one kind; a bare number fits anywhere",
         )
     except dimensions.Unfit as unfit:
-        return e.error(
+        return ctx.error(
             "E062",
             f"{called} needs {unfit.wanted}, not {numbers[unfit.argument].dimension}",
             places[unfit.argument],
@@ -177,10 +178,10 @@ def apply(e: Elaborator, row: Op, arguments: Sequence[Value], places: Sequence[S
         )
     out = lift(lambda *n: node(row.name, *n), numbers, dimension, row.result == "bool")
     if row.domain != "all numbers" and isinstance(out, Scalar) and out.node.stage is Stage.CONST:
-        value = e.constant(out.node)
+        value = ctx.constant(out.node)
         if value is not None and not math.isfinite(value):
             what = "infinite" if math.isinf(value) else "not a number"
-            return e.error(
+            return ctx.error(
                 "E069",
                 f"{called} gives a value that is {what}",
                 places[-1],
@@ -210,7 +211,7 @@ def _why(value: Value) -> str:
     return f"this is {describe(value)}"
 
 
-def _call_it(value: Value) -> str:
+def how_to_call(value: Value) -> str:
     """What to do about a function where a number is wanted."""
     if isinstance(value, Function):
         first = next((p.name for p in value.parameters if p.default is None), None)
@@ -220,29 +221,29 @@ def _call_it(value: Value) -> str:
     return ""
 
 
-def either(e: Elaborator, condition: Node, a: Value, b: Value, span: Span) -> Value:
+def select(ctx: Context, condition: Node, a: Value, b: Value, span: Span) -> Value:
     """`a` where the condition holds, else `b`."""
     if isinstance(a, Poison) or isinstance(b, Poison):
         return POISON
-    known = e.constant(condition)
+    known = ctx.constant(condition)
     if known is not None:
         return a if known else b
     if isinstance(a, ListValue) and isinstance(b, ListValue) and len(a.items) == len(b.items):
-        return ListValue(tuple(either(e, condition, p, q, span) for p, q in zip(a.items, b.items, strict=True)))
+        return ListValue(tuple(select(ctx, condition, p, q, span) for p, q in zip(a.items, b.items, strict=True)))
     if isinstance(a, Bool) and isinstance(b, Bool):
         return Bool(node("select", condition, a.node, b.node))
     if isinstance(a, Scalar | Vector) and isinstance(b, Scalar | Vector) and type(a) is type(b):
         try:
             dimension = dimensions.same([a, b])
         except dimensions.Clash:
-            return e.error(
+            return ctx.error(
                 "E062",
                 f"one branch is {a.dimension}, the other {b.dimension}",
                 span,
                 label="both must be of one kind",
             )
         return lift(lambda p, q: node("select", condition, p, q), [a, b], dimension)
-    return e.error(
+    return ctx.error(
         "E060",
         f"one branch is {describe(a)}, the other {describe(b)}",
         span,

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
 from porelang.diagnostics import Label
 from porelang.elaborate import operators
+from porelang.elaborate.context import Context
+from porelang.elaborate.results import ParamInfo
 from porelang.elaborate.values import POISON, Bool, Choice, Function, Poison, Scalar, Scope, Text, Value, describe
 from porelang.ir import const, param
 from porelang.ir import node as make
@@ -14,43 +13,12 @@ from porelang.source import Span
 from porelang.syntax import tree
 from porelang.units import Dimension
 
-if TYPE_CHECKING:
-    from porelang.elaborate.statements import Elaborator
 
-
-@dataclass(frozen=True, slots=True)
-class ParamInfo:
-    """A param: its default and range in base units, or the labels of its choices (its number is then the index).
-
-    `numbers` holds the values of a choice among numbers: they are set by value, not by index.
-    """
-
-    name: str
-    default: float
-    low: float
-    high: float
-    step: float | None
-    choices: tuple[str, ...]
-    numbers: tuple[float, ...]
-    dimension: Dimension | None
-    doc: str
-    span: Span
-
-    @property
-    def unit(self) -> str:
-        """The base unit its number is in, or nothing; a ratio has none, not the unit 1."""
-        return "" if self.dimension is None or self.dimension.unit == "1" else self.dimension.unit
-
-    def shown(self, value: float) -> str:
-        """A value as a user would write it."""
-        return self.choices[int(value)] if self.choices and not self.numbers else f"{value:g}{self.unit}"
-
-
-def declare(e: Elaborator, s: tree.Param, scope: Scope, prefix: str) -> Value:
+def declare(ctx: Context, s: tree.Param, scope: Scope, prefix: str) -> Value:
     """The value of a param's name, after noting the param itself."""
     name = prefix + s.name
     if s.choices:
-        return _choice(e, s, scope, name)
+        return _choice(ctx, s, scope, name)
     assert s.low is not None
     assert s.high is not None
     parts: list[tuple[str, tree.Expr]] = [
@@ -64,14 +32,14 @@ def declare(e: Elaborator, s: tree.Param, scope: Scope, prefix: str) -> Value:
     dimension: Dimension | None = None
     known: Span | None = None
     for what, t in parts:
-        value = e.expr(t, scope)
-        number = e.need_constant(value, t.span, f"{what} of `{s.name}`")
+        value = ctx.evaluate(t, scope)
+        number = ctx.need_constant(value, t.span, f"{what} of `{s.name}`")
         if number is None or not isinstance(value, Scalar):
             return POISON
         if value.dimension is not None:
             if dimension is not None and value.dimension != dimension:
                 assert known is not None
-                return e.error(
+                return ctx.error(
                     "E062",
                     f"`{s.name}` is {dimension} here and {value.dimension} there",
                     t.span,
@@ -82,14 +50,14 @@ def declare(e: Elaborator, s: tree.Param, scope: Scope, prefix: str) -> Value:
         values.append(number)
     default, low, high, *step = values
     if not low < high:
-        return e.error(
+        return ctx.error(
             "E081",
             f"the range of `{s.name}` is empty: {low:g}..{high:g}",
             s.low.span.to(s.high.span),
             label="the lower end comes first",
         )
     if not low <= default <= high:
-        return e.error(
+        return ctx.error(
             "E080",
             f"the default of `{s.name}` lies outside its range",
             s.default.span,
@@ -98,30 +66,30 @@ def declare(e: Elaborator, s: tree.Param, scope: Scope, prefix: str) -> Value:
             hint="widen the range or change the default",
         )
     if step and not 0 < step[0] <= high - low and s.step is not None:
-        return e.error(
+        return ctx.error(
             "E081",
             f"the step of `{s.name}` does not fit its range",
             s.step.span,
             label=f"must be above 0 and at most {high - low:g}",
         )
-    e.out.params[name] = ParamInfo(
+    ctx.found.params[name] = ParamInfo(
         name, default, low, high, step[0] if step else None, (), (), dimension, s.doc, s.name_span
     )
     return Scalar(param(name), dimension)
 
 
-def _choice(e: Elaborator, s: tree.Param, scope: Scope, name: str) -> Value:
-    options = [e.expr(t, scope) for t in s.choices]
-    default = e.expr(s.default, scope)
+def _choice(ctx: Context, s: tree.Param, scope: Scope, name: str) -> Value:
+    options = [ctx.evaluate(t, scope) for t in s.choices]
+    default = ctx.evaluate(s.default, scope)
     if isinstance(default, Poison) or any(isinstance(o, Poison) for o in options):
         return POISON
     labels = tuple(_label(o, t) for o, t in zip(options, s.choices, strict=True))
     if all(isinstance(o, Scalar) for o in [*options, default]):
-        return _number_choice(e, s, options, default, labels, name)
+        return _number_choice(ctx, s, options, default, labels, name)
     if len({type(o) for o in options}) > 1 and not all(
         isinstance(o, Function) or callable(getattr(o, "call", None)) for o in options
     ):
-        return e.error(
+        return ctx.error(
             "E082",
             f"the choices of `{s.name}` are of different kinds",
             s.choices[0].span.to(s.choices[-1].span),
@@ -129,7 +97,7 @@ def _choice(e: Elaborator, s: tree.Param, scope: Scope, name: str) -> Value:
         )
     wanted = _label(default, s.default)
     if wanted not in labels:
-        return e.error(
+        return ctx.error(
             "E080",
             f"the default of `{s.name}` is none of its choices",
             s.default.span,
@@ -137,29 +105,31 @@ def _choice(e: Elaborator, s: tree.Param, scope: Scope, name: str) -> Value:
             hint=f"the choices are {', '.join(labels)}",
         )
     index = float(labels.index(wanted))
-    e.out.params[name] = ParamInfo(name, index, 0.0, float(len(options) - 1), 1.0, labels, (), None, s.doc, s.name_span)
+    ctx.found.params[name] = ParamInfo(
+        name, index, 0.0, float(len(options) - 1), 1.0, labels, (), None, s.doc, s.name_span
+    )
     node = param(name)
     if all(isinstance(o, Bool) for o in options):
         out: Value = options[-1]
         for i in range(len(options) - 2, -1, -1):
-            out = operators.either(e, make("eq", node, const(float(i))), options[i], out, s.span)
+            out = operators.select(ctx, make("eq", node, const(float(i))), options[i], out, s.span)
         return out
     return Choice(s.name, node, tuple(options))
 
 
 def _number_choice(
-    e: Elaborator, s: tree.Param, options: list[Value], default: Value, labels: tuple[str, ...], name: str
+    ctx: Context, s: tree.Param, options: list[Value], default: Value, labels: tuple[str, ...], name: str
 ) -> Value:
     numbers: list[float] = []
     dimension: Dimension | None = None
     for o, t in zip([*options, default], [*s.choices, s.default], strict=True):
         assert isinstance(o, Scalar)
-        number = e.need_constant(o, t.span, f"a choice of `{s.name}`")
+        number = ctx.need_constant(o, t.span, f"a choice of `{s.name}`")
         if number is None:
             return POISON
         if o.dimension is not None:
             if dimension is not None and dimension != o.dimension:
-                return e.error(
+                return ctx.error(
                     "E062",
                     f"the choices of `{s.name}` are {dimension} and {o.dimension}",
                     t.span,
@@ -169,14 +139,14 @@ def _number_choice(
         numbers.append(number)
     *numbers, chosen = numbers
     if chosen not in numbers:
-        return e.error(
+        return ctx.error(
             "E080",
             f"the default of `{s.name}` is none of its choices",
             s.default.span,
             label=f"{chosen:g} is not among them",
             hint=f"the choices are {', '.join(labels)}",
         )
-    e.out.params[name] = ParamInfo(
+    ctx.found.params[name] = ParamInfo(
         name, chosen, min(numbers), max(numbers), None, labels, tuple(numbers), dimension, s.doc, s.name_span
     )
     return Scalar(param(name), dimension)

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from porelang.ir import Node, Stage
 from porelang.syntax import tree
 from porelang.units import Dimension
-
-if TYPE_CHECKING:
-    from porelang.elaborate.statements import Elaborator
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,15 +74,18 @@ class Function:
 class Builtin:
     """A function that cannot be written in Pore: a kernel operation, or one over lists and fields.
 
-    `signature` lists its parameter names; `call` receives the elaborator, the place of the call and the arguments.
+    `signature` lists its parameter names; `call` receives the `Context` of the elaboration, the place of the call (a
+    `tree.Call`) and the list of the arguments' values. (Its type is spelled out in `builtins.Call`: to import the
+    context here would close a circle.)
     """
 
     name: str
     signature: tuple[str, ...]
-    call: Callable[[Elaborator, tree.Call, list[Value]], Value]
+    call: Callable[..., Value]
     least: int
     most: int | None
     doc: str
+    optional: bool = False  # what is left out is handed on as ABSENT
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,6 +112,8 @@ class Poison:
 
 Value = Scalar | Vector | Bool | Text | ListValue | Range | Function | Builtin | Record | Choice | Poison
 POISON = Poison()
+#: In place of an argument that was left out, of a builtin that can do without.
+ABSENT = Poison()
 
 
 class Scope:
@@ -119,7 +121,7 @@ class Scope:
 
     __slots__ = ("names", "outer")
 
-    def __init__(self, names: dict[str, Value], outer: Scope | None = None) -> None:
+    def __init__(self, names: Mapping[str, Value], outer: Scope | None = None) -> None:
         self.names = names
         self.outer = outer
 
@@ -136,7 +138,7 @@ class Scope:
         names: set[str] = set()
         scope: Scope | None = self
         while scope is not None:
-            names |= scope.names.keys()
+            names.update(scope.names)
             scope = scope.outer
         return names
 
@@ -184,13 +186,13 @@ def _plural(name: str) -> str:
     return {"a length": "lengths", "an angle": "angles", "a force": "forces", "a stress": "stresses"}.get(name, name)
 
 
-def key(value: Value) -> Any:
+def memo_key(value: Value) -> Any:
     """What tells two values apart when calls are remembered: nodes by identity, numbers with their dimension."""
     match value:
         case Scalar():
             return (value.node, value.dimension, value.literal)
         case ListValue():
-            return tuple(key(i) for i in value.items)
+            return tuple(memo_key(i) for i in value.items)
     return value
 
 

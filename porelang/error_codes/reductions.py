@@ -51,4 +51,20 @@ REDUCTIONS = (
         "",
         "sphere(30)",
     ),
+    Code(
+        "E096",
+        "samples that cannot be taken",
+        "`sample(f, voxel, within)` takes a value every `voxel` over the box of `within`: a length above 0, and one\n"
+        "with which a few hundred million samples are enough. The message says which voxel would do.",
+        "",
+        "sample(gyroid(20), 1mm, sphere(30)) & sphere(30)",
+    ),
+    Code(
+        "E097",
+        "samples of a field that is not a number",
+        "Somewhere in the box of the region, and a little around it, the field is infinite or undefined: samples\n"
+        "there would spoil all that is read near them. The message says where.",
+        "",
+        "sample(sqrt(abs(x)), 1mm, sphere(30)) & sphere(30)",
+    ),
 )

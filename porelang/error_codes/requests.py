@@ -107,7 +107,9 @@ REQUESTS = (
     Code(
         "E113",
         "a file that cannot be written",
-        "The folder is not there, is full, or may not be written to. A file is written whole or not at all.",
+        "The folder is not there, is full, or may not be written to; or what is there is no file to be replaced: a\n"
+        "device, a pipe, a folder that holds more than layers, a file that was made read-only. A file is written\n"
+        "whole or not at all.",
         "",
         "",
     ),
@@ -125,5 +127,18 @@ REQUESTS = (
         "STL stores seven digits: two corners that lie closer together become one. .ply and .obj keep more.",
         "",
         "",
+    ),
+    Code(
+        "E116",
+        "what a function modifies does not read",
+        "`pore notation` writes each step as the paper does, and takes what a function modifies from its\n"
+        "documentation: `## Modifies:`, then type, space, wavelength, distance or ratio, `by` and a parameter, or\n"
+        "several (`by w or phase`). Where the argument does not show what it amounts to, `, as a local frame` or\n"
+        "`, as a vector field` follows.",
+        "",
+        "## Walls that grow with d.\n"
+        "## Modifies: distance by d\n"
+        "def walls(f: field, d: field) = shell(f, 1) - d\n"
+        "walls(sphere(20), z / 40) & sphere(40)",
     ),
 )

@@ -1,4 +1,4 @@
-"""The process that talks to the OpenGL driver: `python -m porelang.gpu.child SOCKET ARENA KIND`.
+"""The process that talks to the OpenGL driver: `python -m porelang.gpu.child SOCKET ARENA DRIVER`.
 
 It answers one request at a time until the socket is closed. Its standard input is a lifeline: nothing is ever
 written to it, and when the parent ends, in whatever way, the kernel sends SIGIO, which ends this process even in the
@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.gpu.context import open_context
-from porelang.gpu.wire import Arena, Compute, Done, Failed, GpuInfo, Render, offsets
+from porelang.gpu.wire import Arena, Compute, Done, Failed, GpuInfo, Keep, Render, Request, offsets
 
 PROGRAMS = 64  # kept compiled, the least recently used goes first
 CORNERS = """#version 330 core
@@ -55,13 +55,14 @@ class Program:
         self.members.release()
 
 
-class Device:
-    """The context, its compiled programs and its buffers."""
+class DriverState:
+    """The context, its compiled programs and its buffers: those written at every call, and the data kept by digest."""
 
-    def __init__(self, kind: str, arena: Arena) -> None:
-        self.context, self.arena, self.kind = open_context(kind), arena, kind
+    def __init__(self, driver: str, arena: Arena) -> None:
+        self.context, self.arena, self.driver = open_context(driver), arena, driver
         self.programs: OrderedDict[tuple[type, str], Program] = OrderedDict()
         self.buffers: dict[int, moderngl.Buffer] = {}
+        self.data: dict[str, moderngl.Buffer] = {}
         self.picture: moderngl.Framebuffer | None = None
         self.compiled = 0
 
@@ -69,32 +70,55 @@ class Device:
     def info(self) -> GpuInfo:
         info, code = self.context.info, self.context.version_code
         return GpuInfo(
-            kind=self.kind,
+            driver=self.driver,
             renderer=info["GL_RENDERER"],
             vendor=info["GL_VENDOR"],
             version=info["GL_VERSION"],
             glsl=f"{code // 100}.{code % 100}",
             max_buffer_bytes=info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"],
+            max_buffers=min(info[f"GL_MAX_{stage}_SHADER_STORAGE_BLOCKS"] for stage in ("COMPUTE", "FRAGMENT")),
             max_groups=tuple(info["GL_MAX_COMPUTE_WORK_GROUP_COUNT"]),
         )
 
-    def answer(self, request: Compute | Render) -> Done | Failed:
+    def answer(self, request: Request) -> Done | Failed:
         """Run one request; whatever goes wrong becomes a `Failed`."""
         before = self.compiled
         try:
-            self.compute(request) if isinstance(request, Compute) else self.render(request)
-            if (error := self.context.error) != "GL_NO_ERROR":
-                raise Refused(f"OpenGL reports {error}")
+            match request:
+                case Compute():
+                    self.compute(request)
+                case Render():
+                    self.render(request)
+                case Keep():
+                    self.keep(request)
+            self.check()
         except Refused as refused:
             return Failed(refused.reason, refused.log, self.compiled - before)
         except (moderngl.Error, ValueError, TypeError, MemoryError) as error:
             return Failed("OpenGL refused the request", str(error), self.compiled - before)
         return Done(self.compiled - before)
 
+    def check(self) -> None:
+        if (error := self.context.error) != "GL_NO_ERROR":
+            raise Refused(f"OpenGL reports {error}")
+
+    def keep(self, request: Keep) -> None:
+        for digest in (*request.dropped, request.digest):  # the parent may have been interrupted before it noted one
+            if digest in self.data:
+                self.data.pop(digest).release()
+        buffer = self.context.buffer(reserve=request.size)
+        try:
+            buffer.write(self.arena.view(0, request.size))
+            self.check()  # out of memory, for one
+        except BaseException:
+            buffer.release()
+            raise
+        self.data[request.digest] = buffer
+
     def compute(self, request: Compute) -> None:
         program = self.program(request)
         set_uniforms(program.members, request.uniforms)
-        self.upload(request.inputs)
+        self.bind(request)
         output = self.buffer(0, request.output)
         output.clear()  # buffers are reused: what a shader does not write is 0, not the last call's
         program.members.run(*request.groups)
@@ -104,7 +128,7 @@ class Device:
     def render(self, request: Render) -> None:
         program = self.program(request)
         set_uniforms(program.members, request.uniforms)
-        self.upload(request.inputs)
+        self.bind(request)
         old = self.picture
         if old is None or old.size != request.size:
             self.picture = self.context.framebuffer([self.context.renderbuffer(request.size)])
@@ -139,10 +163,13 @@ class Device:
         except moderngl.Error as error:
             raise Refused("the shader does not compile", str(error)) from None
 
-    def upload(self, sizes: tuple[int, ...]) -> None:
-        """Copy the inputs from the arena to the buffers 1, 2, ..."""
+    def bind(self, request: Compute | Render) -> None:
+        """Copy the inputs from the arena to the buffers 1, 2, ... and bind the kept data after them."""
+        sizes = request.inputs
         for binding, (offset, size) in enumerate(zip(offsets(sizes), sizes, strict=False), start=1):
             self.buffer(binding, size).write(self.arena.view(offset, size))
+        for binding, digest in enumerate(request.data, start=1 + len(sizes)):
+            self.data[digest].bind_to_storage_buffer(binding)
 
     def buffer(self, binding: int, size: int) -> moderngl.Buffer:
         """The storage buffer of `size` bytes at a binding point, reused where the last one there had that size."""
@@ -180,16 +207,16 @@ def hold_lifeline() -> None:
         os._exit(0)
 
 
-def main(socket: int, arena: int, kind: str) -> None:
+def main(socket: int, arena: int, driver: str) -> None:
     connection = Connection(socket)
     try:
-        device = Device(kind, Arena(arena))
-        connection.send(device.info)
+        state = DriverState(driver, Arena(arena))
+        connection.send(state.info)
     except Exception as error:  # whatever a driver's loader throws is a reason to report
-        connection.send(Failed(f"{kind}: {error}"))
+        connection.send(Failed(f"{driver}: {error}"))
         return
     while True:
-        connection.send(device.answer(connection.recv()))
+        connection.send(state.answer(connection.recv()))
 
 
 if __name__ == "__main__":

@@ -11,9 +11,9 @@ import moderngl
 VERSION = 430  # the first with compute shaders and storage buffers
 
 
-def open_context(kind: str) -> moderngl.Context:
-    """A current OpenGL context of the kind `egl` or `osmesa`; raises an exception that says what is missing."""
-    if kind == "osmesa":
+def open_context(driver: str) -> moderngl.Context:
+    """A current OpenGL context through `egl` or `osmesa`; raises an exception that says what is missing."""
+    if driver == "osmesa":
         context: Any = _OSMesa()  # moderngl asks for a loader; its stubs call it something else
         return moderngl.create_context(require=VERSION, context=context)
     backend: Any = "egl"

@@ -7,17 +7,22 @@ import os
 import sys
 import threading
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from types import TracebackType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from porelang.gpu.errors import GpuFailed, GpuMissing, install_command
-from porelang.gpu.process import Child
-from porelang.gpu.wire import Arena, Compute, Failed, GpuInfo, Kind, Render, offsets
+from porelang.gpu.process import POLL, Cancel, Child, check
+from porelang.gpu.wire import Arena, Compute, Driver, Failed, GpuInfo, Keep, Render, Request, offsets
 
+#: Long work, or what a person waits for: each has a child of its own, so that neither waits for the other.
+Lane = Literal["work", "person"]
+#: Data by a digest of their content, and how to get them where the device does not hold them yet.
+Data = tuple[str, Callable[[], NDArray[Any]]]
 Uniform = float | int | Sequence[float] | NDArray[Any]
 ENVIRONMENT = "PORELANG_GL"  # none, egl or osmesa; for tests, and for machines whose EGL is broken
 INPUTS = ("float32", "uint32", "int32")
@@ -25,11 +30,18 @@ TIMEOUT = 60.0
 
 
 class Gpu:
-    """A device that runs shaders, in a child process that is started again after a crash. Safe to share by threads."""
+    """Runs shaders in a child process that is started again after a crash. Safe to share by threads: they take turns.
 
-    def __init__(self, kind: str) -> None:
-        self._kind, self._lock, self._compiled, self._closed = kind, threading.RLock(), 0, False
+    Where a call is given `cancel`, it is asked every 50 ms while the call waits, for its turn or for the shader. Once
+    it says yes, CancelledError is raised; a shader that runs is stopped with the child, and the next call starts
+    another.
+    """
+
+    def __init__(self, driver: str) -> None:
+        self._driver, self._lock, self._compiled, self._closed = driver, threading.RLock(), 0, False
+        self._at_end: weakref.finalize[[], Gpu] | None = None
         self._child = self._start()
+        _opened.add(self)
 
     @property
     def info(self) -> GpuInfo:
@@ -56,26 +68,35 @@ class Gpu:
         *,
         output: int,
         inputs: Sequence[NDArray[Any]] = (),
+        data: Sequence[Data] = (),
         uniforms: Mapping[str, Uniform] = {},
         groups: tuple[int, int, int],
         timeout: float = TIMEOUT,
+        cancel: Cancel | None = None,
     ) -> NDArray[np.float32]:
         """Run a compute shader over `groups` work groups and return the storage buffer at binding 0.
 
         The buffer has `output` floats, which are 0 before the shader runs. `inputs` (float32, uint32 or int32, any
-        shape, read in C order) are the buffers at bindings 1, 2, ... `uniforms` are numbers, or arrays for vectors,
-        arrays and matrices (column after column). Raises GpuFailed where the shader does not compile, the driver
-        crashes, `timeout` seconds pass or a limit of the device is exceeded; TypeError for another type of input.
+        shape, read in C order) are the buffers at bindings 1, 2, ... and `data` those after them: arrays of the same
+        types, (digest, how to get them), that stay on the device. They are asked for and sent only where the device
+        does not hold them; a shader must not write to them. `uniforms` are numbers, or arrays for vectors, arrays and
+        matrices (column after column).
+
+        Raises GpuFailed where the shader does not compile, the driver crashes, `timeout` seconds pass or a limit of
+        `info` is exceeded; CancelledError where `cancel` says so; TypeError for another type of input.
         """
+        self._within_bindings(1 + len(inputs) + len(data))
         self._within_limits(4 * output, "the output")
         most = self.info.max_groups
         if len(groups) != 3 or any(not 0 < g <= m for g, m in zip(groups, most, strict=False)):
             raise GpuFailed(f"{groups} work groups were asked for, this device takes 1 to {most}")
         arrays = [self._input(i, array) for i, array in enumerate(inputs, start=1)]
         sizes = tuple(a.nbytes for a in arrays)
-        request = Compute(shader, 4 * output, sizes, _uniforms(uniforms), (groups[0], groups[1], groups[2]))
-        with self._lock:
-            arena = self._ask(request, arrays, 4 * output, timeout)
+        digests = tuple(digest for digest, _ in data)
+        request = Compute(shader, 4 * output, sizes, digests, _uniforms(uniforms), (groups[0], groups[1], groups[2]))
+        with self._turn(data, 1 + len(arrays), timeout, cancel):
+            arena = self._hand_over(arrays, 4 * output)
+            self._answer(request, timeout, cancel)
             return np.frombuffer(arena.view(0, 4 * output), np.float32).copy()
 
     def render(
@@ -85,20 +106,25 @@ class Gpu:
         size: tuple[int, int],
         uniforms: Mapping[str, Uniform] = {},
         inputs: Sequence[NDArray[Any]] = (),
+        data: Sequence[Data] = (),
         timeout: float = TIMEOUT,
+        cancel: Cancel | None = None,
     ) -> NDArray[np.uint8]:
         """Run a fragment shader for every pixel of a picture `size` = (width, height).
 
         Returns (height, width, 4) bytes, red green blue alpha, the top row first; `gl_FragCoord` counts from the
-        bottom, as OpenGL does. Inputs, uniforms and errors are those of `compute`.
+        bottom, as OpenGL does. Inputs, data, uniforms and errors are those of `compute`.
         """
         width, height = size
         if width < 1 or height < 1:
             raise GpuFailed(f"a picture of {width} x {height} pixels has no pixel")
+        self._within_bindings(len(inputs) + len(data))
         arrays = [self._input(i, array) for i, array in enumerate(inputs, start=1)]
-        request = Render(fragment, (width, height), tuple(a.nbytes for a in arrays), _uniforms(uniforms))
-        with self._lock:
-            arena = self._ask(request, arrays, 4 * width * height, timeout)
+        sizes, digests = tuple(a.nbytes for a in arrays), tuple(digest for digest, _ in data)
+        request = Render(fragment, (width, height), sizes, digests, _uniforms(uniforms))
+        with self._turn(data, 1 + len(arrays), timeout, cancel):
+            arena = self._hand_over(arrays, 4 * width * height)
+            self._answer(request, timeout, cancel)
             pixels = np.frombuffer(arena.view(0, 4 * width * height), np.uint8)
             return pixels.reshape(height, width, 4)[::-1].copy()
 
@@ -114,30 +140,74 @@ class Gpu:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
 
-    def _start(self) -> Child:
-        child = Child(self._kind)
-        weakref.finalize(self, child.end)  # when this object is dropped, and at the end of the program
+    def _start(self, cancel: Cancel | None = None) -> Child:
+        child = Child(self._driver, cancel)
+        if self._at_end is not None:
+            self._at_end.detach()  # of a child that has ended
+        self._at_end = weakref.finalize(self, child.end)  # when this object is dropped, and at the end of the program
         return child
 
-    def _ask(self, request: Compute | Render, arrays: list[NDArray[Any]], result: int, timeout: float) -> Arena:
-        """Hand over the inputs, wait, and return the memory that holds the result."""
-        if self._closed:
-            raise GpuFailed("this GPU has been closed")
-        if not self._child.alive:
-            self._child = self._start()
-        child = self._child
-        starts = offsets(tuple(a.nbytes for a in arrays))
+    @contextmanager
+    def _turn(self, data: Sequence[Data], first: int, timeout: float, cancel: Cancel | None) -> Iterator[None]:
+        """The turn of this thread, with a child that holds the data; `first` is the binding of the first of them."""
+        ready: dict[str, NDArray[Any]] = {}
+        places = {digest: i for i, (digest, _) in enumerate(data)}
+        while True:
+            with self._locked(cancel):
+                missing = [digest for digest in places if digest not in self._child.resident]
+                if not (wanted := [digest for digest in missing if digest not in ready]):
+                    for digest in missing:
+                        self._keep(digest, ready[digest], places, timeout, cancel)
+                    self._child.resident.use(places)
+                    yield
+                    return
+            for digest in wanted:  # outside the lock: others need not wait while they are made
+                i = places[digest]
+                ready[digest] = self._input(first + i, data[i][1]())
+
+    @contextmanager
+    def _locked(self, cancel: Cancel | None) -> Iterator[None]:
+        """No other thread calls, and a child is there."""
+        lock = self._lock
+        while not lock.acquire(timeout=-1 if cancel is None else POLL):
+            check(cancel)
         try:
-            child.arena.grow(max(starts[-1], result))
+            check(cancel)
+            if self._closed:
+                raise GpuFailed("this GPU has been closed")
+            if not self._child.alive:
+                self._child = self._start(cancel)
+            yield
+        finally:
+            lock.release()
+
+    def _keep(
+        self, digest: str, array: NDArray[Any], needed: Collection[str], timeout: float, cancel: Cancel | None
+    ) -> None:
+        """Send data to the child, which lets go of others for them."""
+        resident = self._child.resident
+        dropped = resident.to_drop(array.nbytes, needed)
+        self._hand_over([array], array.nbytes)
+        resident.drop(dropped)  # the child lets go of them even where there is no room for the new ones
+        self._answer(Keep(digest, array.nbytes, dropped), timeout, cancel)
+        resident.add(digest, array.nbytes)
+
+    def _hand_over(self, arrays: list[NDArray[Any]], result: int) -> Arena:
+        """Copy arrays to the memory that the child shares, which has room for a result of `result` bytes."""
+        arena, starts = self._child.arena, offsets(tuple(a.nbytes for a in arrays))
+        try:
+            arena.grow(max(starts[-1], result))
         except OSError as error:
             raise GpuFailed(f"no memory to share with the graphics driver: {error.strerror}") from None
         for start, array in zip(starts, arrays, strict=False):
-            np.copyto(np.frombuffer(child.arena.view(start, array.nbytes), array.dtype), array.reshape(-1))
-        answer = child.ask(request, timeout)
+            np.copyto(np.frombuffer(arena.view(start, array.nbytes), array.dtype), array.reshape(-1))
+        return arena
+
+    def _answer(self, request: Request, timeout: float, cancel: Cancel | None) -> None:
+        answer = self._child.ask(request, timeout, cancel)
         self._compiled += answer.compiled
         if isinstance(answer, Failed):
             raise GpuFailed(answer.reason, answer.log)
-        return child.arena
 
     def _input(self, binding: int, array: NDArray[Any]) -> NDArray[Any]:
         if array.dtype.name not in INPUTS:
@@ -145,24 +215,28 @@ class Gpu:
         self._within_limits(array.nbytes, f"the buffer at binding {binding}")
         return np.ascontiguousarray(array)
 
+    def _within_bindings(self, count: int) -> None:
+        if count > (most := self.info.max_buffers):
+            raise GpuFailed(f"the shader has {count} storage buffers, this device binds at most {most}")
+
     def _within_limits(self, size: int, what: str) -> None:
         most = self.info.max_buffer_bytes
         if not 0 < size <= most:
             raise GpuFailed(f"{what} has {size} bytes, a buffer of this device has 1 to {most}: work in smaller pieces")
 
 
-def open_gpu(kind: Kind = "auto") -> Gpu:
-    """Start a device: `egl`, `osmesa`, or the first of them that works.
+def open_gpu(driver: Driver = "auto") -> Gpu:
+    """Start a child for the driver `egl`, `osmesa`, or the first of them that works.
 
-    The environment variable PORELANG_GL chooses where `kind` is auto, and `none` there makes every machine one without
-    OpenGL. Raises GpuMissing, with the command that installs what is missing.
+    The environment variable PORELANG_GL chooses where `driver` is auto, and `none` there makes every machine one
+    without OpenGL. Raises GpuMissing, with the command that installs what is missing.
     """
     asked = os.environ.get(ENVIRONMENT, "")
     if asked not in ("", "auto", "none", "egl", "osmesa"):
         raise GpuMissing(f"{ENVIRONMENT} is {asked!r}", f"set it to auto, egl, osmesa or none, or unset {ENVIRONMENT}")
-    if kind == "auto" and asked in ("egl", "osmesa"):
-        kind = "egl" if asked == "egl" else "osmesa"
-    install = install_command(kind)
+    if driver == "auto" and asked in ("egl", "osmesa"):
+        driver = "egl" if asked == "egl" else "osmesa"
+    install = install_command(driver)
     if asked == "none":
         raise GpuMissing(f"OpenGL is switched off by {ENVIRONMENT}=none", f"unset {ENVIRONMENT}")
     if sys.platform != "linux":
@@ -170,7 +244,7 @@ def open_gpu(kind: Kind = "auto") -> Gpu:
     if importlib.util.find_spec("moderngl") is None:
         raise GpuMissing("the Python package moderngl is not installed", f"{sys.executable} -m pip install moderngl")
     reasons = []
-    for candidate in ("egl", "osmesa") if kind == "auto" else (kind,):
+    for candidate in ("egl", "osmesa") if driver == "auto" else (driver,):
         try:
             return Gpu(candidate)
         except GpuFailed as failed:
@@ -178,17 +252,30 @@ def open_gpu(kind: Kind = "auto") -> Gpu:
     raise GpuMissing("no OpenGL 4.3 was found (" + "; ".join(reasons) + ")", install)
 
 
-_shared: dict[tuple[int, str], Gpu] = {}
+_shared: dict[tuple[int, Driver, Lane], Gpu] = {}
 _shared_lock = threading.Lock()
+_opened: weakref.WeakSet[Gpu] = weakref.WeakSet()
 
 
-def shared_gpu(kind: Kind = "auto") -> Gpu:
-    """The device that this process shares, opened on the first call; raises GpuMissing as `open_gpu` does."""
-    key = (os.getpid(), kind)  # a forked process inherits the table, but cannot use the child of another
+def shared_gpu(driver: Driver = "auto", lane: Lane = "work") -> Gpu:
+    """What this process shares of a lane, opened on the first call; raises GpuMissing as `open_gpu` does."""
+    key = (os.getpid(), driver, lane)  # a forked process inherits the table, but cannot use the child of another
     with _shared_lock:
         if key not in _shared or _shared[key].closed:
-            _shared[key] = open_gpu(kind)
+            _shared[key] = open_gpu(driver)
         return _shared[key]
+
+
+def _fresh_locks() -> None:
+    """In a forked process: the threads that held the locks are not there to release them."""
+    global _shared_lock
+    _shared_lock = threading.Lock()
+    for gpu in list(_opened):
+        gpu._lock = threading.RLock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_fresh_locks)
 
 
 def _uniforms(uniforms: Mapping[str, Uniform]) -> dict[str, NDArray[Any]]:

@@ -29,7 +29,7 @@ class GpuFailed(Exception):  # noqa: N818
         return GpuFailed, (self.reason, self.log)
 
 
-def install_command(kind: str = "auto") -> str:
+def install_command(driver: str = "auto") -> str:
     """The command that brings software OpenGL to this system, or a sentence where there is none."""
     if sys.platform == "darwin":
         return "compute shaders do not exist on macOS: nothing to install, NumPy is used instead"
@@ -38,9 +38,9 @@ def install_command(kind: str = "auto") -> str:
     family = _distribution()
     sudo = "" if os.geteuid() == 0 else "sudo "
     if family & {"debian", "ubuntu"}:
-        return f"{sudo}apt-get install " + ("libosmesa6" if kind == "osmesa" else "libegl1 libgl1")
+        return f"{sudo}apt-get install " + ("libosmesa6" if driver == "osmesa" else "libegl1 libgl1")
     if family & {"fedora", "rhel", "centos"}:
-        return f"{sudo}dnf install " + ("mesa-libOSMesa" if kind == "osmesa" else "mesa-libEGL mesa-dri-drivers")
+        return f"{sudo}dnf install " + ("mesa-libOSMesa" if driver == "osmesa" else "mesa-libEGL mesa-dri-drivers")
     if "arch" in family:
         return f"{sudo}pacman -S mesa"
     if "alpine" in family:

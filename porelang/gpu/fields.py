@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, partial
 from itertools import product
 from typing import Any
 
@@ -11,11 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.backends.glsl import Form, Shader, shader
-from porelang.backends.uniform import uniform_values
+from porelang.data import SampledField, Segments
 from porelang.diagnostics import PoreError, fail
-from porelang.gpu import Gpu, GpuFailed, GpuMissing, shared_gpu
-from porelang.ir import Node, order
+from porelang.formula import Formula
+from porelang.gpu import Gpu, GpuFailed, GpuMissing, Lane, shared_gpu
+from porelang.ir import Node
 from porelang.ops import kind
+from porelang.ops.words import words
+from porelang.progress import cancelled
+from porelang.tape import operations
 
 Values = NDArray[Any]
 GROUP = 64
@@ -25,20 +29,20 @@ LONGEST = 6000
 LONGEST_ROW = 1 << 20
 
 
-def gpu() -> Gpu:
-    """The GPU of this process. Errors: E120 where there is none, with the command that installs one."""
+def gpu(lane: Lane = "work") -> Gpu:
+    """The GPU of this process, of a lane. Errors: E120 where there is none, with the command that installs one."""
     try:
-        return shared_gpu()
+        return shared_gpu(lane=lane)
     except GpuMissing as missing:
         raise fail("E120", f"no OpenGL here: {missing.reason}", hint=missing.install) from None
 
 
 class DeviceField:
-    """A root of a flat graph on the GPU, with its params set; float32."""
+    """A formula on the GPU; float32. `params` are the ranges of params, over which a shader's text is right."""
 
-    def __init__(self, root: Node, params: Mapping[str, float], ranges: Mapping[str, tuple[float, float]], device: Gpu):
-        self.root, self.params, self._device = root, params, device
-        self.ranges = tuple(sorted(ranges.items()))
+    def __init__(self, formula: Formula, params: Mapping[str, tuple[float, float]], device: Gpu):
+        self.formula, self._device = formula, device
+        self.params = tuple(sorted(params.items()))
 
     @property
     def device(self) -> Gpu:
@@ -48,34 +52,43 @@ class DeviceField:
         return self._device
 
     def at(self, points: Values) -> Values:
-        """Values at points (n, 3) in mm, as float32 (n,)."""
-        made = _shader(self.root, self.ranges, "points")
+        """Values at points (n, 3) in mm, as float32: (n,), or (n, k) for k roots."""
+        made = _shader(self.formula.roots, self.params, "points")
         flat = np.ascontiguousarray(points, dtype=np.float32)
-        most = self.device.info.max_buffer_bytes // (4 * 3)
-        out = np.empty(len(flat), np.float32)
+        count = len(self.formula.roots)
+        most = self.device.info.max_buffer_bytes // (4 * max(3, count))
+        out = np.empty((len(flat), count), np.float32)
         for start in range(0, len(flat), most):
             part = flat[start : start + most]
             groups = -(-len(part) // GROUP)
             across = min(groups, 32768)
-            out[start : start + most] = self._compute(
-                made, len(part), part.reshape(-1), {"count": len(part)}, (across, -(-groups // across), 1)
+            found = self._compute(
+                made, len(part) * count, part.reshape(-1), {"count": len(part)}, (across, -(-groups // across), 1)
             )
-        return out != 0 if kind(self.root) == "bool" else out
+            out[start : start + most] = found.reshape(-1, count)
+        values = out[:, 0] if count == 1 else out
+        return values != 0 if kind(self.formula.root) == "bool" else values
 
     def on_grid(self, axes: Sequence[Values]) -> DeviceGrid:
         """The field on the grid of three coordinate axes, in mm."""
         return DeviceGrid(self, [np.asarray(a, dtype=np.float32) for a in axes])
 
     def _compute(
-        self, made: Shader, count: int, data: Values, uniforms: dict[str, Any], groups: tuple[int, int, int]
+        self, made: Shader, count: int, places: Values, uniforms: dict[str, Any], groups: tuple[int, int, int]
     ) -> Values:
         if made.uniforms:
-            known = uniform_values(made.uniforms, self.params)
             with np.errstate(over="ignore"):
-                uniforms["u"] = np.array([known[n] for n in made.uniforms], dtype=np.float32)
+                uniforms["u"] = np.array(self.formula.but(*made.uniforms).numbers, dtype=np.float32)
         try:
             return self.device.compute(
-                made.text, output=count, inputs=[data], uniforms=uniforms, groups=groups, timeout=600
+                made.text,
+                output=count,
+                inputs=[places],
+                data=resident(self.formula, made),
+                uniforms=uniforms,
+                groups=groups,
+                timeout=600,
+                cancel=cancelled,
             )
         except GpuFailed as failed:
             raise _failed(failed) from None
@@ -91,7 +104,7 @@ class DeviceGrid:
     def block(self, lo: Sequence[int], hi: Sequence[int], out: Values | None = None) -> Values:
         """Values at the nodes lo <= (i, j, k) < hi, in slabs that the driver's buffers hold."""
         shape = tuple(b - a for a, b in zip(lo, hi, strict=True))
-        made = _shader(self.field.root, self.field.ranges, "grid")
+        made = _shader(self.field.formula.roots[:1], self.field.params, "grid")
         most = self.field.device.info.max_buffer_bytes // 4
         nz = min(shape[2], most, LONGEST_ROW)
         ny = min(shape[1], max(1, most // nz), 65535)
@@ -113,16 +126,26 @@ class DeviceGrid:
         return self.block((0, 0, 0), self.shape)
 
 
+def resident(formula: Formula, made: Shader) -> list[tuple[str, Callable[[], NDArray[np.uint32]]]]:
+    """The data that a shader reads, by digest, and how to get their words where the device does not have them yet."""
+    found: list[tuple[str, Callable[[], NDArray[np.uint32]]]] = []
+    for n in made.data:
+        data = formula.bindings[n]
+        assert isinstance(data, SampledField | Segments)
+        found.append((data.digest, partial(words, data)))
+    return found
+
+
 @lru_cache(maxsize=256)
-def _shader(root: Node, ranges: tuple[tuple[str, tuple[float, float]], ...], form: Form) -> Shader:
-    length = len(order([root]))
+def _shader(roots: tuple[Node, ...], params: tuple[tuple[str, tuple[float, float]], ...], form: Form) -> Shader:
+    length = operations(roots)
     if length > LONGEST:
         raise fail(
             "E121",
             f"the program is too long for a shader: {length:,} operations, where drivers manage {LONGEST:,}",
             hint="use --backend numpy, which has no such limit",
         )
-    return shader(root, dict(ranges), form)
+    return shader(roots, dict(params), form)
 
 
 def _failed(error: GpuFailed) -> PoreError:

@@ -8,27 +8,37 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
+import weakref
+from collections.abc import Callable
+from concurrent.futures import CancelledError
 from multiprocessing.connection import Pipe
 from typing import Any
 
 from porelang.gpu.errors import GpuFailed
-from porelang.gpu.wire import Arena, Compute, Done, Failed, GpuInfo, Render
+from porelang.gpu.resident import Resident
+from porelang.gpu.wire import Arena, Done, Failed, GpuInfo, Request
 from porelang.resources import PACKAGE
 
 START = 60.0  # seconds until a driver has to be there
+POLL = 0.05  # seconds between two questions whether the answer is still wanted
 LOG = 4000  # characters of the driver's last words that are worth showing
+
+Cancel = Callable[[], bool]
+_children: weakref.WeakSet[Child] = weakref.WeakSet()
 
 
 class Child:
     """A running `porelang.gpu.child`; raises GpuFailed where it cannot be started or does not answer."""
 
-    def __init__(self, kind: str) -> None:
+    def __init__(self, driver: str, cancel: Cancel | None = None) -> None:
         self.owner = os.getpid()
+        self.resident = Resident()
         self.arena = Arena()
         self._words = tempfile.TemporaryFile()  # noqa: SIM115 - closed by end()
         self._socket, theirs = Pipe()
         fds = (theirs.fileno(), self.arena.fd)
-        command = [_python(), "-P", "-m", "porelang.gpu.child", *map(str, fds), kind]
+        command = [_python(), "-P", "-m", "porelang.gpu.child", *map(str, fds), driver]
         try:
             self._process = subprocess.Popen(
                 command,
@@ -43,8 +53,9 @@ class Child:
             raise GpuFailed(f"cannot start a Python process for the graphics driver: {error}") from None
         finally:
             theirs.close()
+        _children.add(self)
         try:
-            answer = self._receive(START, "the graphics driver did not start")
+            answer = self._receive(START, "the graphics driver did not start", cancel)
             if isinstance(answer, Failed):
                 raise GpuFailed(answer.reason, answer.log)
         except BaseException:
@@ -62,25 +73,38 @@ class Child:
         """Whether this process can still ask it something (a process forked from this one cannot)."""
         return self.owner == os.getpid() and not self._socket.closed
 
-    def ask(self, request: Compute | Render, timeout: float) -> Done | Failed:
-        """Send a request and wait for the answer; the child is ended when it is late, dead, or no longer wanted."""
+    def ask(self, request: Request, timeout: float, cancel: Cancel | None = None) -> Done | Failed:
+        """Send a request and wait for the answer; the child is ended when it is late, dead, or no longer wanted.
+
+        Raises CancelledError once `cancel` says so, and whatever it raises itself.
+        """
         try:
-            self._socket.send(request)
-            answer: Done | Failed = self._receive(timeout, "the shader did not finish")
-        except OSError:
-            raise self._lost() from None
+            try:
+                self._socket.send(request)
+            except OSError:
+                raise self._lost() from None
+            answer: Done | Failed = self._receive(timeout, "the shader did not finish", cancel)
         except BaseException:
             self.end()
             raise
         return answer
 
-    def _receive(self, timeout: float, late: str) -> Any:
-        if not self._socket.poll(timeout):
-            self.end()
-            raise GpuFailed(f"{late} within {timeout:g} s and was stopped")
+    def _receive(self, timeout: float, late: str, cancel: Cancel | None) -> Any:
+        last = time.monotonic() + timeout
+        while not self._answered(last if cancel is None else min(last, time.monotonic() + POLL)):
+            check(cancel)
+            if time.monotonic() >= last:
+                self.end()
+                raise GpuFailed(f"{late} within {timeout:g} s and was stopped")
         try:
             return self._socket.recv()
         except (EOFError, OSError):
+            raise self._lost() from None
+
+    def _answered(self, until: float) -> bool:
+        try:
+            return self._socket.poll(max(0.0, until - time.monotonic()))
+        except OSError:  # closed meanwhile
             raise self._lost() from None
 
     def _lost(self) -> GpuFailed:
@@ -112,10 +136,33 @@ class Child:
             self._process.stdin.close()
         self._free()
 
+    def forget(self) -> None:
+        """In a process forked from this one: let go of what keeps the child alive when its parent ends."""
+        if not self._socket.closed:
+            if self._process.stdin is not None:
+                self._process.stdin.close()
+            self._socket.close()
+            self.arena.close()
+
     def _free(self) -> None:
         self._socket.close()
         self.arena.close()
         self._words.close()
+
+
+def check(cancel: Cancel | None) -> None:
+    """Raise CancelledError where `cancel` says so."""
+    if cancel is not None and cancel():
+        raise CancelledError
+
+
+def _forget_children() -> None:
+    for child in list(_children):
+        child.forget()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_children)
 
 
 def _python() -> str:

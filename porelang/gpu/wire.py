@@ -14,30 +14,39 @@ from typing import Any, Literal
 
 from numpy.typing import NDArray
 
-Kind = Literal["auto", "egl", "osmesa"]
+Driver = Literal["auto", "egl", "osmesa"]
 ALIGN = 64  # bytes; every array starts on a cache line
 
 
 @dataclass(frozen=True, slots=True)
 class GpuInfo:
-    """The device that runs the shaders: how it was opened, its names and its limits."""
+    """What runs the shaders: the library it was opened through, its names and its limits.
 
-    kind: str
+    A shader may bind `max_buffers` storage buffers of up to `max_buffer_bytes` each: inputs, data, and the output of a
+    compute shader. OpenGL 4.3 guarantees 8; Mesa's software driver has 16.
+    """
+
+    driver: str
     renderer: str
     vendor: str
     version: str
     glsl: str
     max_buffer_bytes: int
+    max_buffers: int
     max_groups: tuple[int, int, int]
 
 
 @dataclass(frozen=True, slots=True)
 class Compute:
-    """Run a compute shader; inputs lie in the arena one after another, the output of `output` bytes replaces them."""
+    """Run a compute shader; inputs lie in the arena one after another, the output of `output` bytes replaces them.
+
+    The buffers at bindings 1, 2, ... are the inputs, of these sizes in bytes, and then the kept data of these digests.
+    """
 
     shader: str
     output: int
     inputs: tuple[int, ...]
+    data: tuple[str, ...]
     uniforms: dict[str, NDArray[Any]]
     groups: tuple[int, int, int]
 
@@ -49,12 +58,25 @@ class Render:
     shader: str
     size: tuple[int, int]
     inputs: tuple[int, ...]
+    data: tuple[str, ...]
     uniforms: dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True, slots=True)
+class Keep:
+    """Keep the `size` bytes at the start of the arena as a buffer named by a digest, after letting go of others."""
+
+    digest: str
+    size: int
+    dropped: tuple[str, ...]
+
+
+Request = Compute | Render | Keep
+
+
+@dataclass(frozen=True, slots=True)
 class Done:
-    """The result lies at the start of the arena."""
+    """The result, where there is one, lies at the start of the arena."""
 
     compiled: int
 

@@ -51,8 +51,8 @@ class Table:
     """Rows of triangles: `edges[start[row] : start[row] + count[row]]` are (n, 3) edge numbers 0..12.
 
     `row[corners * 64 + joined]` is the row for a byte of solid corners and the bits of the faces that connect their
-    solid corners; `ambiguous[corners]` are the bits that matter. `centred[row]` tells the rows that have
-    a vertex inside the cell.
+    solid corners; `ambiguous[corners]` are the bits that matter. `centred[row]` tells the rows that have a vertex
+    inside the cell.
     """
 
     row: NDArray[np.int16]

@@ -13,8 +13,6 @@ pass, so that triangles grow evenly.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from concurrent.futures import CancelledError
 from typing import Any
 
 import numpy as np
@@ -23,6 +21,7 @@ from numpy.typing import NDArray
 from porelang.compiled import compiled
 from porelang.mesh.surface import Surface
 from porelang.mesh.within import square
+from porelang.progress import tell
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
@@ -34,12 +33,7 @@ PASSES = 16
 DONE = 0.002  # of the triangles: a pass that takes out fewer is the last with its share
 
 
-def collapse(
-    surface: Surface,
-    allowed: Floats,
-    progress: Callable[[int, int], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
-) -> Surface:
+def collapse(surface: Surface, allowed: Floats) -> Surface:
     """The surface with as many edges collapsed as move nothing by more than is `allowed` (n,) mm at their vertices."""
     at, faces = surface.vertices.copy(), surface.faces.copy()
     first = np.full(len(at), -1, np.int32)
@@ -55,10 +49,7 @@ def collapse(
         dirty = np.ones(len(at), np.bool_)
         longest = mean
         for k in range(PASSES):
-            if cancel is not None and cancel():
-                raise CancelledError
-            if progress is not None:
-                progress(step * PASSES + k, len(SHARES) * PASSES)
+            tell(step * PASSES + k, len(SHARES) * PASSES)
             turn += 1
             left = np.zeros(len(at), np.bool_)
             longest = longest * LONGER if k < PASSES - 4 else math.inf
@@ -67,8 +58,6 @@ def collapse(
             dirty = left
             if gone < DONE * (moved >= 0).sum() and longest > 8 * mean:
                 break
-    if progress is not None:
-        progress(1, 1)
     kept = faces[moved >= 0]
     used = np.zeros(len(at), np.bool_)
     used[kept] = True

@@ -94,7 +94,7 @@ def _name(name: str) -> str:
 
 def _printable(text: str) -> str:
     """The text without the control characters that XML cannot hold."""
-    return "".join(c if c.isprintable() or c in "\t\n" else "\N{REPLACEMENT CHARACTER}" for c in text)
+    return "".join(c if c.isprintable() or c in "\t\n" else "\ufffd" for c in text)
 
 
 def write_glb(surface: Surface, file: BinaryIO, notes: Notes) -> None:

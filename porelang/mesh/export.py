@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import secrets
-import shutil
 from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
@@ -12,7 +9,8 @@ from typing import BinaryIO
 
 import numpy as np
 
-from porelang.diagnostics import PoreError, fail, suggest
+from porelang.atomic import save
+from porelang.diagnostics import fail, suggest
 from porelang.mesh.exchange import METRE, Notes, lines, raw, write_3mf, write_glb, write_vtp
 from porelang.mesh.surface import AT_ONCE, Surface
 
@@ -57,36 +55,6 @@ def writer_of(path: str | Path) -> Writer:
         f"{Path(path).name}: {f'no mesh format is called {ending}' if ending else 'the name has no ending'}",
         hint=f"did you mean {near}? The formats are {names}" if near else f"end the name with one of {names}",
     )
-
-
-def save(path: str | Path, write_to: Callable[[BinaryIO], None]) -> None:
-    """Write a file whole or not at all: under another name in the same folder, then renamed. E113 if that fails."""
-    target = Path(os.path.realpath(path))
-    if os.path.isdir(target):
-        raise fail("E113", f"cannot write {path}: it is a folder", hint=f"name a file: {Path(path) / 'part.stl'}")
-    if not os.path.isdir(target.parent):
-        hint = f"make it first: mkdir -p {target.parent}"
-        raise fail("E113", f"cannot write {path}: there is no folder {target.parent}", hint=hint)
-    draft = target.with_name(f".{target.name[:64]}.{secrets.token_hex(4)}.part")
-    try:
-        try:
-            with open(draft, "xb") as file:
-                write_to(file)
-                file.flush()
-                os.fsync(file.fileno())
-            if target.exists():
-                shutil.copymode(target, draft)
-            os.replace(draft, target)
-        finally:
-            if os.path.lexists(draft):
-                draft.unlink()
-    except OSError as error:
-        raise _unwritable(path, error) from error
-
-
-def _unwritable(path: str | Path, error: OSError) -> PoreError:
-    reason = (error.strerror or str(error)).lower()
-    return fail("E113", f"cannot write {path}: {reason}", hint="choose a folder with room that you may write to")
 
 
 def write_stl(surface: Surface, file: BinaryIO, notes: Notes) -> None:

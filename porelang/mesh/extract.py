@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NoReturn
@@ -18,6 +18,7 @@ from porelang.mesh.grid import Grid, Point, place
 from porelang.mesh.layers import Layers, Sample, clip
 from porelang.mesh.surface import Surface
 from porelang.mesh.weld import IN_MEMORY, Weld
+from porelang.progress import tell
 
 # Once it has freed a block this large, glibc keeps what bricks free instead of giving it back to be zeroed anew, which
 # is a quarter of the time (measured). Elsewhere it does nothing.
@@ -50,14 +51,11 @@ def extract(
     brick: int = BRICK,
     memory: int = 2 * IN_MEMORY,
     folder: Path | None = None,
-    progress: Progress | None = None,
-    cancel: Callable[[], bool] | None = None,
 ) -> Surface:
     """The closed surface of the solid (where the field is negative) inside `box`, capped flat at the box.
 
     `grid` covers the box (mm). `sample(lo, hi)` gives the field at the half-open range of the grid's nodes, float32 or
     float64 of shape `hi - lo`; it is called from `threads` threads. `enclose` (see `bricks.split`) rules parts out.
-    `progress(done, all)` and `cancel()` are called between bricks; a cancelled run raises `CancelledError`.
     A surface of more than `memory` bytes is kept in files without names in `folder` (the system's own if None).
     The surface does not depend on `brick`, the cells a side of a piece, `threads` or `enclose` (its order does).
     Errors: E110 the field is not a number somewhere; E111 no surface in the box; E113 the disk is full.
@@ -74,10 +72,7 @@ def extract(
             except OSError as error:
                 raise _no_room(folder, error) from error
         found.append(replace(one, patch=None))
-        if progress is not None:
-            progress(len(found), len(bricks))
-        if cancel is not None and cancel():
-            raise CancelledError
+        tell(len(found), len(bricks))
     if not plan.void and all(f.solid for f in found):
         _reject(layers, sample, plan, found, solid=True)
     if not weld.faces.count:

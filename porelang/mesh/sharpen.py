@@ -12,8 +12,6 @@ A vertex that is nearly on a rim is moved onto it first, lest the triangles besi
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import CancelledError
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +24,7 @@ from porelang.mesh.patched import Patched, around, common, edges, relax, several
 from porelang.mesh.project import LEAST, distances
 from porelang.mesh.rims import Branched, Flags, Floats, Ints, branch_of, meet, off_surface, on_surface, rim, unit
 from porelang.mesh.surface import Surface
+from porelang.progress import tell
 
 ROUNDS = 3
 RINGS = 3  # of triangles round the rims that may be moved
@@ -52,13 +51,10 @@ def sharpen(
     raw: Floats,
     layers: Layers,
     field: Branched,
-    progress: Callable[[int, int], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
 ) -> Sharpened:
     """Cut a surface whose vertices lie on the field where branches of the field meet.
 
-    `raw` are the same vertices as marching cubes placed them in `layers`. `progress(done, all)` and `cancel()` are
-    called between rounds; a cancelled run raises `CancelledError`.
+    `raw` are the same vertices as marching cubes placed them in `layers`.
     """
     if not field.count:
         off = np.minimum(distances(surface.vertices, field.slope), layers.grid.spacing)
@@ -78,15 +74,10 @@ def sharpen(
     mesh = Patched(moved, np.repeat(branch[:, None], 3, axis=1), local.reshape(-1, 3), fixed, field, voxel)
     _land(mesh, np.flatnonzero(~fixed & ~on_surface(moved, branch, field, voxel)))
     for turn in range(ROUNDS):
-        if cancel is not None and cancel():
-            raise CancelledError
-        if progress is not None:
-            progress(turn, ROUNDS)
+        tell(turn, ROUNDS)
         _snap(mesh)
         if not _cut(mesh):
             break
-    if progress is not None:
-        progress(ROUNDS, ROUNDS)
     merge(mesh)
     number = np.concatenate([inner, len(at) + np.arange(len(mesh.at) - len(inner))])
     everything = np.concatenate([at, mesh.at[len(inner) :]])

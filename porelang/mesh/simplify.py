@@ -34,12 +34,10 @@ def simplify(
     deviation: float,
     *,
     threads: int = 1,
-    progress: Progress | None = None,
-    cancel: Callable[[], bool] | None = None,
 ) -> Simplified:
     """The surface with fewer triangles, proven to stay within `deviation` (mm) of the original, and closed as before.
 
-    If no attempt can be proven, the surface is given back as it is. Raises `CancelledError` when cancelled.
+    If no attempt can be proven, the surface is given back as it is.
     """
     from scipy.spatial import cKDTree
 
@@ -47,9 +45,9 @@ def simplify(
     mean = float(np.sqrt(2.3 * surface.area / len(surface.faces)))  # the side of a triangle of that size
     tree: Any = None
     for attempt in range(1, ATTEMPTS + 1):
-        made = collapse(surface, allowed, progress, cancel)
-        there, lost = within(surface, made, deviation, threads, cancel)
-        back, wrong = within(made, surface, deviation, threads, cancel)
+        made = collapse(surface, allowed)
+        there, lost = within(surface, made, deviation, threads)
+        back, wrong = within(made, surface, deviation, threads)
         if not len(lost) and not len(wrong):
             return Simplified(made, max(there, back))
         corners = np.concatenate([surface.vertices[surface.faces[lost]], made.vertices[made.faces[wrong]]])

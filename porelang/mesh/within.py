@@ -8,8 +8,6 @@ piece that is not is cut along the sides of the triangle nearest to its centre, 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from concurrent.futures import CancelledError, ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -17,17 +15,16 @@ from numpy.typing import NDArray
 
 from porelang.compiled import compiled
 from porelang.mesh.surface import Surface
+from porelang.parallel import parallel_for
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-PIECES = 2**15  # triangles between two looks at `cancel`
+PIECES = 2**15  # triangles at a time
 DEEPEST = 4000  # pieces that one triangle may come to before it counts as too far
 SLACK = 1e-9  # of a coordinate: more than all that the arithmetic here rounds off
 
 
-def within(
-    one: Surface, other: Surface, distance: float, threads: int = 1, cancel: Callable[[], bool] | None = None
-) -> tuple[float, Ints]:
+def within(one: Surface, other: Surface, distance: float, threads: int = 1) -> tuple[float, Ints]:
     """A bound (mm) on how far any point of `one` is from `other`, and the triangles of `one` that are further than
     `distance` somewhere, or could not be proven nearer; the bound is that of the rest. It lies between the true largest
     distance and `distance`.
@@ -49,14 +46,10 @@ def within(
     slack = SLACK * float(np.abs(np.stack([low, high])).max())
 
     def work(first: int) -> None:
-        if cancel is not None and cancel():
-            raise CancelledError
         some = slice(first, first + PIECES)
         _prove(pieces, one.faces[some], corners, low, size, shape, start, member, distance - slack, found[some])
 
-    with ThreadPoolExecutor(max(threads, 1)) as pool:
-        for done in pool.map(work, range(0, len(one.faces), PIECES)):
-            assert done is None
+    parallel_for(work, range(0, len(one.faces), PIECES), threads)
     far = np.flatnonzero(found < 0)
     return float(found.max(initial=0.0)) + slack, far
 

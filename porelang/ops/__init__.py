@@ -11,20 +11,65 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from porelang import interval as iv
 from porelang.interval import Array, Interval, Mask
 from porelang.ir import ONE, ZERO, Node, const, node
-from porelang.ops import forms
+from porelang.ops import forms, grid, segments
 from porelang.ops.row import Kind, Op, Tolerance
+from porelang.ops.tasks import TASKS, Task
 
-__all__ = ["CALLABLE", "OPERATORS", "TABLE", "Op", "Tolerance", "kind"]
+__all__ = ["CALLABLE", "OPERATORS", "TABLE", "TASKS", "Kind", "Op", "Task", "Tolerance", "kind"]
 
 R: tuple[Kind, ...] = ("real",)
 RR: tuple[Kind, ...] = ("real", "real")
 BB: tuple[Kind, ...] = ("bool", "bool")
+
+
+GRID: tuple[Kind, ...] = ("grid", "real", "real", "real")
+
+
+def _slopes(f: Node, most: int) -> list[Node | None]:
+    """The derivatives of a lookup along x, y, z: lookups of one order more, until it is flat between samples."""
+    assert isinstance(f.value, tuple)
+    component, *orders = (int(v) for v in f.value)
+    raised = [tuple(o + (a == axis) for a, o in enumerate(orders)) for axis in range(3)]
+    return [node(f.op, *f.args, value=(component, *r)) if max(r) <= most else None for r in raised]
+
+
+def _away(bars: Node, x: Node, y: Node, z: Node, f: Node) -> list[Node | None]:
+    """The derivatives of what is known of the nearest bar, along x, y, z.
+
+    Of the distance it is n, the direction away from the bar; of n = (q - t (t.q)) / |.| it is (1 - n n - t t) / d where
+    the foot lies on the bar, (1 - n n) / d where it lies at an end; of the place along it t / length, or 0 at an end.
+    """
+
+    def result(name: str) -> Node:
+        return node("nearest", bars, x, y, z, value=name)
+
+    if f.value == "distance":
+        return [result(n) for n in ("nx", "ny", "nz")]
+    t, along = [result(d) for d in ("dx", "dy", "dz")], result("along")
+    on_bar = node("and", node("lt", ZERO, along), node("lt", along, ONE))
+    if f.value == "along":
+        return [node("select", on_bar, d / result("length"), ZERO) for d in t]
+    if f.value in ("nx", "ny", "nz"):
+        n = [result(d) for d in ("nx", "ny", "nz")]
+        k, d = ("nx", "ny", "nz").index(str(f.value)), result("distance") + result("radius")
+        return [
+            node("select", node("lt", ZERO, d),
+                 ((ONE if i == k else ZERO) - n[i] * n[k] - node("select", on_bar, t[i] * t[k], ZERO)) / d, ZERO)
+            for i in range(3)
+        ]  # fmt: skip
+    return [None] * 3
+
+
+def _wanted(names: tuple[str, ...], found: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Of all results of the nearest bar those that are asked for."""
+    return tuple(found[segments.RESULTS.index(name)] for name in names)
 
 
 def _flat(*_: Node) -> tuple[Node | None, ...]:
@@ -140,6 +185,9 @@ _ROWS = (
        forms.cos_turns, "pore_cos_turns({0})", iv.cos_turns, lambda a, f: (-math.tau * node("sin_turns", a),),
        "cos_turns", ("cos_turns(0.5)", -1.0), units="turns", tolerance=Tolerance(1.0, 2.0), domain="finite",
        facts=frozenset({"even", "periodic"})),
+    Op("reduced", R, "real", "u turns in radians, less whole turns: what a sine and a cosine of one angle share.",
+       forms.reduced, "pore_reduced({0})", iv.reduced, lambda a, f: (const(math.tau),), "", None, units="turns",
+       tolerance=Tolerance(1.0), domain="finite", jumps=_steps(np.rint), facts=frozenset({"odd"})),
     Op("asin", R, "real", "The angle (-pi/2 to pi/2) whose sine is a.", np.arcsin, "pore_asin({0})",
        iv.on_domain(np.arcsin, -1.0, 1.0), lambda a, f: (1.0 / node("sqrt", 1.0 - node("square", a)),), "asin",
        ("asin(0)", 0.0), units="angle of", tolerance=Tolerance(4.0), domain="-1 to 1",
@@ -171,6 +219,25 @@ _ROWS = (
        lambda c, a, b, f: (None, node("select", c, ONE, ZERO), node("select", c, ZERO, ONE)), "if",
        ("if 1 < 2 then 5 else 6", 5.0), tolerance=Tolerance(0.0),
        jumps=lambda c, a, b: (c.lo < 1) & (c.hi > 0)),
+    # ---- data -------------------------------------------------------------------------------------------------------
+    Op("lookup", GRID, "real", "Samples on a grid, trilinear between them and held at the border: a component, or a "
+       "derivative of it.", grid.lookup, "pore_lookup{0}({1}, {2}, {3}, {payload})",
+       lambda g, x, y, z, p: grid.enclose(g, x, y, z, p, False), lambda g, x, y, z, f: (None, *_slopes(f, 1)), "", None,
+       tolerance=Tolerance(0.0, extra=lambda g, x, y, z, p: grid.rounding(g, x, y, z, p, False)), payload=True,
+       jumps=lambda g, x, y, z, p: grid.jumps(g, x, y, z, p, False)),
+    Op("lookup_cubic", GRID, "real", "Samples on a grid, tricubic between them (Catmull-Rom) with a smooth gradient.",
+       grid.lookup_cubic, "pore_cubic{0}({1}, {2}, {3}, {payload})",
+       lambda g, x, y, z, p: grid.enclose(g, x, y, z, p, True), lambda g, x, y, z, f: (None, *_slopes(f, 3)), "", None,
+       tolerance=Tolerance(0.0, extra=lambda g, x, y, z, p: grid.rounding(g, x, y, z, p, True)), payload=True,
+       jumps=lambda g, x, y, z, p: grid.jumps(g, x, y, z, p, True)),
+    Op("covers", GRID, "bool", "Whether a point lies within the box of a grid.", grid.covers,
+       "pore_covers{0}({1}, {2}, {3})", grid.enclose_covers, _flat, "", None, tolerance=Tolerance(0.0)),
+    Op("nearest", ("segments", "real", "real", "real"), "real", "The bar whose surface is nearest: its distance, the "
+       "direction away from it, its own direction, and more.", segments.nearest, "pore_nearest{0}({1}, {2}, {3})",
+       segments.enclose_nearest, lambda b, x, y, z, f: (None, *_away(b, x, y, z, f)), "", None,
+       tolerance=Tolerance(0.0, extra=lambda b, x, y, z, w: _wanted(w, segments.rounding_nearest(b, x, y, z))),
+       jumps=lambda b, x, y, z, w: _wanted(w, segments.jumps_nearest(b, x, y, z)), results=segments.RESULTS,
+       narrow=lambda w, b, x, y, z: (None, *segments.narrow_distance(w, b, x, y, z))),
 )  # fmt: skip
 
 
@@ -194,13 +261,15 @@ OPERATORS["-"] = TABLE["sub"]
 
 
 def kind(n: Node) -> Kind:
-    """Whether a node is a real number or a truth value."""
+    """Whether a node is a real number, a truth value, or data."""
     while True:
         if n.op == "const":
             return "bool" if isinstance(n.value, bool) else "real"
+        if n.op in TASKS:
+            return TASKS[n.op].result
         row = TABLE.get(n.op)
         if row is not None and row.result != "any":
             return row.result
         if not n.args:
-            return "real"
-        n = n.args[1] if n.op == "select" else n.args[0]
+            return "real"  # a coordinate, a param, an unknown
+        n = n.args[1] if n.op == "select" else n.args[0]  # `at`, `d` and `ensure` are of the kind of their field

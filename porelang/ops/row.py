@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from porelang.interval import Array, Interval, Mask
+from porelang.interval import Interval
 from porelang.ir import Node
 
-Kind = Literal["real", "bool", "any"]
+Kind = Literal["real", "bool", "any", "grid", "segments"]
 Units = Literal["none", "same", "product", "quotient", "square", "power", "root", "angle", "turns", "pure", "angle of"]
 
 
@@ -22,7 +22,7 @@ class Tolerance:
 
     ulp: float = 0.5
     absolute: float = 0.0
-    extra: Callable[..., Array] | None = None
+    extra: Callable[..., Any] | None = None  # an Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,10 +35,16 @@ class Op:
     `calm` (see `porelang.backends.glsl`).
     `derivative` gives the partial derivative by each argument as nodes (None where it is 0 everywhere).
     `jumps` tells over which boxes the result may jump. `domain` says in words where the result is a number.
-    `narrow` turns what the result must lie in, and what the arguments lie in, into narrower ranges of the arguments:
+    `narrow` turns what the result must lie in, and what the arguments lie in, into narrower ranges of the arguments
+    (None for data):
     how "outside 75 mm there is no material" is found by reading a formula backwards.
     `symbol` is the operator or function that writes it in the language (empty if it cannot be written).
     `example` is a call and its exact value.
+
+    Operations that read data: where `payload` is set, a node's value says more of what is asked (which component, which
+    derivative), and every form takes it as its last argument. Where `results` are named, one walk through the data
+    finds several of them: every form takes the names that are wanted as its last argument and gives a tuple in that
+    order; a node's value names the one that it is.
     """
 
     name: str
@@ -47,15 +53,17 @@ class Op:
     doc: str
     numpy: Callable[..., Any]
     glsl: str
-    enclose: Callable[..., Interval]
+    enclose: Callable[..., Any]  # an Interval
     derivative: Callable[..., tuple[Node | None, ...]]
     symbol: str
-    example: tuple[str, float | bool]
+    example: tuple[str, float | bool] | None
     units: Units = "same"
     tolerance: Tolerance = Tolerance()
     domain: str = "all numbers"
-    jumps: Callable[..., Mask] | None = None
-    narrow: Callable[..., tuple[Interval, ...]] | None = None
+    jumps: Callable[..., Any] | None = None  # a Mask
+    narrow: Callable[..., tuple[Interval | None, ...]] | None = None
     guarded: str = ""
     calm: str = ""
     facts: frozenset[str] = frozenset()
+    payload: bool = False
+    results: tuple[str, ...] = ()

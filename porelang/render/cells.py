@@ -5,18 +5,15 @@ Cells are halved where they may hold surface; in those that are left the slopes 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.bounds import box_test, slopes
+from porelang.analysis.bounds import box_test, slopes, steepest
 from porelang.analysis.box import Box
-from porelang.analysis.enclose import EXACT, enclose, fixed
-from porelang.backends.uniform import take_branches
-from porelang.interval import INF, interval
-from porelang.ir import Node, order
+from porelang.analysis.enclose import boxes, enclose
+from porelang.formula import Formula
 
 Points = NDArray[np.float64]
 VOID, SOLID, STEEP = 0.0, -1.0, 1e30
@@ -45,15 +42,15 @@ class Cells:
         return not self.values.any()
 
 
-def bound_cells(root: Node, params: Mapping[str, float], box: Box) -> Cells:
+def bound_cells(part: Formula, box: Box) -> Cells:
     """The cells of a box, as fine as the length of the program allows."""
-    root = take_branches(root, params)
-    partials = slopes(root)
-    test = box_test(root, params)
+    part = part.taken
+    sloped = part.but(part.root, *slopes(part.root))
+    test = box_test(part)
     longest = max(box.size)
     counts = tuple(max(1, round(COARSEST * s / longest)) for s in box.size)
     values = np.full(counts, np.nan, np.float32)
-    cost, spent = len(order([root])), 0
+    cost, spent = len(part.tape), 0
     while True:
         left = np.argwhere(np.isnan(values))
         if not len(left):
@@ -68,7 +65,7 @@ def bound_cells(root: Node, params: Mapping[str, float], box: Box) -> Cells:
         for axis in range(3):
             values = np.repeat(values, 2, axis=axis)
     left = np.argwhere(np.isnan(values))
-    values[tuple(left.T)] = _steepest((root, *partials), params, *_corners(box, values.shape, left))
+    values[tuple(left.T)] = _steepest(sloped, *_corners(box, values.shape, left))
     return Cells(box, values)
 
 
@@ -80,18 +77,12 @@ def _corners(box: Box, counts: tuple[int, ...], which: NDArray[np.intp]) -> tupl
     return lo - slack, lo + edge + slack
 
 
-def _steepest(roots: tuple[Node, ...], params: Mapping[str, float], lo: Points, hi: Points) -> NDArray[np.float32]:
+def _steepest(sloped: Formula, lo: Points, hi: Points) -> NDArray[np.float32]:
     """A bound on the gradient of the first root, whose slopes are the others, over boxes; STEEP where it may jump."""
     out = np.empty(len(lo), np.float32)
     for start in range(0, len(lo), AT_ONCE):
         part = slice(start, start + AT_ONCE)
-        value, *slope = enclose(roots, [interval(lo[part, i], hi[part, i]) for i in range(3)], fixed(params), EXACT)
-        with np.errstate(all="ignore"):
-            total = np.zeros(len(lo[part]))
-            for s in slope:
-                steep = np.maximum(np.abs(s.range.lo), np.abs(s.range.hi))
-                total = total + np.where(s.range.nan | s.range.empty, INF, steep) ** 2
-            bound = np.where(value.jumps | value.range.nan, INF, np.sqrt(total))
+        value, *slope = enclose(sloped, boxes(lo[part], hi[part]))
         # a margin for what float32 rounds; 0 would mean that the cell is void
-        out[part] = np.clip(1.001 * bound, 1e-20, STEEP)
+        out[part] = np.clip(1.001 * steepest(value, slope), 1e-20, STEEP)
     return out

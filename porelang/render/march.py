@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -13,16 +13,20 @@ from numpy.typing import NDArray
 
 from porelang.analysis.box import Box
 from porelang.backends.glsl import Shader, shader
-from porelang.backends.uniform import uniform_values
 from porelang.diagnostics import PoreError, fail
+from porelang.formula import Formula
 from porelang.gpu import Gpu, GpuFailed
-from porelang.gpu.fields import LONGEST
-from porelang.ir import Node, order
+from porelang.gpu.fields import LONGEST, resident
+from porelang.ir import Node
+from porelang.progress import cancelled, tell
 from porelang.render.camera import Camera
 from porelang.render.cells import Cells
 from porelang.render.cuts import MOST_NOTCHES, Shown
+from porelang.tape import operations
 
-Progress = Callable[[int, int], None]
+#: What a round over the picture is of all the work: where it begins, how much it is, and of how much.
+Part = tuple[int, int, int]
+WHOLE: Part = (0, 1, 1)
 Distances = NDArray[np.float32]
 #: Rows, counted from the top, and columns of a picture.
 Tile = tuple[slice, slice]
@@ -38,10 +42,9 @@ COMPILING, DRAWING = 600.0, 60.0
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What is drawn: a root with its params set, the box that is shown of it, and what is known of its cells."""
+    """What is drawn: a formula, the box that is shown of it, and what is known of its cells; and the params' ranges."""
 
-    root: Node
-    params: Mapping[str, float]
+    part: Formula
     ranges: Mapping[str, tuple[float, float]]
     cells: Cells
     shown: Shown
@@ -56,7 +59,8 @@ class Marcher:
 
     def __init__(self, scene: Scene, camera: Camera, size: tuple[int, int], gpu: Gpu, samples: int = 1):
         self.size, self.gpu, self.pixel = size, gpu, camera.pixel(size, scene.box)
-        self.shader = _shader(scene.root, tuple(sorted(scene.ranges.items())), bool(scene.shown.notches))
+        self.shader = _shader(scene.part.roots, tuple(sorted(scene.ranges.items())), bool(scene.shown.notches))
+        self.data = resident(scene.part, self.shader)
         box, pixel = scene.box, self.pixel
         middle = np.add(box.lo, box.hi) / 2
         farthest = float(np.linalg.norm(camera.eye - middle) + np.linalg.norm(box.size))
@@ -65,9 +69,8 @@ class Marcher:
         rounded = 2.0**-23 * float(np.abs(np.concatenate([camera.eye, box.lo, box.hi])).max())
         self.nearest = max(0.2 * pixel, 1e-6 * farthest, 4 * rounded)
         self.finest = max(FINEST * pixel, 1e-7 * farthest, rounded)
-        known = uniform_values(self.shader.uniforms, scene.params)
         with np.errstate(over="ignore"):
-            numbers = np.array([known[n] for n in self.shader.uniforms], dtype=np.float32)
+            numbers = np.array(scene.part.but(*self.shader.uniforms).numbers, dtype=np.float32)
         corners = np.zeros((2, MOST_NOTCHES, 3))
         for i, notch in enumerate(scene.shown.notches):
             corners[:, i] = notch.lo, notch.hi
@@ -95,27 +98,25 @@ class Marcher:
         self.cells = scene.cells.values
         self.per_pixel, self.steps = self._probe()
 
-    def light(self, distances: Distances, progress: Progress | None = None, glass: bool = False) -> NDArray[np.uint8]:
+    def light(self, distances: Distances, part: Part = WHOLE, glass: bool = False) -> NDArray[np.uint8]:
         """The picture of what lies at `distances`: (height, width, 4) bytes, alpha 0 where no part is seen.
 
         Of glass all colours are the brightness, alpha is how much it hides, and the faces of cuts are left out.
         """
         out = np.zeros((*distances.shape, 4), np.uint8)
-        for tile in self._tiles(progress):
+        for tile in self._tiles(part):
             if np.isfinite(distances[tile]).any():
                 out[tile] = self._draw(GLASS if glass else LIGHT, self.size, tile, DRAWING, distances[tile])
         return out
 
-    def distances(
-        self, progress: Progress | None = None, behind: Distances | None = None, leaving: bool = False
-    ) -> Distances:
+    def distances(self, part: Part = WHOLE, behind: Distances | None = None, leaving: bool = False) -> Distances:
         """How far from the eye each ray meets the part, in mm (height, width); infinite where it does not.
 
         Asked for what lies `behind` other distances, it is where the ray meets the part from there on; or where it
         leaves the part.
         """
         out = np.empty(self.size[::-1], np.float32)
-        for tile in self._tiles(progress):
+        for tile in self._tiles(part):
             before = None if behind is None else behind[tile]
             if before is not None and not np.isfinite(before).any():
                 out[tile] = np.inf
@@ -135,8 +136,8 @@ class Marcher:
         steps = _numbers(self._draw(STEPS, PROBE, few, COMPILING), np.uint32)
         return taken / (PROBE[0] * PROBE[1]), float(steps.mean())
 
-    def _tiles(self, progress: Progress | None) -> Iterator[Tile]:
-        """Squares that cover the picture, each of which takes about CALL seconds."""
+    def _tiles(self, part: Part) -> Iterator[Tile]:
+        """Squares that cover the picture, each of which takes about CALL seconds; `part` is their share of the work."""
         width, height = self.size
         side = int(np.clip((CALL / max(self.per_pixel, 1e-12)) ** 0.5, SMALLEST, LARGEST)) // 16 * 16
         done = 0
@@ -145,8 +146,8 @@ class Marcher:
                 w, h = min(side, width - left), min(side, height - top)
                 yield _tile(left, top, w, h)
                 done += w * h
-                if progress is not None:
-                    progress(done, width * height)
+                begin, parts, of = part
+                tell(begin * width * height + parts * done, of * width * height)
 
     def _draw(
         self,
@@ -171,7 +172,8 @@ class Marcher:
         }
         try:
             return self.gpu.render(self.shader.text, size=(width, height), uniforms=self.uniforms | here,
-                                   inputs=[self.cells, known.astype(np.float32)], timeout=timeout)  # fmt: skip
+                                   inputs=[self.cells, known.astype(np.float32)], data=self.data, timeout=timeout,
+                                   cancel=cancelled)  # fmt: skip
         except GpuFailed as failed:
             raise _failed(failed) from None
 
@@ -186,15 +188,15 @@ def _numbers(pixels: NDArray[np.uint8], form: type[np.float32] | type[np.uint32]
 
 
 @lru_cache(maxsize=64)
-def _shader(root: Node, ranges: tuple[tuple[str, tuple[float, float]], ...], notched: bool) -> Shader:
-    length = len(order([root]))
+def _shader(roots: tuple[Node, ...], ranges: tuple[tuple[str, tuple[float, float]], ...], notched: bool) -> Shader:
+    length = operations(roots)
     if length > LONGEST:
         raise fail(
             "E121",
             f"the program is too long for a shader: {length:,} operations, where drivers manage {LONGEST:,}",
             hint="`pore mesh --backend numpy` has no such limit, and its mesh can be looked at",
         )
-    made = shader(root, dict(ranges), "fragment")
+    made = shader(roots, dict(ranges), "fragment")
     version, rest = made.text.split("\n", 1)
     return replace(made, text=f"{version}\n#define NOTCHED\n{rest}") if notched else made
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, BinaryIO, Literal
 
@@ -11,19 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.box import Box
+from porelang.atomic import save
 from porelang.diagnostics import fail, suggest
+from porelang.field import Bounds, checked_bounds, make_field
 from porelang.ir import Node
-from porelang.mesh.output import Bounds, checked_bounds
-from porelang.program import Program, make_field
+from porelang.program import Design, Program
+from porelang.progress import activity
 from porelang.render import planes
 from porelang.render.camera import VIEWS, Camera, Projection, look
 from porelang.render.cells import bound_cells
 from porelang.render.cuts import Cut, take_away, whole
 from porelang.render.legend import legend, strip_of
-from porelang.render.march import Distances, Marcher, Progress, Scene
+from porelang.render.march import Distances, Marcher, Scene
 from porelang.render.planes import Plane, Scale
-from porelang.rewrites import Graph, run
-from porelang.settings import Setting
 from porelang.units import RATIO
 
 Solid = Literal["none", "opaque", "glass"]
@@ -79,23 +78,21 @@ class Picture:
 
 
 def render_output(
-    program: Program,
+    design: Design,
     name: str | None = None,
     wishes: Wishes | None = None,
     bounds: Bounds | None = None,
-    settings: Mapping[str, Setting] | None = None,
-    progress: Progress | None = None,
 ) -> Picture:
-    """A picture of an output (and of fields on planes) from a compiled program.
+    """A picture of an output of a design, and of fields on planes.
 
     Where `bounds` (mm) are given, the part is cut at them. Errors: E100-E103 about the output, E107 where bounds and
     cuts leave nothing, E111 where they hold nothing solid, E114 for a picture too large, E120-E122 about OpenGL.
     """
     wishes = wishes or Wishes()
     begun = time.perf_counter()
-    root, params = program.solid(name), program.settle(**(settings or {}))
-    plane_root = _field_named(program, wishes.field) if wishes.field else root
-    box = checked_bounds(bounds) if bounds is not None else _roomy(program.bounds(name, **(settings or {})))
+    part, program = design.of(name), design.program
+    shown_on_planes = design.formula(_field_named(program, wishes.field)) if wishes.field else part
+    box = checked_bounds(bounds) if bounds is not None else _roomy(design.bounds(name))
     shown = take_away(whole(box, bounds is not None), wishes.cuts)
     strip = strip_of(wishes.size) if wishes.legend is not None and wishes.slices else None
     size, samples = _samples(wishes, strip.width if strip else 0)
@@ -106,7 +103,7 @@ def render_output(
     far = np.full((height, width), np.inf, np.float32)
     covered, steps, scale, backend = 0.0, 0.0, None, ""
     if wishes.slices:
-        field = make_field((plane_root,), params, program.graph.ranges, "auto", "f32")
+        field = make_field(shown_on_planes, program.ranges, "auto", "f32")
         scale = wishes.scale or planes.reach(wishes.slices, stage, field)
         seen = planes.cross(wishes.slices, stage, camera, size, field)
         on = seen.which >= 0
@@ -116,15 +113,16 @@ def render_output(
     if wishes.solid != "none":
         from porelang.gpu.fields import gpu
 
-        scene = Scene(root, params, program.graph.ranges, bound_cells(root, params, shown.box), shown)
+        scene = Scene(part, program.ranges, bound_cells(part, shown.box), shown)
         if scene.cells.empty:
             raise fail("E111", "nothing solid lies in what is to be shown",
                        hint="solid is negative: widen --bounds, or take a --cut away")  # fmt: skip
-        marcher = Marcher(scene, camera, size, gpu(), samples)
+        marcher = Marcher(scene, camera, size, gpu("person"), samples)
         # where a plane lies in a cut face, the plane is seen
         far = far - 4 * np.float32(marcher.nearest)
         lay = _lay_glass if wishes.solid == "glass" else _lay_solid
-        covered, steps, backend = lay(over, marcher, far, progress), marcher.steps, "glsl"
+        with activity("drawing"):
+            covered, steps, backend = lay(over, marcher, far), marcher.steps, "glsl"
     pixels = _averaged(over, samples, wishes.transparent)
     if strip is not None and scale is not None:
         unit = wishes.legend or _unit_of(program, wishes.field or program.output(name))
@@ -138,8 +136,6 @@ def write_png(picture: Picture, path: str, transparent: bool = False) -> None:
     """Write a picture, whole or not at all. Errors: E113."""
     from PIL import Image
 
-    from porelang.mesh.export import save
-
     image = Image.fromarray(picture.pixels if transparent else np.ascontiguousarray(picture.pixels[..., :3]))
 
     def put(file: BinaryIO) -> None:
@@ -150,19 +146,13 @@ def write_png(picture: Picture, path: str, transparent: bool = False) -> None:
 
 def _field_named(program: Program, name: str) -> Node:
     """The flat root of an output, or of a `let` at the top of the file, that is a number. Errors: E100, E101."""
-    if name in program.outputs:
-        return program.solid(name)
-    lets = program.elaborated.lets
-    if name not in lets:
-        known = [*program.outputs, *lets]
+    found = program.named(name)
+    if found is None:
+        known = [*program.outputs, *program.elaborated.lets]
         near = suggest(name, known)
         raise fail("E100", f"the program has no output and no number called `{name}`",
                    hint=f"did you mean `{near}`?" if near else f"it has {', '.join(known)}")  # fmt: skip
-    graph = run(Graph({name: lets[name].node}, program.lowered.ranges))
-    if graph.reductions:
-        raise fail("E100", f"`{name}` needs numbers that are found from fields",
-                   hint=f"make it an output: `out {name} = ...`")  # fmt: skip
-    return graph.roots[name]
+    return found
 
 
 def _roomy(box: Box) -> Box:
@@ -192,18 +182,16 @@ def _samples(wishes: Wishes, strip: int) -> tuple[tuple[int, int], int]:
                hint=f"{MOST_SAMPLES // 1_000_000} million pixels are the most")  # fmt: skip
 
 
-def _lay_solid(over: Light, marcher: Marcher, far: Distances, progress: Progress | None) -> float:
+def _lay_solid(over: Light, marcher: Marcher, far: Distances) -> float:
     """Lay the part over what is there, where it is nearer than `far`. Returns the share of the picture it covers."""
-    # the second round over the picture takes twice as long
-    first, second = (None, None) if progress is None else (_part(progress, 0, 1, 3), _part(progress, 1, 2, 3))
-    distance = marcher.distances(first)
-    light = marcher.light(distance, second)
+    distance = marcher.distances((0, 1, 3))
+    light = marcher.light(distance, (1, 2, 3))  # this round over the picture takes twice as long
     front = distance < far
     over[front] = _with_outlines(light, distance, marcher.pixel * LEAP)[front]
     return float(np.isfinite(distance).mean())
 
 
-def _lay_glass(over: Light, marcher: Marcher, far: Distances, progress: Progress | None) -> float:
+def _lay_glass(over: Light, marcher: Marcher, far: Distances) -> float:
     """Lay the surface over what is there as clear glass, each time a ray meets or leaves the part.
 
     What lies behind `far` is hidden. Returns the share of the picture that the part covers.
@@ -212,8 +200,7 @@ def _lay_glass(over: Light, marcher: Marcher, far: Distances, progress: Progress
     colour = np.zeros((*far.shape, 3), np.float32)
     distance, covered = None, 0.0
     for layer in range(LAYERS):
-        told = None if progress is None else _part(progress, layer, 1, LAYERS)
-        distance = marcher.distances(told, distance, leaving=layer % 2 == 1)
+        distance = marcher.distances((layer, 1, LAYERS), distance, leaving=layer % 2 == 1)
         covered = covered or float(np.isfinite(distance).mean())
         distance[distance >= far] = np.inf
         if not np.isfinite(distance).any():
@@ -225,11 +212,6 @@ def _lay_glass(over: Light, marcher: Marcher, far: Distances, progress: Progress
     over[..., :3] = colour + through[..., None] * over[..., :3]
     over[..., 3] = (1 - through) + through * over[..., 3]
     return covered
-
-
-def _part(progress: Progress, begin: int, parts: int, of: int) -> Progress:
-    """A progress bar for some parts of the work: from `begin` on, `parts` in number, of so many."""
-    return lambda done, total: progress(begin * total + parts * done, of * total)
 
 
 def _with_outlines(light: NDArray[np.uint8], distance: Light, leap: float) -> Light:

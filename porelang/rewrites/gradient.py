@@ -1,13 +1,14 @@
 """Derivatives: every `d(f)` replaced by the symbolic partial derivative of f, found with the rules of the table.
 
-Fixed choices where a derivative does not exist: 0 for sqrt and hypot at 0, sign(0) = 0 for |x| at 0, and at a tie
-of min or
-max that of the first argument. Where a value jumps (floor, select) the derivative is that of the branch taken.
+Fixed choices where a derivative does not exist: 0 for sqrt and hypot at 0, sign(0) = 0 for |x| at 0, and at a tie of
+min or max that of the first argument. Where a value jumps (floor, select) the derivative is that of the branch taken.
 """
 
 from __future__ import annotations
 
-from porelang.ir import ONE, ZERO, Node, is_const, node, order
+from collections.abc import Sequence
+
+from porelang.ir import ONE, ZERO, Node, is_const, node, order, within
 from porelang.ops import TABLE, kind
 
 Triple = tuple[Node, Node, Node]
@@ -15,23 +16,24 @@ FLAT: Triple = (ZERO, ZERO, ZERO)
 _UNIT: dict[str, Triple] = {"x": (ONE, ZERO, ZERO), "y": (ZERO, ONE, ZERO), "z": (ZERO, ZERO, ONE)}
 
 
-def gradient(roots: dict[str, Node]) -> dict[str, Node]:
+def gradient(roots: Sequence[Node]) -> list[Node]:
     """The graph without `d` nodes."""
     known: dict[Node, Triple] = {}
     new: dict[Node, Node] = {}
-    for n in order(roots.values()):
+    for n in order(roots):
         args = tuple(new[a] for a in n.args)
         if n.op == "d":
-            new[n] = derivatives(args[0], known)[int(n.value or 0)]
+            assert isinstance(n.value, int)
+            new[n] = derivatives(args[0], known)[n.value]
         else:
             new[n] = node(n.op, *args, value=n.value)
-    return {name: new[root] for name, root in roots.items()}
+    return [new[root] for root in roots]
 
 
 def derivatives(root: Node, known: dict[Node, Triple] | None = None) -> Triple:
     """The partial derivatives of `root` (free of `d`) along x, y and z; `known` keeps them between calls."""
     known = {} if known is None else known
-    for n in order([root], lambda n: () if n in known else n.args):
+    for n in order([root], lambda n: () if n in known else within(n)):
         if n not in known:
             known[n] = _of(n, known)
     return known[root]

@@ -1,11 +1,13 @@
 """Frames: every `at(f, qx, qy, qz)` replaced by f with its coordinates substituted.
 
-A node is placed once per frame it is seen from, and a frame counts only the coordinates that the node depends on,
-so that a
-chain of nested transforms costs no more than the graph it results in.
+A node is placed once per frame it is seen from, and a frame counts only the coordinates that the node depends on, so
+that a chain of nested transforms costs no more than the graph it results in. The fields of a task are whole: they are
+seen from where they were written, whatever frame reads the task.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from porelang.diagnostics import fail
 from porelang.ir import X_AXIS, Y_AXIS, Z_AXIS, Node, X, Y, Z, node
@@ -16,12 +18,12 @@ HERE: Frame = (X, Y, Z)
 MOST_NODES = 300_000
 
 
-def place(roots: dict[str, Node]) -> dict[str, Node]:
+def place(roots: Sequence[Node]) -> list[Node]:
     """The graph without `at` nodes."""
     done: dict[tuple[Node, Frame], Node] = {}
-    for root in roots.values():
+    for root in roots:
         _place(root, done)
-    return {name: done[_seen(root, HERE)] for name, root in roots.items()}
+    return [done[_seen(root, HERE)] for root in roots]
 
 
 def _seen(n: Node, frame: Frame) -> tuple[Node, Frame]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from porelang.ir import ZERO, Node, Stage, const, is_const, node, rebuild
+from porelang.ir import ZERO, Into, Node, Stage, const, is_const, node, rebuild, whole, within
 from porelang.ops import TABLE
 from porelang.rewrite import Rule, rewrite
 
@@ -19,7 +19,7 @@ def computed(op: str, values: Sequence[float | bool]) -> float | bool:
     return bool(result) if isinstance(result, bool | np.bool_) else float(result)
 
 
-def fold(roots: dict[str, Node]) -> dict[str, Node]:
+def fold(roots: Sequence[Node]) -> list[Node]:
     """Every operation on constants replaced by its value."""
     return rebuild(roots, lambda n: n if n.op not in TABLE else _fold(n) or n)
 
@@ -30,9 +30,9 @@ def _fold(n: Node) -> Node | None:
     return const(computed(n.op, [a.value for a in n.args]))  # type: ignore[misc]  # a const holds a number
 
 
-def simplify(roots: dict[str, Node]) -> dict[str, Node]:
+def simplify(roots: Sequence[Node], into: Into = whole) -> list[Node]:
     """The graph after the rules below, with constants that appear folded at once."""
-    return rewrite(roots, RULES)
+    return rewrite(roots, RULES, into)
 
 
 def _same(n: Node) -> Node | None:
@@ -77,7 +77,7 @@ def _finite(n: Node, depth: int = 6) -> bool:
         return True
     if n.op == "const":
         return isinstance(n.value, float) and abs(n.value) < 1e12
-    if n.op == "mul" and not any(is_const(a) and abs(float(a.value or 0.0)) < 1e3 for a in n.args):
+    if n.op == "mul" and not any(isinstance(a.value, float) and abs(a.value) < 1e3 for a in n.args):
         return False
     below = ("neg", "add", "sub", "mul", "abs", "min", "max", "sin", "cos", "sin_turns", "cos_turns", "hypot", "floor")
     return depth > 0 and n.op in below and all(_finite(a, depth - 1) for a in n.args)
@@ -213,7 +213,7 @@ RULES = (
 )  # fmt: skip
 
 
-def share(roots: dict[str, Node]) -> dict[str, Node]:
+def share(roots: Sequence[Node], into: Into = whole) -> list[Node]:
     """Arguments of commutative operations in one order, so that a + b and b + a are one node."""
     rank: dict[Node, int] = {}
 
@@ -224,4 +224,9 @@ def share(roots: dict[str, Node]) -> dict[str, Node]:
         rank.setdefault(n, len(rank))
         return n
 
-    return rebuild(roots, step)
+    return rebuild(roots, step, into)
+
+
+def tidy(roots: Sequence[Node]) -> list[Node]:
+    """What was made of a flat graph, simplified and shared; its tasks stay the same nodes, as they are bound."""
+    return share(simplify(roots, within), within)

@@ -4,7 +4,8 @@
 them into a folder.
 """
 
+from porelang.slices.folder import MANIFEST
 from porelang.slices.stack import Format, Stack, stack_of
-from porelang.slices.write import MANIFEST, write_slices
+from porelang.slices.write import SLICING, write_slices
 
-__all__ = ["MANIFEST", "Format", "Stack", "stack_of", "write_slices"]
+__all__ = ["MANIFEST", "SLICING", "Format", "Stack", "stack_of", "write_slices"]

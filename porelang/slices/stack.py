@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from porelang.analysis.box import Box
 from porelang.diagnostics import fail
-from porelang.program import Field
+from porelang.field import Field
 
 Format = Literal["png", "svg"]
 #: Samples with the same y for a row; rows with the same x follow each other.

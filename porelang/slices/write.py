@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
-import tempfile
-from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import CancelledError
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from porelang.backends.numpy import Dtype
-from porelang.diagnostics import fail
-from porelang.mesh.output import Bounds, checked_bounds
-from porelang.program import Backend, Program, make_field
-from porelang.settings import Setting
+from porelang.field import Backend, Bounds, checked_bounds, make_field
+from porelang.program import Design
+from porelang.progress import activity, tell
+from porelang.slices.folder import MANIFEST, layers_folder, replace_folder
 from porelang.slices.outline import area_of, outlines
 from porelang.slices.stack import Band, Format, Stack, layers, stack_of
 
-MANIFEST = "layers.json"
+SLICING = "slicing"
 
 
 def write_slices(
-    program: Program,
+    design: Design,
     folder: str | Path,
     step: float,
     *,
@@ -35,36 +31,27 @@ def write_slices(
     bounds: Bounds | None = None,
     backend: Backend = "numpy",
     dtype: Dtype = "f32",
-    settings: Mapping[str, Setting] | None = None,
-    progress: Callable[[int, int], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
 ) -> dict[str, Any]:
     """Write a layer every `step` mm into a folder, with a manifest, and return the manifest.
 
     PNG: white is solid, y points up, one pixel is `pixel` mm (by default the step). SVG: closed contours in mm, from
     samples as far apart. The manifest names each layer's file, height and area. The folder appears whole or not at
-    all; an older folder of layers is replaced, any other is left alone.
-    Errors: E113 for a folder that is in the way, E114 for too many layers, and those of the output.
+    all; an older folder of layers is replaced, one that holds anything else is left alone.
+    Errors: E113 for a folder that is in the way or cannot be written, E114 for too many layers, those of the output.
     """
-    settings = settings or {}
-    target = Path(folder)
-    _clear_for(target)
-    root, values = program.solid(name), program.settle(**settings)
-    box = checked_bounds(bounds) if bounds is not None else program.bounds(name, **settings)
+    layers_folder(folder)  # what is refused is refused before anything is computed
+    formula = design.of(name)
+    box = checked_bounds(bounds) if bounds is not None else design.bounds(name)
     stack = stack_of(box, step, pixel or step)
-    field = make_field((root,), values, program.graph.ranges, backend, dtype)
+    field = make_field(formula, design.program.ranges, backend, dtype)
     write = _png if form == "png" else _svg
     digits = max(4, len(str(len(stack.z))))
-    temporary = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.resolve().parent))
-    try:
+    with replace_folder(folder) as draft, activity(SLICING):
         areas: list[float] = []
         files = [f"layer_{k:0{digits}}.{form}" for k in range(len(stack.z))]
         for k, bands in layers(field, stack, frame=form == "svg"):
-            areas.append(write(temporary / files[k], bands, stack, k))
-            if progress is not None:
-                progress(k + 1, len(stack.z))
-            if cancel is not None and cancel():
-                raise CancelledError
+            areas.append(write(draft / files[k], bands, stack, k))
+            tell(k + 1, len(stack.z))
         manifest = {
             "layers": len(stack.z),
             "format": form,
@@ -76,27 +63,8 @@ def write_slices(
             "area": areas,
             "volume": float(np.array(areas) @ stack.thickness),
         }
-        (temporary / MANIFEST).write_text(json.dumps(manifest))
-        temporary.chmod(0o755)
-        if target.exists():
-            shutil.rmtree(target)
-        os.replace(temporary, target)
-    except BaseException:
-        shutil.rmtree(temporary, ignore_errors=True)
-        raise
+        (draft / MANIFEST).write_text(json.dumps(manifest))
     return manifest
-
-
-def _clear_for(target: Path) -> None:
-    """Refuse a target that is not ours to replace. Errors: E113."""
-    if not target.resolve().parent.is_dir():
-        raise fail("E113", f"cannot write `{target}`: its folder does not exist", hint=f"mkdir -p {target.parent}")
-    if target.exists() and not target.is_dir():
-        raise fail("E113", f"`{target}` is a file, and layers need a folder", hint="name a new folder")
-    if target.is_dir() and any(target.iterdir()) and not (target / MANIFEST).exists():
-        raise fail(
-            "E113", f"the folder `{target}` holds other things", hint="name a new folder, or an older one of layers"
-        )
 
 
 def _png(path: Path, bands: Iterable[Band], stack: Stack, k: int) -> float:

@@ -55,7 +55,7 @@ class Default:
 
 
 class Builder:
-    """The actions of the grammar's rules. Holds no state: each word carries its place and source."""
+    """The actions of the grammar's rules. Holds no state: each token carries its place and source."""
 
     # ---- statements
 
@@ -227,8 +227,8 @@ class Builder:
     def text(self, children: list[Any]) -> tree.Text:
         return _text(children[0])
 
-    def truth(self, children: list[Any]) -> tree.Truth:
-        return tree.Truth(children[0].span, children[0].type == "TRUE")
+    def truth(self, children: list[Any]) -> tree.Boolean:
+        return tree.Boolean(children[0].span, children[0].type == "TRUE")
 
     def name(self, children: list[Any]) -> tree.Name:
         return tree.Name(children[0].span, children[0].text)
@@ -236,8 +236,8 @@ class Builder:
     def parens(self, children: list[Any]) -> Parens:
         return Parens(children[0].span.to(children[-1].span), tuple(children[1:-1]))
 
-    def list_of(self, children: list[Any]) -> tree.ListOf:
-        return tree.ListOf(children[0].span.to(children[-1].span), tuple(children[1:-1]))
+    def list_of(self, children: list[Any]) -> tree.List:
+        return tree.List(children[0].span.to(children[-1].span), tuple(children[1:-1]))
 
     def comprehension(self, children: list[Any]) -> tree.Comprehension:
         opened, *clauses, _, value, close = children
@@ -274,7 +274,7 @@ def _value(node: Any) -> Any:
 
 
 def _same_line(opened: Token, target: Any) -> None:
-    if opened.fresh:
+    if opened.starts_line:
         raise PoreError(new_value(opened, target.span))
 
 

@@ -1,4 +1,4 @@
-"""Where a statement stops to read, and what is known of that place: what a diagnostic is made from."""
+"""Where the parser stops in a statement, and what is known of that place: what a diagnostic is made from."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.source import Span
 from porelang.syntax.tokens import CLOSING, OPENING, STATEMENTS, VALUE_END, Token
 
-WORDS = STATEMENTS | {"IF", "THEN", "ELSE", "ELSE_IF", "FOR", "IN", "WHERE", "AND", "OR", "NOT", "TRUE", "FALSE"}
+KEYWORDS = STATEMENTS | {"IF", "THEN", "ELSE", "ELSE_IF", "FOR", "IN", "WHERE", "AND", "OR", "NOT", "TRUE", "FALSE"}
 
 
 @dataclass(frozen=True)
 class Failure:
-    """The words of a statement, which of them does not fit (the last is the end), and what would fit there."""
+    """The tokens of a statement, which of them does not fit (the last is the end), and what would fit there."""
 
     tokens: list[Token]
     at: int
@@ -43,7 +43,7 @@ class Failure:
 
     @cached_property
     def within(self) -> list[Token]:
-        """What is open at the place: brackets, and the last word of each `if` that has no `else` yet."""
+        """What is open at the place: brackets, and the last keyword of each `if` that has no `else` yet."""
         opened: list[Token] = []
         for token in self.tokens[: self.at]:
             kind = token.type
@@ -70,7 +70,7 @@ class Failure:
         return self.within[-1].type == "LBRACK" and opened > 0 and self.tokens[opened - 1].type in VALUE_END
 
     def opening(self, at: int) -> int:
-        """Where the bracket opens that the word `at` closes; -1 if it closes none."""
+        """Where the bracket opens that the token `at` closes; -1 if it closes none."""
         depth = 0
         for i in range(at, -1, -1):
             depth += (self.tokens[i].type in CLOSING) - (self.tokens[i].type in OPENING)
@@ -80,10 +80,10 @@ class Failure:
 
     @property
     def gap(self) -> Span:
-        """The empty place right after the last word that fitted."""
+        """The empty place right after the last token that fitted."""
         return Span(self.found.span.source, self.before.span.end, self.before.span.end)
 
-    def say(self, code: str, message: str, label: str = "", hint: str = "", edit: Edit | None = None) -> Diagnostic:
+    def error(self, code: str, message: str, label: str = "", hint: str = "", edit: Edit | None = None) -> Diagnostic:
         return Diagnostic(code, message, self.found.span, label, hint=hint, edit=edit)
 
     def insert(self, text: str) -> Edit:
@@ -94,7 +94,7 @@ class Failure:
 
 
 def describe(token: Token) -> str:
-    """A word of the source in a sentence."""
+    """A token of the source in a sentence."""
     shown = token.text if len(token.text) <= 40 else token.text[:37] + "..."
     match token.type:
         case "$END":
@@ -107,7 +107,7 @@ def describe(token: Token) -> str:
             return f"the name `{shown}`"
         case "STRING":
             return f"the text {shown}"
-    return f"the word `{shown}`" if token.type in WORDS else f"`{shown}`"
+    return f"the word `{shown}`" if token.type in KEYWORDS else f"`{shown}`"
 
 
 def new_value(opened: Token, before: Span) -> Diagnostic:
@@ -119,4 +119,13 @@ def new_value(opened: Token, before: Span) -> Diagnostic:
         others=(Label(before, "this value ends here"),),
         hint=f"put a comma between the two, or the `{opened.text}` on the line before",
         edit=Edit(Span(before.source, before.end, before.end), ","),
+    )
+
+
+def reserved(f: Failure, what: str) -> Diagnostic:
+    """Of a keyword where a name has to stand; `what` says which name."""
+    text = f.found.text
+    hint = f"choose another name, `{text}_` for one"
+    return f.error(
+        "E010", f"`{text}` is a word of the language and cannot be {what}", hint=hint, edit=f.instead(text + "_")
     )

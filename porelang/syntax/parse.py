@@ -6,23 +6,20 @@ one is reported and every good one is kept. Nothing here recurses: how deep a pr
 
 from __future__ import annotations
 
-import hashlib
-import io
-import platform
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from porelang import cache as store
 from porelang import resources
 from porelang.diagnostics import Diagnostic, Edit, PoreError
+from porelang.once import once
 from porelang.source import Source, Span
 from porelang.syntax import tree
 from porelang.syntax.builder import Bare, Builder
 from porelang.syntax.failure import Failure
 from porelang.syntax.mistakes import explain
-from porelang.syntax.tokens import READ_HERE, LexedToken, Piece, Token, split, words
+from porelang.syntax.tables import pack, unpack
+from porelang.syntax.tokens import LEXER_ONLY, LexedToken, RawStatement, Token, split_statements, tokenize
 
 if TYPE_CHECKING:
     import lark
@@ -34,30 +31,33 @@ MOST = 50  # diagnostics of one source
 
 
 class KeepAll:
-    """Has the lexer keep the terminals that no rule names; the reader takes them out."""
+    """Has the lexer keep the terminals that no rule names; `tokens` takes them out."""
 
-    always_accept = READ_HERE
+    always_accept = LEXER_ONLY
 
     def process(self, stream: Iterator[lark.Token]) -> Iterator[lark.Token]:
         return stream
 
 
-def parse(source: Source) -> tuple[tree.File, list[Diagnostic]]:
-    """The statements of a source that could be read, and one diagnostic for each that could not (50 at most)."""
+def parse(source: Source, start: int = 0, end: int | None = None) -> tuple[tree.File, list[Diagnostic]]:
+    """The statements of a source that could be read, and one diagnostic for each that could not (50 at most).
+
+    `start..end` is the part of the text to be read, by characters: a whole number of statements.
+    """
     if len(source.text) > LARGEST:
         message = f"this file is too large: {len(source.text)} characters, where {LARGEST} are read"
         hint = "share definitions with `use`"
         return tree.File(source, ()), [Diagnostic("E028", message, Span(source, 0, 0), hint=hint)]
     statements: list[tree.Statement] = []
     diagnostics: list[Diagnostic] = []
-    for piece, following in _followed(split(list(words(source, _lexed(source.text))))):
+    for raw, following in _followed(split_statements(list(tokenize(source, _lexed(source.text[start:end], start))))):
         try:
-            if piece.tokens:
-                statements.append(_statement(piece, following))
+            if raw.tokens:
+                statements.append(_statement(raw, following))
         except PoreError as error:
             diagnostics.extend(error.diagnostics)
-        if piece.remark is not None:
-            diagnostics.append(piece.remark)
+        if raw.error_after is not None:
+            diagnostics.append(raw.error_after)
         if len(diagnostics) >= MOST:
             break
     return tree.File(source, tuple(statements)), sorted(diagnostics, key=_start)[:MOST]
@@ -72,57 +72,50 @@ def build(text: str, *, strict: bool = False) -> lark.Lark:
     )
 
 
-@cache
+@once
 def parser() -> lark.Lark:
-    """The parser, from the cache where it is there; the import of lark waits until something has to be parsed."""
-    import lark
-
+    """The parser, from the tables in the package; the import of lark waits until something has to be parsed."""
     text = resources.read(GRAMMAR)
-    made_of = "\n".join((lark.__version__, platform.python_implementation(), platform.python_version(), text))
-    key = f"grammar-{hashlib.sha256(made_of.encode()).hexdigest()[:32]}"
-    if (kept := store.get(key)) is not None:
-        try:
-            return lark.Lark.load(io.BytesIO(kept))
-        except Exception:  # a damaged file can fail in any way; it is written anew below
-            pass
-    made = build(text)
-    out = io.BytesIO()
-    made.save(out)
-    store.put(key, out.getvalue())
-    return made
+    return unpack(text, transformer=Builder(), postlex=KeepAll()) or build(text)
 
 
-def _lexed(text: str) -> Iterable[LexedToken]:
+def tables() -> str:
+    """The text of `grammar/pore.lalr.json` as it has to be: the tables of the grammar."""
+    text = resources.read(GRAMMAR)
+    return pack(build(text), text)
+
+
+def _lexed(text: str, offset: int = 0) -> Iterable[LexedToken]:
     thread: Any = parser().parse_interactive(text).lexer_thread
     for token in thread.lex(None):
-        yield LexedToken(token.type, str(token), token.start_pos or 0)
+        yield LexedToken(token.type, str(token), offset + (token.start_pos or 0))
 
 
 def _start(diagnostic: Diagnostic) -> int:
     return diagnostic.span.start if diagnostic.span else 0
 
 
-def _followed(pieces: Iterator[Piece]) -> Iterator[tuple[Piece, Token | None]]:
-    """Each piece with the first word of the next one that has any."""
-    waiting: Piece | None = None
-    for piece in pieces:
-        if not piece.tokens:
-            yield piece, None
+def _followed(statements: Iterator[RawStatement]) -> Iterator[tuple[RawStatement, Token | None]]:
+    """Each statement with the first token of the next one that has any."""
+    waiting: RawStatement | None = None
+    for raw in statements:
+        if not raw.tokens:
+            yield raw, None
             continue
         if waiting is not None:
-            yield waiting, piece.tokens[0]
-        waiting = piece
+            yield waiting, raw.tokens[0]
+        waiting = raw
     if waiting is not None:
         yield waiting, None
 
 
-def _statement(piece: Piece, following: Token | None) -> tree.Statement:
-    if piece.trouble is not None:
-        raise PoreError(piece.trouble)
-    statement: tree.Statement | Bare = _parsed(piece.tokens)
-    if len(piece.tokens) > DEEPEST and _is_deep(statement):
+def _statement(raw: RawStatement, following: Token | None) -> tree.Statement:
+    if raw.error is not None:
+        raise PoreError(raw.error)
+    statement: tree.Statement | Bare = _parsed(raw.tokens)
+    if len(raw.tokens) > DEEPEST and _is_deep(statement):
         hint = "name the inner parts with `let`"
-        raise PoreError(Diagnostic("E027", "this statement is nested too deeply", piece.tokens[0].span, hint=hint))
+        raise PoreError(Diagnostic("E027", "this statement is nested too deeply", raw.tokens[0].span, hint=hint))
     if isinstance(statement, Bare):
         if following is not None:
             raise PoreError(_not_last(statement, following))

@@ -1,8 +1,8 @@
-"""From characters to statements: the words of a source, and where its statements begin and end.
+"""From characters to statements: the tokens of a source, and where its statements begin and end.
 
 A line end ends a statement, except inside `( )` and `[ ]`, after a binary operator, `=`, `,` and their kin, and before
 a line that starts with a binary operator. Inside `{ }` it separates. A bracket that is never closed, or a character
-that means nothing, costs its own statement: each piece is parsed by itself.
+that means nothing, costs its own statement: each statement is parsed by itself.
 """
 
 from __future__ import annotations
@@ -13,22 +13,22 @@ from typing import NamedTuple
 
 from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.source import Source, Span
-from porelang.syntax.signs import strange_sign
+from porelang.syntax.foreign import foreign_symbol
 
 NESTING = 200  # brackets within brackets
 
-# What the lexer yields though no rule of the grammar names it.
-STRANGE = frozenset({"FOREIGN", "UNCLOSED", "JUNK"})
-READ_HERE = ("NEWLINE", "SEMICOLON", "DOC", *sorted(STRANGE))
+# Terminals that the lexer yields and no rule of the grammar names.
+FOREIGN = frozenset({"FOREIGN", "UNCLOSED", "JUNK"})
+LEXER_ONLY = ("NEWLINE", "SEMICOLON", "DOC", *sorted(FOREIGN))
 
 STATEMENTS = frozenset({"USE", "PARAM", "LET", "DEF", "OUT", "CHECK"})
 OPENING = {"LPAR": "RPAR", "LBRACK": "RBRACK", "LBRACE": "RBRACE", "SET": "RBRACE"}
 CLOSING = frozenset(OPENING.values())
-BRACES = frozenset({"LBRACE", "SET"})
 
 OPERATORS = frozenset(
     ("COMPARE", "PIPE", "BAR", "AMP", "BACKSLASH", "PLUS", "STAR", "SLASH", "PERCENT", "CARET", "AT", "AND", "OR")
 )
+BINARY = OPERATORS | {"MINUS"}
 _BOTH_SIDES = OPERATORS | {
     *("EQUAL", "ARROW", "_COMMA", "COLON", "DOTS", "DOT"),
     *("THEN", "ELSE", "ELSE_IF", "IN", "WHERE"),
@@ -40,25 +40,26 @@ CONTINUING = _BOTH_SIDES | CLOSING
 
 # A value can end with these; what stands after them is an operator, a bracket or the end.
 VALUE_END = frozenset({"NAME", "NUMBER", "STRING", "TRUE", "FALSE", *CLOSING})
+VALUE_START = frozenset({"NAME", "NUMBER", "STRING", "TRUE", "FALSE", "LPAR", "LBRACK", "LBRACE", "NOT", "IF"})
 
 
 class Token(NamedTuple):
-    """A word of the source; `fresh` if it is the first on its line, `doc` the `##` lines right above it."""
+    """A token of the source; `starts_line` if it is the first on its line, `doc` the `##` lines right above it."""
 
     type: str
     text: str
     span: Span
-    fresh: bool
+    starts_line: bool
     doc: str = ""
 
 
 @dataclass(slots=True)
-class Piece:
-    """The words of one statement; `trouble` if it need not be parsed; `remark` on what stands after it."""
+class RawStatement:
+    """The tokens of one statement; `error` if it need not be parsed; `error_after` of what stands after it."""
 
     tokens: list[Token] = field(default_factory=list)
-    trouble: Diagnostic | None = None
-    remark: Diagnostic | None = None
+    error: Diagnostic | None = None
+    error_after: Diagnostic | None = None
 
 
 class LexedToken(NamedTuple):
@@ -69,18 +70,18 @@ class LexedToken(NamedTuple):
     start: int
 
 
-def words(source: Source, lexed: Iterable[LexedToken]) -> Iterator[Token]:
-    """The tokens of a source without its line ends; documentation is handed to the word it stands before."""
-    fresh = True
+def tokenize(source: Source, lexed: Iterable[LexedToken]) -> Iterator[Token]:
+    """The tokens of a source without its line ends; documentation is handed to the token it stands before."""
+    starts_line = True
     doc: list[str] = []
     line_ends = 1  # since the last token
     for kind, text, start in lexed:
         if kind == "NEWLINE":
-            fresh = True
+            starts_line = True
             line_ends += len(text)
             continue
         if kind == "DOC":
-            if fresh:
+            if starts_line:
                 doc = doc if line_ends == 1 else []
                 doc.append(text)
                 line_ends = 0
@@ -90,62 +91,62 @@ def words(source: Source, lexed: Iterable[LexedToken]) -> Iterator[Token]:
             if kind in ("DEF", "PARAM") and line_ends == 1:
                 said = "\n".join(line[2:].removeprefix(" ").rstrip() for line in doc)
             doc = []
-        yield Token(kind, text, Span(source, start, start + len(text)), fresh, said)
-        fresh = False
+        yield Token(kind, text, Span(source, start, start + len(text)), starts_line, said)
+        starts_line = False
         line_ends = 0
 
 
-def split(tokens: list[Token]) -> Iterator[Piece]:
-    """The statements of a source, in order; what is not well bracketed or not a word of Pore is marked as trouble."""
-    piece = Piece()
+def split_statements(tokens: list[Token]) -> Iterator[RawStatement]:
+    """The statements of a source, in order; what is not well bracketed or not a token of Pore is marked as an error."""
+    raw = RawStatement()
     opened: list[Token] = []
     closed = _closed_braces(tokens)
     for i, token in enumerate(tokens):
         kind = token.type
-        if token.fresh and piece.tokens:
-            last = piece.tokens[-1].type
+        if token.starts_line and raw.tokens:
+            last = raw.tokens[-1].type
             inner = opened[-1].type if opened else ""
             goes_on = kind not in STATEMENTS and (last in UNFINISHED or kind in CONTINUING)
             if opened and _restarts(token, opened[-1], closed):
-                piece.trouble = piece.trouble or _unclosed(opened[-1], token)
-                yield piece
-                piece, opened = Piece(), []
+                raw.error = raw.error or _unclosed(opened[-1], token)
+                yield raw
+                raw, opened = RawStatement(), []
             elif not opened and not goes_on:
-                yield piece
-                piece = Piece()
+                yield raw
+                raw = RawStatement()
             elif inner == "LBRACE" and not goes_on:
-                piece.tokens.append(token._replace(type="_SEP", text="\n", doc="", span=_empty(token)))
+                raw.tokens.append(token._replace(type="_SEP", text="\n", doc="", span=_empty(token)))
         if kind == "SEMICOLON" and not opened:
-            piece.remark = _semicolon(token, tokens, i)
-            yield piece
-            piece = Piece()
+            raw.error_after = _semicolon(token, tokens, i)
+            yield raw
+            raw = RawStatement()
             continue
-        token = _placed(token, piece.tokens, opened)
+        token = _placed(token, raw.tokens, opened)
         kind = token.type
         if kind in OPENING:
             opened.append(token)
-            if len(opened) > NESTING and piece.trouble is None:
-                piece.trouble = Diagnostic(
+            if len(opened) > NESTING and raw.error is None:
+                raw.error = Diagnostic(
                     "E027",
                     f"brackets are nested more than {NESTING} levels deep",
                     token.span,
                     hint="name the inner parts with `let`",
                 )
         elif kind in CLOSING:
-            piece.trouble = piece.trouble or _mismatch(token, opened)
+            raw.error = raw.error or _mismatch(token, opened)
             _close(token, opened)
-        elif kind in STRANGE:
-            piece.trouble = piece.trouble or strange_sign(token.type, token.span)
+        elif kind in FOREIGN:
+            raw.error = raw.error or foreign_symbol(token.type, token.span)
             if kind == "UNCLOSED":  # it took the rest of its line, brackets and all
                 opened = []
         if kind == "ELSE_IF":
-            piece.tokens[-1] = token
+            raw.tokens[-1] = token
         else:
-            piece.tokens.append(token)
+            raw.tokens.append(token)
     if opened:
-        piece.trouble = piece.trouble or _unclosed(opened[-1], None)
-    if piece.tokens:
-        yield piece
+        raw.error = raw.error or _unclosed(opened[-1], None)
+    if raw.tokens:
+        yield raw
 
 
 def _placed(token: Token, before: list[Token], opened: list[Token]) -> Token:
@@ -154,7 +155,9 @@ def _placed(token: Token, before: list[Token], opened: list[Token]) -> Token:
         return token
     kind, last, head = token.type, before[-1], before[0].type
     if kind == "IF" and last.type == "ELSE":
-        return token._replace(type="ELSE_IF", text="else if", span=last.span.to(token.span), fresh=last.fresh)
+        return token._replace(
+            type="ELSE_IF", text="else if", span=last.span.to(token.span), starts_line=last.starts_line
+        )
     if kind == "LBRACE" and last.type == "IN" and head == "PARAM":
         return token._replace(type="SET")
     if kind == "SEMICOLON":
@@ -187,7 +190,12 @@ def _closed_braces(tokens: list[Token]) -> frozenset[int]:
         elif token.type == "RBRACE":
             if opened:
                 closed.add(opened.pop())
-        elif token.type in STATEMENTS and token.type not in ("LET", "DEF") and token.fresh and _in_first_column(token):
+        elif (
+            token.type in STATEMENTS
+            and token.type not in ("LET", "DEF")
+            and token.starts_line
+            and _in_first_column(token)
+        ):
             opened.clear()
     return frozenset(closed)
 
@@ -252,7 +260,7 @@ def _mismatch(token: Token, opened: list[Token]) -> Diagnostic | None:
 
 
 def _semicolon(token: Token, tokens: list[Token], at: int) -> Diagnostic:
-    last = at + 1 == len(tokens) or tokens[at + 1].fresh
+    last = at + 1 == len(tokens) or tokens[at + 1].starts_line
     return Diagnostic(
         "E020",
         "a line end ends a statement, not `;`",

@@ -25,7 +25,7 @@ class Text:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Truth:
+class Boolean:
     """`true` or `false`."""
 
     span: Span
@@ -128,7 +128,7 @@ class Block:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ListOf:
+class List:
     """`[a, b, c]`."""
 
     span: Span
@@ -145,7 +145,7 @@ class Comprehension:
 
 
 Expr = (
-    Number | Text | Truth | Name | Member | Index | Call | Unary | Chain | If | Lambda | Block | ListOf | Comprehension
+    Number | Text | Boolean | Name | Member | Index | Call | Unary | Chain | If | Lambda | Block | List | Comprehension
 )
 
 

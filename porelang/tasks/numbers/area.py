@@ -9,13 +9,12 @@ are stratified in pairs, as points are for volumes; the error is four standard d
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
 from porelang.analysis.bounds import Points
 from porelang.data import Reduced
-from porelang.ir import Node
+from porelang.formula import Formula
 from porelang.tasks.numbers.region import finer, region
 from porelang.tasks.numbers.rods import Count, Crossings, Rods, Values, along
 
@@ -29,12 +28,12 @@ _CHEAP, _MOST = 300_000, 1_500_000  # pieces of lines; beyond the most, the erro
 _NO_NORMAL, _DOUBT = (1 + 1 / math.sqrt(3)) / 2, (1 - 1 / math.sqrt(3)) / 2
 
 
-def area(root: Node, params: Mapping[str, float], accuracy: float = ACCURACY) -> Reduced:
+def area(solid: Formula, accuracy: float = ACCURACY) -> Reduced:
     """The area in mm^2, of walls of any thinness."""
-    where = finer(root, params, region(root, params, "the solid", apart=True))
+    where = finer(solid, region(solid, "the solid", apart=True))
     if not len(where.undecided):
         return Reduced(0.0, 0.0)
-    rods = Rods(root, params)
+    rods = Rods(solid)
     sure = rods.rising(where.undecided, where.size)
     m = 1
     while True:

@@ -8,7 +8,6 @@ be at all: if that is attained within the solid, nothing is left to do.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,15 +15,17 @@ from numpy.typing import NDArray
 
 from porelang.analysis.bounds import Points, box_test, slopes
 from porelang.analysis.box import Box
-from porelang.analysis.enclose import EXACT, enclose, fixed
+from porelang.analysis.enclose import EXACT, boxes, enclose
 from porelang.analysis.phases import over_phases
 from porelang.backends.numpy import NumpyField
 from porelang.data import Reduced
 from porelang.diagnostics import fail
-from porelang.interval import INF, Interval, interval
-from porelang.ir import Node, node, order
+from porelang.formula import Formula
+from porelang.interval import INF, Interval
+from porelang.ir import node
 from porelang.progress import tell
-from porelang.rewrites.simplify import share, simplify
+from porelang.rewrites.simplify import tidy
+from porelang.tape import operations
 from porelang.tasks.numbers.region import Region, finer_throughout, halves, region
 
 #: The proven gap, relative to the range of values met.
@@ -38,28 +39,28 @@ _CURVED = 400  # operations: of longer formulas the second derivatives cost more
 Values = NDArray[np.float64]
 
 
-def minimum(root: Node, within: Node, params: Mapping[str, float]) -> Reduced:
-    """The least value of `root` where `within <= 0`, attained at a point; the error is one-sided."""
-    found = maximum(node("neg", root), within, params)
+def minimum(field: Formula, within: Formula) -> Reduced:
+    """The least value of a field where `within <= 0`, attained at a point; the error is one-sided."""
+    found = maximum(field.but(node("neg", field.root)), within)
     return Reduced(-found.value, found.error)
 
 
-def maximum(root: Node, within: Node, params: Mapping[str, float]) -> Reduced:
-    """The greatest value of `root` where `within <= 0`, attained at a point; the error is one-sided.
+def maximum(field: Formula, within: Formula) -> Reduced:
+    """The greatest value of a field where `within <= 0`, attained at a point; the error is one-sided.
 
     Errors: E092 where no point of the solid is found, E093 where the field is not a number there.
     """
-    where = finer_throughout(within, params, region(within, params, "the region `within`"))
-    hill = Hill(root, params)
-    fence = NumpyField(within, params, "f64")
+    where = finer_throughout(within, region(within, "the region `within`"))
+    hill = Hill(field)
+    fence = NumpyField(within, "f64")
     best, least = hill.climb(where, fence)
     goal = ACCURACY * max(best - least, 1e-12 * abs(best))
-    phases = over_phases(root, params)
+    phases = over_phases(field)
     if phases is not None:
-        ceiling = _over_a_turn(phases, params)
+        ceiling = _over_a_turn(phases)
         if ceiling <= best + goal:
             return Reduced(best, max(ceiling - best, 0.0))
-    best, top = _search(hill, Fence(within, params, fence), where, best, goal)
+    best, top = _search(hill, Fence(within, fence), where, best, goal)
     return Reduced(best, max(top - best, 0.0))
 
 
@@ -67,27 +68,27 @@ def maximum(root: Node, within: Node, params: Mapping[str, float]) -> Reduced:
 class Fence:
     """A solid within which a field is looked at: its field, and whether boxes reach into it or lie inside."""
 
-    root: Node
-    params: Mapping[str, float]
+    solid: Formula
     field: NumpyField
 
     def sides(self, low: Points, high: Points) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Which boxes may hold a point of the solid, and which lie strictly inside it."""
-        least, most = box_test(self.root, self.params, EXACT)(low, high)
+        least, most = box_test(self.solid, EXACT)(low, high)
         return least <= 0, most < 0
 
 
 class Hill:
     """A field with its slopes and, if its formula is short, its curvatures: at points, and enclosed over boxes."""
 
-    def __init__(self, root: Node, params: Mapping[str, float]):
-        self.root, self.ranges = root, fixed(params)
-        self.slopes = slopes(root)
-        second = [slopes(s)[i:] for i, s in enumerate(self.slopes)]
-        curved = share(simplify({f"{i}{i + j}": c for i, row in enumerate(second) for j, c in enumerate(row)}))
-        self.curvatures = list(curved.values()) if len(order(curved.values())) <= _CURVED else []
-        self.value = NumpyField(root, params, "f64")
-        self.slope = [NumpyField(s, params, "f64") for s in self.slopes]
+    def __init__(self, field: Formula):
+        self.field = field
+        steep = slopes(field.root)
+        self.slopes = field.but(*steep)
+        self.sloped = field.but(field.root, *steep)
+        curved = tidy([c for i, s in enumerate(steep) for c in slopes(s)[i:]])
+        self.curvatures = field.but(*curved) if operations(curved) <= _CURVED else None
+        self.value = NumpyField(field, "f64")
+        self.slope = NumpyField(self.slopes, "f64")
 
     def best_of(self, points: Points, fence: NumpyField | None) -> float:
         """The greatest value among the points within the solid; -inf if none is. Errors: E093."""
@@ -130,7 +131,7 @@ class Hill:
         points, values = probes[first], values[first]
         stride = np.full(len(points), 0.5)
         for _ in range(_STEPS):
-            slope = np.stack([f.at(points) for f in self.slope], 1) * where.size**2
+            slope = self.slope.at(points) * where.size**2
             with np.errstate(all="ignore"):
                 up = slope / np.linalg.norm(slope / where.size, axis=1)[:, None]
             up = np.where(np.isfinite(up), up, 0.0)
@@ -160,8 +161,7 @@ class Hill:
         flat = np.ones(len(low), np.bool_)
         for start in range(0, len(low), _AT_ONCE):
             part = slice(start, start + _AT_ONCE)
-            box = [interval(low[part, i], low[part, i] + size[i]) for i in range(3)]
-            out[part] = _top(enclose([self.root], box, self.ranges, EXACT)[0].range, len(low[part]))
+            out[part] = _top(enclose(self.field, boxes(low[part], low[part] + size))[0].range, len(low[part]))
         rest = np.nonzero(out > enough)[0]
         for start in range(0, len(rest), _AT_ONCE):
             self._closer(low, size, enough, rest[start : start + _AT_ONCE], out, flat)
@@ -172,8 +172,8 @@ class Hill:
     ) -> None:
         """The bounds `out` of some cells drawn in by derivatives, and `flat` unset where a slope keeps its sign."""
         corner, middle = low[some], low[some] + size / 2
-        box = [interval(corner[:, i], corner[:, i] + size[i]) for i in range(3)]
-        value, *slope = enclose([self.root, *self.slopes], box, self.ranges, EXACT)
+        box = boxes(corner, corner + size)
+        value, *slope = enclose(self.sloped, box)
         known = [_opened(s.range, len(some)) for s in slope]
         smooth = np.broadcast_to(~value.jumps, len(some))
         reach = np.sum([np.maximum(np.abs(a), np.abs(b)) * size[i] / 2 for i, (a, b) in enumerate(known)], axis=0)
@@ -183,7 +183,7 @@ class Hill:
             linear = np.where(smooth & np.isfinite(centre), centre + reach + rounding, INF)
         out[some] = np.minimum(out[some], np.where(np.isnan(linear), INF, linear))
         flat[some] = ~smooth | np.all([(a <= 0) & (b >= 0) for a, b in known], axis=0)
-        if self.curvatures:
+        if self.curvatures is not None:
             left = np.nonzero(smooth & (out[some] > enough) & flat[some])[0]
             if len(left):
                 bound = self._quadratic(
@@ -196,8 +196,9 @@ class Hill:
 
         With H = M + E, M the middles and |E| at most the radii, d.Hd <= d.Md + |R| d.d, |R| the norm of the radii.
         """
-        entries = [_opened(e.range, len(middle)) for e in enclose(self.curvatures, box, self.ranges, EXACT)]
-        jumps = [e.jumps for e in enclose(self.slopes, box, self.ranges, EXACT)]
+        assert self.curvatures is not None
+        entries = [_opened(e.range, len(middle)) for e in enclose(self.curvatures, box)]
+        jumps = [e.jumps for e in enclose(self.slopes, box)]
         matrix, radius = np.zeros((2, len(middle), 3, 3))
         with np.errstate(all="ignore"):
             for (i, j), (a, b) in zip([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)], entries, strict=True):
@@ -216,7 +217,7 @@ class Hill:
         spread = np.sqrt(((radius[usable] * scale[:, None] * scale) ** 2).sum((1, 2)))
         bends, axes = np.linalg.eigh(matrix)
         bends = bends + spread[:, None] + 1e-12 * np.abs(bends).max(1)[:, None]
-        slope = np.stack([f.at(middle[usable]) for f in self.slope], 1) * scale
+        slope = self.slope.at(middle[usable]) * scale
         along = np.einsum("nij,ni->nj", axes, slope)
         with np.errstate(all="ignore"):
             rise = (along**2 / (-2 * bends)).sum(1)
@@ -265,9 +266,9 @@ def _search(hill: Hill, fence: Fence | None, where: Region, best: float, goal: f
     return best, max(best + goal, float(highs.max()))
 
 
-def _over_a_turn(phases: Node, params: Mapping[str, float]) -> float:
+def _over_a_turn(phases: Formula) -> float:
     """A bound on a field of phases, over one turn of each."""
-    hill = Hill(phases, params)
+    hill = Hill(phases)
     steps = np.stack(np.meshgrid(*(np.arange(8) / 8,) * 3, indexing="ij"), -1).reshape(-1, 3)
     whole = Region(Box((0.0,) * 3, (1.0,) * 3), np.full(3, 1 / 8), steps, np.empty((0, 3)))
     best, least = hill.climb(whole, None)

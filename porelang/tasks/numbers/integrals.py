@@ -9,7 +9,6 @@ deviations.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
@@ -19,7 +18,8 @@ from porelang.analysis.bounds import Points
 from porelang.backends.numpy import NumpyField
 from porelang.data import Reduced
 from porelang.diagnostics import fail
-from porelang.ir import Node, node, order
+from porelang.formula import Formula
+from porelang.ir import Node, node
 from porelang.tasks.numbers.region import (
     Region,
     empty,
@@ -43,18 +43,17 @@ MOST_VALUES = 8_000_000  # samples whose values are kept
 Values = NDArray[np.float64]
 
 
-def volume(root: Node, params: Mapping[str, float], accuracy: float = ACCURACY) -> Reduced:
+def volume(solid: Formula, accuracy: float = ACCURACY) -> Reduced:
     """The volume of a solid in mm^3."""
-    where = finer(root, params, region(root, params, "the solid"))
-    return _share(root, where, params, accuracy, 0.0)
+    return _share(solid, finer(solid, region(solid, "the solid")), accuracy, 0.0)
 
 
-def _share(root: Node, where: Region, params: Mapping[str, float], relative: float, goal: float) -> Reduced:
+def _share(solid: Formula, where: Region, relative: float, goal: float) -> Reduced:
     """The volume of a solid in its cells, to within the greater of `relative` of itself and `goal` mm^3."""
     certain = where.certain + where.cell * len(where.inside)
     if not len(where.undecided):
         return Reduced(certain, 0.0)
-    field = NumpyField(root, params, fast_enough(root, params, where))
+    field = NumpyField(solid, fast_enough(solid, where))
     m, by_lines = _PILOT, None
     while True:
         hits = differ = 0
@@ -70,15 +69,15 @@ def _share(root: Node, where: Region, params: Mapping[str, float], relative: flo
         if more is None:
             return by_lines if by_lines is not None and by_lines.error < error else Reduced(value, error)
         if by_lines is None and 2 * len(where.undecided) * (m * math.sqrt(error / wanted)) ** 3 > _MOST:
-            by_lines = _by_lines(root, where, params, certain, wanted)
+            by_lines = _by_lines(solid, where, certain, wanted)
             if by_lines.error <= wanted:
                 return by_lines
         m = more
 
 
-def _by_lines(root: Node, where: Region, params: Mapping[str, float], certain: float, goal: float) -> Reduced:
+def _by_lines(solid: Formula, where: Region, certain: float, goal: float) -> Reduced:
     """The volume from how long lines along an axis are inside: of walls that random points hardly ever hit."""
-    rods = Rods(root, params)
+    rods = Rods(solid)
     sure = rods.rising(where.undecided, where.size)
     axis = int(np.argmax(sure.sum(0)))
     m = 1
@@ -109,33 +108,41 @@ def more_strata(m: int, error: float, goal: float, cells: int, most_samples: int
     return None if m >= most else min(wanted, most)
 
 
-def porosity(root: Node, within: Node, params: Mapping[str, float], accuracy: float = ACCURACY) -> Reduced:
-    """1 - volume(root & within) / volume(within)."""
-    read = {str(n.value) for n in order([within]) if n.op == "param"}
-    where, envelope = _envelope(within, tuple((k, v) for k, v in params.items() if k in read), 0.3 * accuracy)
+def porosity(solid: Formula, within: Formula, accuracy: float = ACCURACY) -> Reduced:
+    """1 - volume(solid & within) / volume(within)."""
+    where, envelope = _envelope(within, 0.3 * accuracy)
     if envelope.value <= 0:
         raise empty("the region `within`")
-    part = node("max", root, within)
-    seen = sorted_out(part, params, Region(where.box, where.size, np.empty((0, 3)), where.cells))
-    solid = _share(part, finer(part, params, seen), params, 0.0, 0.7 * accuracy * envelope.value)
-    share = solid.value / envelope.value
-    error = (solid.error + share * envelope.error) / envelope.value
+    part = solid.but(node("max", solid.root, within.root))
+    seen = sorted_out(part, Region(where.box, where.size, np.empty((0, 3)), where.cells))
+    found = _share(part, finer(part, seen), 0.0, 0.7 * accuracy * envelope.value)
+    share = found.value / envelope.value
+    error = (found.error + share * envelope.error) / envelope.value
     return Reduced(1 - share, error)
 
 
-@lru_cache(maxsize=16)
-def _envelope(within: Node, params: tuple[tuple[str, float], ...], accuracy: float) -> tuple[Region, Reduced]:
+_Read = tuple[tuple[Node, object], ...]
+
+
+def _envelope(within: Formula, accuracy: float) -> tuple[Region, Reduced]:
     """Where a solid is, and its volume: a `solve` asks for the same many times."""
-    where = region(within, dict(params), "the region `within`")
-    return where, _share(within, finer(within, dict(params), where), dict(params), accuracy, 0.0)
+    read = tuple((n, within.bindings[n]) for i in within.tape.slots if (n := within.tape.nodes[i]))
+    return _remembered(within.root, read, accuracy)
 
 
-def mean(root: Node, within: Node, params: Mapping[str, float], accuracy: float = MEAN_ACCURACY) -> Reduced:
+@lru_cache(maxsize=16)
+def _remembered(root: Node, read: _Read, accuracy: float) -> tuple[Region, Reduced]:
+    within = Formula((root,), dict(read))  # type: ignore[arg-type]  # they are bindings
+    where = region(within, "the region `within`")
+    return where, _share(within, finer(within, where), accuracy, 0.0)
+
+
+def mean(field: Formula, within: Formula, accuracy: float = MEAN_ACCURACY) -> Reduced:
     """The mean of a field within a solid; the accuracy is relative to the field's standard deviation there."""
-    where = finer_throughout(within, params, region(within, params, "the region `within`"))
+    where = finer_throughout(within, region(within, "the region `within`"))
     m = _PILOT
     while True:
-        values, inside = sampled(root, within, where, params, m)
+        values, inside = sampled(field, within, where, m)
         here = values[inside]
         middle, scatter = float(np.mean(here)), float(np.std(here))
         rest = np.where(inside, values - middle, 0.0)
@@ -147,21 +154,19 @@ def mean(root: Node, within: Node, params: Mapping[str, float], accuracy: float 
         m = more
 
 
-def sampled(
-    root: Node, within: Node, where: Region, params: Mapping[str, float], m: int
-) -> tuple[Values, NDArray[np.bool_]]:
+def sampled(field: Formula, within: Formula, where: Region, m: int) -> tuple[Values, NDArray[np.bool_]]:
     """Values of a field at the two random points of each stratum, (2, n), and which of them lie within the solid.
 
     In float64: values have no bounds that float32 would be sure to hold. Outside the solid the values are 0.
     Errors: E092 where no point is inside, E093 where a value there is no number.
     """
-    fence, field = NumpyField(within, params, "f64"), NumpyField(root, params, "f64")
+    fence, looked_at = NumpyField(within, "f64"), NumpyField(field, "f64")
     values: list[list[Values]] = [[], []]
     inside: list[list[NDArray[np.bool_]]] = [[], []]
     for both in pairs(where.cells, where.size, m):
         for k, points in enumerate(both):
             within_it = np.asarray(fence.at(points) <= 0)
-            found = np.where(within_it, field.at(points), 0.0)
+            found = np.where(within_it, looked_at.at(points), 0.0)
             if not np.isfinite(found).all():
                 what = "not a number" if np.isnan(found).any() else "infinite"
                 raise fail(

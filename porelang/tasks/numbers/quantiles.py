@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -11,23 +10,21 @@ from porelang.analysis.bounds import box_test
 from porelang.analysis.enclose import EXACT
 from porelang.data import Reduced
 from porelang.diagnostics import fail
-from porelang.ir import Node
+from porelang.formula import Formula
 from porelang.tasks.numbers.integrals import ACCURACY, MOST_VALUES, Values, more_strata, sampled
 from porelang.tasks.numbers.region import Region, finer_throughout, region
 
 
-def offset_for(
-    root: Node, phi: float, within: Node, params: Mapping[str, float], accuracy: float = ACCURACY
-) -> Reduced:
+def offset_for(field: Formula, phi: float, within: Formula, accuracy: float = ACCURACY) -> Reduced:
     """The offset d for which {root <= d} fills 1 - phi of a solid.
 
     The error is that of the offset; the porosity it gives is within `accuracy` (three standard deviations) of phi.
     Errors: E094 where the field is level in so much of the solid that no offset gives the porosity.
     """
-    where = finer_throughout(within, params, region(within, params, "the region `within`"))
+    where = finer_throughout(within, region(within, "the region `within`"))
     m = 1
     while True:
-        both, inside = sampled(root, within, where, params, m)
+        both, inside = sampled(field, within, where, m)
         values = np.sort(both[inside])
         d = float(np.quantile(values, 1 - phi))
         rest = np.where(inside, (both <= d) - (1 - phi), 0.0)
@@ -43,7 +40,7 @@ def offset_for(
             f"a porosity of {phi:g} cannot be reached: the field is {d:g} in {upto - below:.1%} of the region",
             hint=f"{_reach(1 - upto, 1 - below)}; or offset a field that varies everywhere",
         )
-    low, high = _at(root, where, values, 1 - phi - error, params), _at(root, where, values, 1 - phi + error, params)
+    low, high = _at(field, where, values, 1 - phi - error), _at(field, where, values, 1 - phi + error)
     return Reduced(d, max(high - d, d - low))
 
 
@@ -55,9 +52,9 @@ def _reach(least: float, most: float) -> str:
     return less if most > 1 - 1e-3 else f"{less} or more than {most:.1%}"
 
 
-def _at(root: Node, where: Region, values: Values, share: float, params: Mapping[str, float]) -> float:
+def _at(field: Formula, where: Region, values: Values, share: float) -> float:
     """The quantile of values (sorted); beyond the first and the last sample, what the field is proven to keep to."""
     if 0 < share < 1:
         return float(np.quantile(values, share))
-    lows, highs = box_test(root, params, EXACT)(where.cells, where.cells + where.size)
+    lows, highs = box_test(field, EXACT)(where.cells, where.cells + where.size)
     return float(lows.min() if share <= 0 else highs.max())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from porelang.analysis.box import Box, part_box, unbounded_axes
 from porelang.analysis.enclose import EXACT
 from porelang.backends.numpy import Dtype, NumpyField
 from porelang.diagnostics import PoreError, fail
-from porelang.ir import Node
+from porelang.formula import Formula
 from porelang.progress import tell
 
 _CELLS = 24  # along the longest side of the box
@@ -54,12 +54,12 @@ def seed(round_: int) -> int:
     return SEED + round_
 
 
-def region(root: Node, params: Mapping[str, float], what: str = "the region", apart: bool = False) -> Region:
+def region(solid: Formula, what: str = "the region", apart: bool = False) -> Region:
     """Where a solid is; `apart` keeps the sides of cells off the faces of shapes that end where the box does.
 
     Errors: E091 where it has no end, E092 where it is empty.
     """
-    box = part_box(root, params)
+    box = part_box(solid)
     if box is None:
         raise empty(what)
     if axes := unbounded_axes(box):
@@ -78,22 +78,22 @@ def region(root: Node, params: Mapping[str, float], what: str = "the region", ap
     counts = np.maximum(1, np.ceil(_CELLS * size / size.max())).astype(int)
     step = size / counts
     index = np.stack(np.meshgrid(*(np.arange(c) for c in counts), indexing="ij"), -1).reshape(-1, 3)
-    return sorted_out(root, params, Region(box, step, np.empty((0, 3)), np.array(box.lo) + index * step))
+    return sorted_out(solid, Region(box, step, np.empty((0, 3)), np.array(box.lo) + index * step))
 
 
 def empty(what: str) -> PoreError:
     return fail("E092", f"{what} of this number holds no material", hint="solid is negative: check its sign")
 
 
-def sorted_out(root: Node, params: Mapping[str, float], where: Region) -> Region:
+def sorted_out(solid: Formula, where: Region) -> Region:
     """The region with its undecided cells looked at: inside, void (and gone), or still undecided."""
     low = where.undecided
-    least, most = box_test(root, params, EXACT)(low, low + where.size)
+    least, most = box_test(solid, EXACT)(low, low + where.size)
     inside = np.concatenate([where.inside, low[most < 0]])
     return replace(where, inside=inside, undecided=low[(least <= 0) & (most >= 0)])
 
 
-def finer(root: Node, params: Mapping[str, float], where: Region, enough: int = ENOUGH) -> Region:
+def finer(solid: Formula, where: Region, enough: int = ENOUGH) -> Region:
     """The region with its undecided cells halved until there are `enough`; those inside are counted and left out."""
     for _ in range(_LEVELS):
         certain = where.certain + where.cell * len(where.inside)
@@ -101,17 +101,17 @@ def finer(root: Node, params: Mapping[str, float], where: Region, enough: int = 
         if not 0 < len(where.undecided) < enough:
             break
         undecided = halves(where.undecided, where.size)
-        where = sorted_out(root, params, replace(where, size=where.size / 2, undecided=undecided))
+        where = sorted_out(solid, replace(where, size=where.size / 2, undecided=undecided))
     return where
 
 
-def finer_throughout(root: Node, params: Mapping[str, float], where: Region, enough: int = ENOUGH) -> Region:
+def finer_throughout(solid: Formula, where: Region, enough: int = ENOUGH) -> Region:
     """The region with all of its cells halved until there are `enough`: what is inside a thin solid can be sampled."""
     for _ in range(_LEVELS):
         if not 0 < len(where.cells) < enough:
             break
         inside, undecided = (halves(c, where.size) for c in (where.inside, where.undecided))
-        where = sorted_out(root, params, replace(where, size=where.size / 2, inside=inside, undecided=undecided))
+        where = sorted_out(solid, replace(where, size=where.size / 2, inside=inside, undecided=undecided))
     return where
 
 
@@ -134,10 +134,10 @@ def pairs(low: Points, size: NDArray[np.float64], m: int) -> Iterator[tuple[Poin
         yield first.reshape(-1, 3), second.reshape(-1, 3)
 
 
-def fast_enough(root: Node, params: Mapping[str, float], where: Region) -> Dtype:
+def fast_enough(solid: Formula, where: Region) -> Dtype:
     """f32 where it tells inside from outside as f64 does, f64 where it does not: far from the origin, in tiny parts."""
     random = np.random.default_rng(5)
     pick = random.integers(0, len(where.undecided), _DOUBTFUL)
     points = where.undecided[pick] + random.random((_DOUBTFUL, 3)) * where.size
-    single, double = (NumpyField(root, params, dtype).at(points) <= 0 for dtype in ("f32", "f64"))
+    single, double = (NumpyField(solid, dtype).at(points) <= 0 for dtype in ("f32", "f64"))
     return "f32" if np.count_nonzero(single != double) <= 1 else "f64"

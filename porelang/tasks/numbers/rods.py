@@ -7,17 +7,18 @@ open; what is open then and has the same sign at both ends is taken for a touch.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.bounds import Points, slopes
-from porelang.analysis.enclose import EXACT, enclose, fixed
-from porelang.backends.numpy import NumpyField, spread, workers
-from porelang.interval import Interval, interval
-from porelang.ir import Node
+from porelang.analysis.enclose import boxes, enclose
+from porelang.backends.numpy import NumpyField
+from porelang.formula import Formula
+from porelang.interval import Interval
+from porelang.parallel import parallel_for, workers
 from porelang.progress import tell
 from porelang.tasks.numbers.region import Region, seed
 
@@ -46,18 +47,20 @@ class Crossings:
 class Rods:
     """A solid's field and slopes, ready for lines."""
 
-    def __init__(self, root: Node, params: Mapping[str, float]):
-        self.root, self.ranges = root, fixed(params)
-        self.field = NumpyField(root, params, "f64")
-        self.slopes = slopes(root)
-        self.slope = [NumpyField(s, params, "f64") for s in self.slopes]
+    def __init__(self, solid: Formula):
+        self.solid = solid
+        self.slopes = slopes(solid.root)
+        self.sloped = solid.but(solid.root, *self.slopes)
+        self.along = [solid.but(solid.root, s) for s in self.slopes]
+        self.field = NumpyField(solid, "f64")
+        self.slope = NumpyField(solid.but(*self.slopes), "f64")
 
     def rising(self, low: Points, size: Values) -> NDArray[np.bool_]:
         """Whether the field is proven to rise or to fall along each axis throughout each cell, (n, 3)."""
         out = np.zeros((len(low), 3), np.bool_)
 
         def look(some: Indices) -> None:
-            value, *slope = enclose([self.root, *self.slopes], _box(low[some], low[some] + size), self.ranges, EXACT)
+            value, *slope = enclose(self.sloped, boxes(low[some], low[some] + size))
             for i, s in enumerate(slope):
                 out[some, i] = _signed(s.range) & ~value.jumps
 
@@ -102,12 +105,11 @@ class Rods:
         one_way, none = np.zeros((2, len(low)), np.bool_)
 
         def kept_sign(some: Indices) -> None:
-            r = enclose([self.root], _box(low[some], high[some]), self.ranges, EXACT)[0].range
+            r = enclose(self.solid, boxes(low[some], high[some]))[0].range
             none[some] = ((r.lo > 0) | (r.hi < 0)) & ~r.nan
 
         def kept_slope(some: Indices) -> None:
-            box = _box(low[some], high[some])
-            value, slope = enclose([self.root, self.slopes[axis]], box, self.ranges, EXACT)
+            value, slope = enclose(self.along[axis], boxes(low[some], high[some]))
             one_way[some] = _signed(slope.range) & ~value.jumps
 
         _threaded(kept_sign, np.arange(len(low)))
@@ -124,7 +126,7 @@ class Rods:
 
     def normals(self, points: Points) -> Points:
         """The unit normals of the surface at its points; not a number where the field has no slope there."""
-        slope = np.stack([f.at(points) for f in self.slope], 1)
+        slope = self.slope.at(points)
         with np.errstate(all="ignore"):
             return np.asarray(slope / np.linalg.norm(slope, axis=1)[:, None])
 
@@ -184,8 +186,4 @@ def _signed(r: Interval) -> NDArray[np.bool_]:
 
 def _threaded(work: Callable[[Indices], None], rows: Indices) -> None:
     """Work on rows in batches, on this process's threads."""
-    spread(work, [rows[start : start + _AT_ONCE] for start in range(0, len(rows), _AT_ONCE)], workers(None))
-
-
-def _box(low: Points, high: Points) -> list[Interval]:
-    return [interval(low[:, i], high[:, i]) for i in range(3)]
+    parallel_for(work, [rows[start : start + _AT_ONCE] for start in range(0, len(rows), _AT_ONCE)], workers(None))

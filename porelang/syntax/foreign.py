@@ -1,11 +1,11 @@
-"""Signs that are not Pore's: those of other languages, typographic ones, and characters that mean nothing."""
+"""Symbols that are not Pore's: those of other languages, typographic ones, and characters that mean nothing."""
 
 from __future__ import annotations
 
 from porelang.diagnostics import Diagnostic, Edit
 from porelang.source import Span
 
-# A sign of another language: what it is called there, and what stands for it here (None: nothing does).
+# A symbol of another language: what it is called there, and what stands for it here (None: nothing does).
 OTHER_LANGUAGES: dict[str, tuple[str, str | None]] = {
     "&&": ("two conditions are joined by `and`, two solids are intersected by `&`", "&"),
     "||": ("two conditions are joined by `or`, two solids are united by `|`", "|"),
@@ -51,8 +51,8 @@ LOOK_ALIKES: dict[str, str] = {
 }
 
 
-def strange_sign(kind: str, span: Span) -> Diagnostic:
-    """What to say of a sign that no rule takes; `kind` is its terminal: FOREIGN, UNCLOSED or JUNK."""
+def foreign_symbol(kind: str, span: Span) -> Diagnostic:
+    """What to say of a symbol that no rule takes; `kind` is its terminal: FOREIGN, UNCLOSED or JUNK."""
     if kind == "UNCLOSED":
         return Diagnostic(
             "E004",

@@ -1,0 +1,43 @@
+"""`pore check`: everything that is wrong or doubtful in a program."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+
+from porelang.checks import broken_checks, late_doubts, undecided_checks, unmeasured_checks
+from porelang.cli import report
+from porelang.compiler import MOST_DIAGNOSTICS, try_compile
+from porelang.diagnostics import PoreError
+from porelang.files import read_source
+from porelang.syntax.parse import MOST
+
+
+def check(options: Namespace) -> int:
+    """`pore check`: all diagnostics, the `check` statements included."""
+    source = read_source(options.file)
+    program, found = try_compile(source)
+    report.say([d for d in found if d.severity == "error" or not options.quiet])
+    if program is not None:  # what was found so far is said first: a check may have to measure the whole part
+        try:
+            design = program.design(dict(options.settings))
+            design.read_data()
+            broken = broken_checks(design, options.measure)
+            if options.measure:
+                broken += [*undecided_checks(design), *late_doubts(design)]
+        except PoreError as error:
+            broken = list(error.diagnostics)
+        report.say([d for d in broken if d.severity == "error" or not options.quiet])
+        found = [*found, *broken]
+    if options.json:
+        report.put([d.to_json() for d in found])
+    if program is not None and not options.measure:
+        waiting = unmeasured_checks(program)
+        if waiting and not options.quiet:
+            them = "it" if waiting == 1 else "them"
+            report.note(f"{report.plural(waiting, 'check')} about whole fields left out: --measure looks at {them}")
+    if not options.quiet:
+        errors = sum(d.severity == "error" for d in found)
+        warnings = report.plural(len(found) - errors, "warning")
+        first = "the first " if len(found) in (MOST, MOST_DIAGNOSTICS) else ""
+        report.note(f"{options.file}: {first}{report.plural(errors, 'error')}, {warnings}")
+    return report.status(found)

@@ -1,0 +1,21 @@
+"""The program that a command is about."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+
+from porelang.cli import report
+from porelang.compiler import try_compile
+from porelang.diagnostics import PoreError
+from porelang.files import read_source
+from porelang.program import Program
+
+
+def load(options: Namespace) -> Program:
+    """The program of a command, its warnings said. Errors: all that is wrong with it."""
+    program, found = try_compile(read_source(options.file))
+    if program is None:
+        raise PoreError(found)
+    if not getattr(options, "quiet", False):
+        report.say(found)
+    return program

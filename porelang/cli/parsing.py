@@ -1,0 +1,193 @@
+"""From words to options: `argparse` does the parsing, and everything that it refuses is said in our words.
+
+Nothing here reads the texts of `argparse`, which differ from one Python to the next: values are read by functions of
+ours, what is required is looked for afterwards, and of an `ArgumentError` only the name of the option counts.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+from typing import Any, NoReturn
+
+from porelang.cli import values
+from porelang.cli.arguments import COMMANDS, OPTIONS, Command
+from porelang.diagnostics import PoreError, fail, suggest
+
+
+def parse(argv: Sequence[str]) -> Namespace:
+    """The command and its options. Errors: E108. Asked for help or the version, it prints them and exits."""
+    if not argv:
+        return Namespace(command=None)
+    name = argv[0]
+    if name in COMMANDS:
+        return _parse(COMMANDS[name], argv[1:])
+    if name in ("-h", "--help"):
+        _overview().print_help()
+        raise SystemExit(0)
+    if name == "--version":
+        from porelang import __version__
+
+        print(f"pore {__version__}")
+        raise SystemExit(0)
+    if name.startswith("-") and name != "-":
+        raise fail("E108", f"`pore` has no option `{name}`", hint="a command comes first: `pore check specimen.pore`")
+    if name.endswith(".pore"):
+        raise fail("E108", f"`{name}` is a file, not a command", hint=f"write `pore check {name}`")
+    near = suggest(name, COMMANDS)
+    raise fail(
+        "E108",
+        f"there is no command `{name}`",
+        hint=f"did you mean `{near}`?" if near else f"the commands are {', '.join(COMMANDS)}",
+    )
+
+
+def _parse(command: Command, words: Sequence[str]) -> Namespace:
+    try:
+        options, rest = _parser(command).parse_known_args(_joined(words))
+    except argparse.ArgumentError as error:
+        raise _unusable(command, error.argument_name or "") from None
+    if rest:
+        raise _unknown(command, rest[0])
+    missing = [
+        _name(flags, more)
+        for flags, more in (OPTIONS[name] for name in command.options)
+        if more.get("required") and getattr(options, _attribute(flags, more)) is None
+    ]
+    if missing:
+        raise fail("E108", f"`pore {command.name}` needs {' and '.join(missing)}", hint=f"write `{command.example}`")
+    options.command = command.name
+    return options
+
+
+def _name(flags: tuple[str, ...], more: dict[str, Any]) -> str:
+    """What an option is called in messages."""
+    return flags[-1] if flags[0].startswith("-") else str(more["metavar"])
+
+
+def _attribute(flags: tuple[str, ...], more: dict[str, Any]) -> str:
+    """Where the value of an option stands in the namespace."""
+    return str(more.get("dest") or flags[-1].lstrip("-"))
+
+
+class _Parser(argparse.ArgumentParser):
+    """An `argparse` parser that never speaks: whatever it refuses is an `ArgumentError` or a `PoreError`."""
+
+    def error(self, message: str) -> NoReturn:
+        raise fail("E108", "the command line cannot be read", hint=f"`{self.prog} --help` lists the options")
+
+
+def _parser(command: Command) -> _Parser:
+    usage = [f"pore {command.name}"]
+    for flags, more in (OPTIONS[name] for name in command.options):
+        if not flags[0].startswith("-"):
+            usage.append(more["metavar"] if more.get("required") else f"[{more['metavar']}]")
+        elif more.get("required"):
+            usage.append(f"{flags[0]} {more['metavar']}")
+    parser = _Parser(
+        f"pore {command.name}",
+        usage=" ".join([*usage, "[options]"]),
+        description=f"{command.doc[0].upper()}{command.doc[1:]}.",
+        epilog=f"example: {command.example}",
+        allow_abbrev=False,
+        exit_on_error=False,
+    )
+    for name in command.options:
+        flags, more = OPTIONS[name]
+        told = {key: value for key, value in more.items() if key not in ("required", "choices", "type")}
+        if not flags[0].startswith("-"):
+            told.pop("nargs", None)  # before options `argparse` would take it for left out
+        if "choices" in more:
+            told.setdefault("metavar", f"{{{','.join(more['choices'])}}}")
+            told["type"] = _one_of(_name(flags, more), more["choices"])
+        elif "type" in more:
+            told["type"] = _reader(_name(flags, more), more["type"])
+        parser.add_argument(*flags, **told).required = False
+    return parser
+
+
+def _one_of(flag: str, choices: Sequence[str]) -> Callable[[str], str]:
+    """A reader of one of these words."""
+
+    def read(text: str) -> str:
+        if text in choices:
+            return text
+        near = suggest(text, choices)
+        raise fail(
+            "E108",
+            f"`{flag}` cannot be `{text}`",
+            hint=f"did you mean `{near}`?" if near else f"choose from {', '.join(choices)}",
+        )
+
+    return read
+
+
+def _reader(flag: str, read: Callable[[str], Any]) -> Callable[[str], Any]:
+    """The reader of an option's value, whose refusal names the option. It passes through `argparse` as it is."""
+
+    def named(text: str) -> Any:
+        try:
+            return read(text)
+        except values.Unreadable as no:
+            raise fail("E108", f"`{flag}`: {no.text}", hint=no.hint) from None
+
+    return named
+
+
+def _unusable(command: Command, name: str) -> PoreError:
+    """Why `argparse` could not give an option, whose spellings it joins with `/`, what it takes."""
+    flag = name.split("/")[-1]
+    takes = any("action" not in more or more["action"] == "append"
+                for flags, more in (OPTIONS[o] for o in command.options) if flag in flags)  # fmt: skip
+    return fail(
+        "E108",
+        f"`{flag}` needs a value" if takes else f"`{flag}` takes no value",
+        hint=f"`pore {command.name} --help` lists the options",
+    )
+
+
+def _overview() -> argparse.ArgumentParser:
+    """What `pore --help` prints."""
+    parser = argparse.ArgumentParser(
+        "pore",
+        usage="pore COMMAND [options]",
+        description="Porous parts as text: check, evaluate and mesh .pore programs.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="exit status: 0 well; 1 the program or a check is at fault; 2 wrong usage;\n"
+        "3 a missing piece of this machine. `pore COMMAND --help` says more.",
+    )
+    parser.add_argument("--version", action="store_true", help="print the version")
+    commands = parser.add_subparsers(metavar="COMMAND", title="commands")
+    for c in COMMANDS.values():
+        commands.add_parser(c.name, help=c.doc)
+    return parser
+
+
+def _joined(words: Sequence[str]) -> list[str]:
+    """`--bounds -1,-1,...` as one word: `argparse` would take a value that begins with `-` for an option."""
+    out: list[str] = []
+    numbers = ("--bounds", "--voxel", "--resolution", "--step", "--view", "--range")
+    for word in words:
+        if out and out[-1] in numbers and re.match(r"-[\d.]", word):
+            out[-1] += f"={word}"
+        else:
+            out.append(word)
+    return out
+
+
+def _unknown(command: Command, word: str) -> PoreError:
+    """Why a word of the command line has no place there."""
+    name = word.split("=")[0]
+    flags = [flag for option in command.options for flag in OPTIONS[option][0] if flag.startswith("-")]
+    if not word.startswith("-") or word == "-" or name in flags:  # after `--` an option is a word like others
+        return fail(
+            "E108", f"`{word}` is one word too many for `pore {command.name}`", hint=f"write `{command.example}`"
+        )
+    near = suggest(name, flags)
+    return fail(
+        "E108",
+        f"`pore {command.name}` has no option `{name}`",
+        hint=f"did you mean `{near}`?" if near else f"it has {', '.join(flags) or 'none'}",
+    )

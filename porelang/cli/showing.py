@@ -1,0 +1,137 @@
+"""What a program becomes: `pore show` (its graph after any pass, or a plan), `pore glsl`, `pore notation`."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Mapping
+
+import numpy as np
+
+from porelang import ir
+from porelang.analysis.bounds import lipschitz
+from porelang.analysis.notes import NOTES
+from porelang.backends.glsl import Form, shader
+from porelang.cli import report
+from porelang.cli.loading import load
+from porelang.diagnostics import PoreError, fail, suggest
+from porelang.elaborate.values import Scalar
+from porelang.ir import Node
+from porelang.notation import steps
+from porelang.ops import TASKS
+from porelang.program import Program
+from porelang.rewrites import PIPELINE, Graph, run
+from porelang.tape import lower
+
+#: The graph as the program was written, before any pass.
+WRITTEN = "lower"
+#: What was once a pass and rewrote nothing.
+_NOTED = {"stages": "stage", "separate": "axes", "bounds": "bounds"}
+
+
+def show(options: Namespace) -> int:
+    """Print the graph after a pass, with a note beside each node; or with --stages the plan of an output."""
+    passes = [WRITTEN, *(step.name for step in PIPELINE)]
+    after = options.after or passes[-1]
+    if after not in passes:
+        near = suggest(after, passes)
+        hint = f"did you mean `{near}`?" if near else f"the passes are {', '.join(passes)}"
+        hint = f"write --note {_NOTED[after]}" if after in _NOTED else hint
+        raise fail("E108", f"there is no pass `{after}`", hint=hint)
+    program = load(options)
+    chosen = program.output(options.out) if options.out else None
+    if options.stages:
+        lines = _plan(program, program.output(options.out))
+        report.put({"stages": lines}) if options.json else print("\n".join(lines))
+        return 0
+    graph = program.written if after == WRITTEN else run(program.written, after)
+    roots = _named(graph, chosen)
+    note = NOTES[options.note](list(roots.values()), program.ranges) if options.note else None
+    text = ir.show(roots, note)
+    if options.note == "bounds":
+        text += "".join(f"\n; {line}" for line in _boxes(program, chosen))
+    if options.json:
+        report.put({"after": after, "nodes": len(ir.order(roots.values())), "lines": text.split("\n")})
+    else:
+        print(text)
+    return 0
+
+
+def glsl(options: Namespace) -> int:
+    """`pore glsl`: the text of the shader."""
+    program = load(options)
+    form: Form = "grid" if options.stage == "compute" else options.stage
+    made = shader((program.solid(options.out),), program.ranges, form)
+    if options.json:
+        report.put({"stage": options.stage, "text": made.text, "uniforms": len(made.uniforms)})
+    else:
+        print(made.text.rstrip())
+    return 0
+
+
+def notation(options: Namespace) -> int:
+    """`pore notation`: the steps of the program as the paper writes them."""
+    found = steps(load(options))
+    if options.json:
+        report.put(
+            [{"line": s.span.line, "step": s.text, "notation": s.notation, "dimension": s.dimension} for s in found]
+        )
+    for s in found if not options.json else ():
+        print(f"{s.notation:<24} {s.dimension:<12} {s.text}")
+    if not found:
+        report.note(f"{options.file}: none of the ten modifications is used")
+    return 0
+
+
+def _named(graph: Graph, chosen: str | None) -> dict[str, Node]:
+    """The roots of a graph by what a reader calls them."""
+    roots: dict[str, Node] = {}
+    for name, several in graph.outputs.items():
+        if chosen in (None, name):
+            labels = [name] if len(several) == 1 else [f"{name}.{axis}" for axis in "xyz"]
+            roots |= dict(zip(labels, several, strict=True))
+    if chosen is None:
+        roots |= {f"require {i}": n for i, n in enumerate(graph.requirements)}
+        roots |= {f"check {i}": n for i, n in enumerate(graph.checks)}
+    return roots
+
+
+def _plan(program: Program, name: str) -> list[str]:
+    """What is done for an output, in order: tasks, what is computed once, what is computed at every point."""
+    lines = [f"{name}: {program.outputs[name].span.text.splitlines()[0]}"]
+    found = [n for n in ir.order(program.roots(name)) if n.op in TASKS]
+    for i, n in enumerate(found, 1):
+        place = program.places.get(n)
+        told = " ".join(place.text.split()) if place is not None else n.op
+        needs = [str(found.index(m) + 1) for m in lower(n.args).nodes if m.op in TASKS] if n.args else []
+        after = f", after {', '.join(needs)}" if needs else ""
+        lines.append(f"  task {i}: {told} ({TASKS[n.op].cost}{after})")
+    tape = lower(program.roots(name))
+    once = sum(1 for i, s in enumerate(tape.stages) if s is ir.Stage.UNIFORM and tape.inputs[i])
+    slots = [tape.nodes[i] for i in tape.slots if tape.ops[i] == "param"]
+    reads = f", of {', '.join(str(n.value) for n in slots)}" if slots else ""
+    lines.append(f"  once for the settings: {report.plural(once, 'operation')}{reads}")
+    by_axes: Mapping[int, int] = dict.fromkeys((1, 2, 3), 0)
+    counts = dict(by_axes)
+    for i in tape.field:
+        counts[tape.axes[i].bit_count()] += 1
+    words = {1: "along one axis", 2: "over two axes", 3: "at every point"}
+    lines += [f"  on a grid, {words[k]}: {report.plural(n, 'operation')}" for k, n in counts.items() if n]
+    return lines
+
+
+def _boxes(program: Program, chosen: str | None) -> list[str]:
+    """The box of each solid output with the params at their defaults, and a bound on how steep its field is inside."""
+    lines: list[str] = []
+    design = program.design()
+    for name, output in program.outputs.items():
+        if chosen not in (None, name) or not isinstance(output.value, Scalar):
+            continue
+        try:
+            box = design.bounds(name)
+        except PoreError as error:
+            lines.append(f"{name}: {error.diagnostics[0].message}")
+            continue
+        corners = (", ".join(f"{v:g}" for v in corner) for corner in box)
+        steep = float(lipschitz(design.of(name), np.array([box.lo]), np.array([box.hi]))[0])
+        lines.append(f"{name}: within ({next(corners)}) .. ({next(corners)}) mm, |grad| <= {steep:.4g} there")
+    return lines

@@ -1,0 +1,145 @@
+"""What may stand as a value on the command line: each reader takes a word and gives what it means."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from porelang.units import LENGTH, UNITS
+
+AXES = "xyz"
+VIEW_NAMES = ("iso", "front", "back", "left", "right", "top", "bottom")
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_WIDEST = 16384
+
+
+class Unreadable(Exception):  # noqa: N818 - it is a word that is unreadable
+    """A word that is no value of its kind: what is wrong with it, and what to write."""
+
+    def __init__(self, text: str, hint: str = "") -> None:
+        super().__init__(text)
+        self.text, self.hint = text, hint
+
+
+def length(text: str) -> float:
+    """`1mm`, `0.5`, `1e-1cm` in mm."""
+    match = re.fullmatch(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z]*)", text.strip())
+    unit = UNITS.get(match[2] or "mm") if match else None
+    if match is None or unit is None or unit.dimension != LENGTH:
+        raise Unreadable(f"`{text}` is no length", "write 1mm or 0.5")
+    value = float(match[1]) * unit.scale
+    if not (math.isfinite(value) and value > 0):
+        raise Unreadable(f"{text} is no length to sample at", "it must be above 0")
+    return value
+
+
+def count(text: str) -> int:
+    """A whole number above 0."""
+    if not text.isascii() or not text.isdigit() or len(text) > 10 or int(text) < 1:
+        raise Unreadable(f"`{text}` is no count", "write a whole number above 0")
+    return int(text)
+
+
+def box(text: str) -> tuple[float, ...]:
+    """`x0,y0,z0,x1,y1,z1` in mm, the lower corner first."""
+    try:
+        values = tuple(float(v) for v in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) != 6 or not all(map(math.isfinite, values)):
+        raise Unreadable(f"`{text}` are no bounds", "write six numbers, x0,y0,z0,x1,y1,z1, in mm")
+    for axis, lo, hi in zip("xyz", values[:3], values[3:], strict=True):
+        if lo >= hi:
+            raise Unreadable(
+                f"the bounds are empty along {axis}, from {lo:g} to {hi:g}", "the lower corner comes first"
+            )
+    return values
+
+
+def setting(text: str) -> tuple[str, str]:
+    """`NAME=VALUE`."""
+    name, sign, value = text.partition("=")
+    if not (sign and name.strip() and value.strip()):
+        raise Unreadable(f"`{text}` sets nothing", "write NAME=VALUE, as in w=25mm")
+    return name.strip(), value.strip()
+
+
+def view(text: str) -> tuple[float, float] | str:
+    """A name of a view, or `AZIMUTH,ELEVATION` in degrees."""
+    if text in VIEW_NAMES:
+        return text
+    match = re.fullmatch(rf"\s*({_NUMBER})\s*,\s*({_NUMBER})\s*", text)
+    if match is None or abs(float(match[2])) > 90 or abs(float(match[1])) > 1e6:
+        raise Unreadable(
+            f"`{text}` is no view", f"write {', '.join(VIEW_NAMES)}, or AZIMUTH,ELEVATION in degrees, as in -30,20"
+        )
+    return float(match[1]), float(match[2])
+
+
+def picture_size(text: str) -> tuple[int, int]:
+    """`WxH` in pixels."""
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text.strip().lower())
+    if match is None or not all(1 <= int(v) <= _WIDEST for v in match.groups()):
+        raise Unreadable(f"`{text}` is no size", "write WIDTHxHEIGHT in pixels, as in 800x600")
+    return int(match[1]), int(match[2])
+
+
+def factor(text: str) -> float:
+    """A number above 0."""
+    value = float(text) if re.fullmatch(_NUMBER, text.strip()) else 0.0
+    if not (math.isfinite(value) and 1e-3 <= value <= 1e4):
+        raise Unreadable(f"`{text}` is no zoom", "write 2 for twice as large")
+    return value
+
+
+def fineness(text: str) -> int:
+    """1 to 6."""
+    if text not in ("1", "2", "3", "4", "5", "6"):
+        raise Unreadable(f"`{text}` is no number of samples", "write 1 (rough) to 6 (smooth)")
+    return int(text)
+
+
+def _place(number: str, unit: str) -> float | None:
+    known = UNITS.get(unit or "mm")
+    value = float(number) * known.scale if known is not None and known.dimension == LENGTH else math.nan
+    return value if math.isfinite(value) else None
+
+
+def plane(text: str) -> tuple[int, float]:
+    """`x=0`, `z = 1cm`: an axis and a place on it in mm."""
+    match = re.fullmatch(rf"\s*([xyz])\s*=\s*({_NUMBER})\s*([A-Za-z]*)\s*", text)
+    at = _place(match[2], match[3]) if match else None
+    if match is None or at is None:
+        raise Unreadable(f"`{text}` is no plane", "write x=0 or z=15mm")
+    return AXES.index(match[1]), at
+
+
+def cut(text: str) -> tuple[tuple[int, bool, float], ...]:
+    """`y<0`, `y<0 & z > 1cm`: for each side that is meant its axis, whether it lies below, and where, in mm."""
+    sides = []
+    for part in text.split("&"):
+        match = re.fullmatch(rf"\s*([xyz])\s*([<>])\s*({_NUMBER})\s*([A-Za-z]*)\s*", part)
+        at = _place(match[3], match[4]) if match else None
+        if match is None or at is None:
+            raise Unreadable(
+                f"`{text}` cuts nothing", "write what to take away in quotes, 'y<0', or 'y<0 & z>15mm' for a corner"
+            )
+        sides.append((AXES.index(match[1]), match[2] == "<", at))
+    for axis in range(3):
+        lo = max((at for a, below, at in sides if a == axis and not below), default=-math.inf)
+        hi = min((at for a, below, at in sides if a == axis and below), default=math.inf)
+        if lo >= hi:
+            raise Unreadable(
+                f"`{text}` takes nothing away: no place has {AXES[axis]} above {lo:g} and below {hi:g}",
+                "write --cut twice to take both sides",
+            )
+    return tuple(sides)
+
+
+def value_range(text: str) -> tuple[float, float]:
+    """`-20..20`: from zero or below it to zero or above it."""
+    match = re.fullmatch(rf"\s*({_NUMBER})\s*\.\.\s*({_NUMBER})\s*", text)
+    low, high = (float(match[1]), float(match[2])) if match else (0.0, 0.0)
+    if not (low <= 0 <= high and low < high and math.isfinite(high - low)):
+        raise Unreadable(f"`{text}` is no range of colours", "zero has to lie in it, as in -20..20 or 0..1")
+    return low, high

@@ -1,0 +1,102 @@
+"""Compiling: from a text, and the files it uses, to a program or to all that is wrong with it."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from porelang.contracts import broken_requirements, doubtful_contracts
+from porelang.diagnostics import Diagnostic, PoreError
+from porelang.elaborate.prelude import prelude_scope
+from porelang.elaborate.results import Elaborated, graph_of
+from porelang.elaborate.runtime import room_to_compile
+from porelang.elaborate.statements import Loader, elaborate_file
+from porelang.files import load_used, read_source
+from porelang.ir import param
+from porelang.program import Program
+from porelang.rewrites import Graph, run
+from porelang.settings import settle
+from porelang.source import Source, Span
+from porelang.syntax import tree
+from porelang.syntax.parse import parse
+
+#: Nobody reads more; the first are the likeliest causes.
+MOST_DIAGNOSTICS = 100
+#: What a statement that cannot be read was about to bind.
+_BINDING = re.compile(r"^[ \t]*(?:let|def|param|use\s.*\sas)\s+(\w+)", re.MULTILINE)
+
+
+def compile(text: str | None = None, *, path: str | Path | None = None, name: str = "<text>") -> Program:
+    """Compile a program from a text, or from the file at `path`.
+
+    Errors: `PoreError`, with everything that is wrong in `.diagnostics`.
+
+    >>> import porelang
+    >>> program = porelang.compile("gyroid(30) & cylinder(75, 300)")
+    >>> program.bounds("part").size
+    (150.0, 150.0, 300.0)
+    """
+    if (text is None) == (path is None):
+        raise TypeError("compile takes a text or a path")
+    source = read_source(os.path.normpath(path)) if path is not None else Source(name, text or "")
+    program, found = try_compile(source)
+    if program is None:
+        raise PoreError([d for d in found if d.severity == "error"])
+    return program
+
+
+def try_compile(source: Source, load: Loader = load_used) -> tuple[Program | None, list[Diagnostic]]:
+    """The program, if it has no errors, and all diagnostics in the order of their places."""
+    used: dict[str, Source] = {}
+
+    def noted(path: str, user: Source) -> tuple[tree.File, list[Diagnostic]]:
+        file, found = load(path, user)
+        used[f"{user.name}\n{path}"] = file.source
+        return file, found
+
+    with room_to_compile():
+        return _compiled(source, noted, used)
+
+
+def _again(source: Source, used: Mapping[str, Source]) -> Program:
+    """A program from its texts, as they were when it was compiled: also where its files are not."""
+    program, found = try_compile(source, lambda path, user: parse(used[f"{user.name}\n{path}"]))
+    if program is None:
+        raise PoreError(found)
+    return program
+
+
+def _compiled(source: Source, load: Loader, used: Mapping[str, Source]) -> tuple[Program | None, list[Diagnostic]]:
+    file, found = parse(source)
+    lost = frozenset(_BINDING.findall(source.text)) if found else frozenset()
+    out = elaborate_file(file, prelude_scope(), load, lost)
+    diagnostics = [*found, *out.diagnostics]
+    program: Program | None = None
+    sound = not any(d.severity == "error" for d in diagnostics)
+    written = graph_of(out, whole=sound)
+    try:
+        graph = run(written)
+        diagnostics += broken_requirements(graph, out.requirements, out.params)
+        if sound:
+            diagnostics += _doubts(graph, out)
+            program = Program(
+                source, out.params, out.outputs, tuple(diagnostics), written, graph, out, (_again, (source, used))
+            )
+    except PoreError as error:
+        span = Span(source, 0, 0)
+        diagnostics += [d if d.span else replace(d, span=span) for d in error.diagnostics]
+    if any(d.severity == "error" for d in diagnostics):
+        program = None
+    diagnostics = diagnostics[:MOST_DIAGNOSTICS]
+    diagnostics.sort(key=lambda d: (d.span.source is not source, d.span.start) if d.span else (True, 0))
+    return program, diagnostics
+
+
+def _doubts(graph: Graph, out: Elaborated) -> list[Diagnostic]:
+    """Contracts on fields that break with the params at their defaults."""
+    solids = [root for roots in graph.outputs.values() for root in roots]
+    settings = settle(out.params, {})
+    return doubtful_contracts(graph.contracts, out.contracts, solids, {param(k): v for k, v in settings.items()})

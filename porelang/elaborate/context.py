@@ -1,0 +1,200 @@
+"""What one elaboration knows: what has been said and found, the calls in progress, what is remembered, the budget.
+
+A call evaluates the body of a function, and an expression may be a call: `calls` and `expressions` need each other.
+They meet here and nowhere else. A `Context` is made with the function that evaluates an expression
+(`expressions.evaluate`), and whoever has an expression hands it to `Context.evaluate`; so every module of this room
+imports this one, and this one imports none of those that use it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+
+from porelang.diagnostics import Diagnostic, Edit, Label, Severity
+from porelang.elaborate.results import CallRecord, Elaborated, Requirement
+from porelang.elaborate.values import POISON, Function, Poison, Scalar, Scope, Value, describe
+from porelang.ir import Node, Stage, const, order
+from porelang.ops import TABLE
+from porelang.rewrites import Graph, run
+from porelang.rewrites.simplify import computed
+from porelang.source import Span
+from porelang.syntax import tree
+
+#: More expressions than this are not a design but an accident (a doubling of a doubling ...).
+MOST_EXPRESSIONS = 1_000_000
+
+#: What to do, where nothing better can be said at the place itself.
+HINTS = {
+    "E042": "leave one of the two out",
+    "E045": "leave one of the two out",
+    "E060": "give it what it asks for; `pore explain E060` says how kinds become each other",
+    "E061": "`pore explain E061` shows what can be called and combined",
+    "E062": "change the unit; a bare number fits anywhere",
+    "E064": "change the value, or the contract",
+    "E081": "write `lo..hi` with lo below hi",
+    "E082": "let all choices be of one kind",
+}
+
+
+class TooBig(Exception):  # noqa: N818  # ends one elaboration, never shown
+    """The program ran over its budget; the diagnostic has been written."""
+
+
+class Context:
+    """The state of one elaboration. It belongs to one thread; nothing in it is shared with another elaboration.
+
+    `found` is what is handed on, `call_stack` the calls in progress (name and place, the outermost first), `memo` the
+    results of calls by function and arguments, `called` the defs that something refers to.
+    """
+
+    def __init__(self, evaluate: Callable[[Context, tree.Expr, Scope], Value]) -> None:
+        self._evaluate = evaluate
+        self.found = Elaborated()
+        self.call_stack: list[tuple[str, Span]] = []
+        self.memo: dict[object, Value] = {}
+        self.called: set[tree.Def] = set()
+        self._spent = 0
+        self._solves = 0
+        self._reported: set[tuple[object, ...]] = set()
+        self._recorded: set[tuple[object, ...]] = set()
+        self._constants: dict[Node, float | bool] = {}
+
+    # ---- expressions ------------------------------------------------------------------------------------------------
+
+    def evaluate(self, t: tree.Expr, scope: Scope) -> Value:
+        """The value of an expression, with what is wrong in it reported; it costs a step of the budget."""
+        self.spend(1, t.span)
+        return self._evaluate(self, t, scope)
+
+    def spend(self, steps: int, span: Span) -> None:
+        """Take steps (expressions, items of lists) off the program's budget; ends the elaboration where it is spent."""
+        self._spent += steps
+        if self._spent > MOST_EXPRESSIONS:
+            site = self.call_stack[0][1] if self.call_stack else span
+            self.error(
+                "E070",
+                "the program is too big: its calls and lists multiply without end",
+                site,
+                label="while this was computed",
+                hint="use fewer levels, or `repeat` for what repeats",
+            )
+            raise TooBig
+
+    def refer(self, value: Value) -> Value:
+        """The value that a name refers to; a def that something refers to needs no look of its own."""
+        if isinstance(value, Function) and value.definition is not None:
+            self.called.add(value.definition)
+        return value
+
+    # ---- saying what is wrong ---------------------------------------------------------------------------------------
+
+    def error(
+        self,
+        code: str,
+        message: str,
+        span: Span,
+        label: str = "",
+        others: tuple[Label, ...] = (),
+        hint: str = "",
+        edit: Edit | tuple[Span, str] | None = None,
+        severity: Severity = "error",
+    ) -> Poison:
+        """Note a diagnostic, once. What goes wrong inside the prelude is told at the user's call that led there."""
+        if span.source.prelude:
+            for name, site in reversed(self.call_stack):
+                if not site.source.prelude:
+                    span, message, label = site, f"{message} (in `{name}`)", label and "in this call"
+                    others, edit = tuple(o for o in others if not o.span.source.prelude), None
+                    break
+        elif self.call_stack and not others:
+            name, site = self.call_stack[-1]
+            if not site.source.prelude and name and (site.start, site.end) != (span.start, span.end):
+                inside = next((f for f in self.call_stack if f[1].start == site.start), None)
+                if inside is not None and not (site.start <= span.start and span.end <= site.end):
+                    others = (Label(site, f"`{name}` is called here"),)
+        identity = (code, span.source, span.start, span.end, message)
+        if identity not in self._reported:
+            self._reported.add(identity)
+            made = Edit(*edit) if isinstance(edit, tuple) else edit
+            hint = hint or HINTS.get(code, "")
+            self.found.diagnostics.append(Diagnostic(code, message, span, label, others, hint, made, severity))
+        return POISON
+
+    # ---- constants --------------------------------------------------------------------------------------------------
+
+    def constant(self, n: Node) -> float | bool | None:
+        """The value of a node that is known now, or None."""
+        if n.stage is not Stage.CONST:
+            return None
+        if n.op == "const":
+            return n.value  # type: ignore[return-value]  # a const holds a number
+        known = self._constants
+        for m in order([n], lambda m: () if m in known or m.op not in TABLE else m.args):
+            if m in known:
+                continue
+            if m.op == "const":
+                known[m] = m.value  # type: ignore[assignment]  # a const holds a number
+            elif m.op in TABLE:
+                known[m] = computed(m.op, [known[a] for a in m.args])
+            else:  # a field at a fixed point
+                known[m] = run(Graph({"": (m,)}), after="fold").outputs[""][0].value  # type: ignore[assignment]  # folded
+        return known[n]
+
+    def need_constant(self, value: Value, span: Span, what: str) -> float | None:
+        """A number that must be known now; says so where it is not."""
+        if isinstance(value, Poison):
+            return None
+        if not isinstance(value, Scalar):
+            self.error("E060", f"{what} must be a number, not {describe(value)}", span)
+            return None
+        number = self.constant(value.node)
+        if number is None:
+            why = "it varies in space" if value.node.stage is Stage.FIELD else "it depends on a param"
+            self.error(
+                "E063",
+                f"{what} must be known when the program is compiled",
+                span,
+                label=why,
+                hint="write the number itself, or bind it with `let`",
+            )
+            return None
+        return float(number)
+
+    # ---- what is found ----------------------------------------------------------------------------------------------
+
+    def require(self, condition: Node, message: str, span: Span, others: tuple[Label, ...]) -> None:
+        """A condition over params, to be proven over their whole range."""
+        self.found.requirements.append(Requirement(condition, message, self.users_place(span), others))
+
+    def contract(self, message: str, span: Span, others: tuple[Label, ...]) -> int:
+        """A condition over space; its number names it in `ensure` nodes."""
+        self.found.contracts.append(Requirement(const(True), message, self.users_place(span), others))
+        return len(self.found.contracts) - 1
+
+    def record(self, function: Function, arguments: Mapping[str, Value], site: Span) -> None:
+        """Note a call that stands in the user's text, in the order of evaluation, each place once."""
+        place = (site.source, site.start, site.end)
+        if not site.source.prelude and place not in self._recorded:
+            self._recorded.add(place)
+            self.found.calls.append(CallRecord(function.name, function.definition, dict(arguments), site))
+
+    def task(self, asked: Node, site: Span) -> Node:
+        """Note where a task is asked for."""
+        self.found.tasks.append((asked, self.users_place(site)))
+        return asked
+
+    @contextmanager
+    def solving(self) -> Iterator[int]:
+        """While the function of a `solve` is looked at: by how many it is surrounded, which names what it looks for."""
+        self._solves += 1
+        try:
+            yield self._solves - 1
+        finally:
+            self._solves -= 1
+
+    def users_place(self, span: Span) -> Span:
+        """The place itself, or the user's call that led into the prelude."""
+        if span.source.prelude:
+            return next((site for _, site in reversed(self.call_stack) if not site.source.prelude), span)
+        return span

@@ -1,0 +1,104 @@
+"""What elaboration finds out about a program, as data: its params, outputs, checks, contracts and calls."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from porelang.diagnostics import Diagnostic, Label
+from porelang.elaborate.values import Bool, Scalar, Value, Vector
+from porelang.ir import Node
+from porelang.rewrites import Graph
+from porelang.source import Span
+from porelang.syntax import tree
+from porelang.units import Dimension
+
+
+@dataclass(frozen=True, slots=True)
+class ParamInfo:
+    """A param: its default and range in base units, or the labels of its choices (its number is then the index).
+
+    `numbers` holds the values of a choice among numbers: they are set by value, not by index.
+    """
+
+    name: str
+    default: float
+    low: float
+    high: float
+    step: float | None
+    choices: tuple[str, ...]
+    numbers: tuple[float, ...]
+    dimension: Dimension | None
+    doc: str
+    span: Span
+
+    @property
+    def unit(self) -> str:
+        """The base unit its number is in, or nothing; a ratio has none, not the unit 1."""
+        return "" if self.dimension is None or self.dimension.unit == "1" else self.dimension.unit
+
+    def shown(self, value: float) -> str:
+        """A value as a user would write it."""
+        return self.choices[int(value)] if self.choices and not self.numbers else f"{value:g}{self.unit}"
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """A named result: its value (a number, a vector or a condition) and where it is written."""
+
+    name: str
+    value: Scalar | Vector | Bool
+    span: Span
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """Its roots as written: one, or the three of a vector."""
+        return self.value.nodes if isinstance(self.value, Vector) else (self.value.node,)
+
+
+@dataclass(frozen=True, slots=True)
+class Requirement:
+    """A condition over params that must hold for every setting, or (a `check`) for the one in use."""
+
+    condition: Node
+    message: str
+    span: Span
+    others: tuple[Label, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class CallRecord:
+    """A call that the user wrote: the function's name and definition, its arguments by parameter, and the place.
+
+    `definition` is None for a lambda.
+    """
+
+    name: str
+    definition: tree.Def | None
+    arguments: Mapping[str, Value]
+    span: Span
+
+
+@dataclass(slots=True)
+class Elaborated:
+    """All that elaboration finds out about a program."""
+
+    params: dict[str, ParamInfo] = field(default_factory=dict)
+    outputs: dict[str, Output] = field(default_factory=dict)
+    lets: dict[str, Scalar] = field(default_factory=dict)
+    checks: list[Requirement] = field(default_factory=list)
+    requirements: list[Requirement] = field(default_factory=list)
+    contracts: list[Requirement] = field(default_factory=list)
+    calls: list[CallRecord] = field(default_factory=list)
+    tasks: list[tuple[Node, Span]] = field(default_factory=list)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+
+
+def graph_of(found: Elaborated, whole: bool = True) -> Graph:
+    """The graph as it was written; of a program with errors only what is asked of its params."""
+    return Graph(
+        {name: output.nodes for name, output in found.outputs.items()} if whole else {},
+        tuple(r.condition for r in found.requirements),
+        tuple(c.condition for c in found.checks) if whole else (),
+        tuple(n for n, _ in found.tasks) if whole else (),
+    )

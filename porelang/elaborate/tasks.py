@@ -1,0 +1,299 @@
+"""Calls that ask for a task: their arguments checked, a node made; computing it comes later, if a root reads it.
+
+What a task gives is a number, or data. Data are no values of the language: a loaded grid becomes the field that looks
+it up, a frame the distance from its bars.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from porelang.elaborate.calls import Given, argument_places, call
+from porelang.elaborate.context import Context
+from porelang.elaborate.values import (
+    ABSENT,
+    POISON,
+    Bool,
+    Builtin,
+    Function,
+    Poison,
+    Range,
+    Record,
+    Scalar,
+    Text,
+    Value,
+    Vector,
+    as_vector,
+    describe,
+)
+from porelang.ir import Node, Stage, X, Y, Z, node, order, unknown
+from porelang.ops import TASKS
+from porelang.ops.tasks import SAME, Task
+from porelang.source import Span
+from porelang.syntax import tree
+from porelang.units import LENGTH, RATIO, Dimension
+
+Call = Callable[[Context, tree.Call, list[Value]], Value]
+_HERE = (X, Y, Z)
+
+
+def _field(ctx: Context, value: Value, place: Span, of: str) -> Scalar | None:
+    """A field, or None after saying that it is none; `of` names the argument: `f` of `volume`."""
+    if isinstance(value, Scalar):
+        return value
+    ctx.error(
+        "E060",
+        f"{of} must be a field, not {describe(value)}",
+        place,
+        label=f"this is {describe(value)}",
+        hint=f"call it first: `{value.name}(...)`" if isinstance(value, Function) else "",
+    )
+    return None
+
+
+def _number(row: Task) -> Call:
+    """The call of a task that finds a number from fields."""
+
+    def ask(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+        fields: list[Scalar] = []
+        for value, parameter, place in zip(values, row.parameters, argument_places(site, len(values)), strict=True):
+            found = _field(ctx, value, place, f"`{parameter}` of `{row.name}`")
+            if found is None:
+                return POISON
+            if parameter == "phi":
+                if found.node.stage is Stage.FIELD:
+                    return ctx.error(
+                        "E063", f"`phi` of `{row.name}` must be one number", place, label="this varies in space"
+                    )
+                known = ctx.constant(found.node)
+                if isinstance(known, float) and not 0 < known < 1:
+                    return ctx.error(
+                        "E064",
+                        f"`{row.name}` needs a porosity between 0 and 1",
+                        place,
+                        label=f"this is {known:g}",
+                        hint="write 50% or 0.5",
+                    )
+            fields.append(found)
+        asked = ctx.task(node(row.name, *(f.node for f in fields)), site.span)
+        return Scalar(asked, _dimension(row, fields[0].dimension))
+
+    return ask
+
+
+def _dimension(row: Task, field: Dimension | None) -> Dimension | None:
+    return field if row.dimension == SAME else row.dimension  # type: ignore[return-value]  # SAME is the only text
+
+
+def _solve(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+    function, target, ends = values
+    places = argument_places(site, 3)
+    if not isinstance(ends, Range):
+        return ctx.error(
+            "E060",
+            f"`solve` looks in a range, not in {describe(ends)}",
+            places[2],
+            label=f"this is {describe(ends)}",
+            hint="write it as `lo..hi`: `solve(t => ..., 0.5, 0.1..3)`",
+        )
+    if not isinstance(target, Scalar):
+        return ctx.error("E060", f"the target of `solve` is a number, not {describe(target)}", places[1])
+    dimension = ends.low.dimension or ends.high.dimension
+    known = len(ctx.found.requirements)
+    with ctx.solving() as level:
+        sought = Scalar(unknown(level), dimension)
+        value = call(ctx, function, [Given(None, sought, places[0])], site)
+    if isinstance(value, Poison):
+        return POISON
+    if not isinstance(value, Scalar):
+        return ctx.error("E060", f"`solve` needs a function that gives a number, not {describe(value)}", places[0])
+    for what, n, place in (
+        ("the function of `solve`", value.node, places[0]),
+        ("the target of `solve`", target.node, places[1]),
+        ("an end of the range", ends.low.node, places[2]),
+        ("an end of the range", ends.high.node, places[2]),
+    ):
+        if n.stage is Stage.FIELD:
+            return ctx.error(
+                "E063",
+                f"{what} must be one number",
+                place,
+                label="this varies in space",
+                hint="reduce it first: `porosity(f, within)`, `mean(f, within)`, ...",
+            )
+    if None not in (value.dimension, target.dimension) and value.dimension != target.dimension:
+        return ctx.error("E062", f"the function gives {value.dimension}, the target is {target.dimension}", places[1])
+    asked = node("solve", value.node, target.node, ends.low.node, ends.high.node, value=level)
+    ctx.found.requirements[known:] = [
+        replace(r, condition=_with(r.condition, sought.node, asked)) for r in ctx.found.requirements[known:]
+    ]
+    return Scalar(ctx.task(asked, site.span), dimension)
+
+
+def _with(condition: Node, sought: Node, found: Node) -> Node:
+    """A condition on what a `solve` looks for as one on what it finds: its guesses may break it.
+
+    A `solve` that stands inside on its own looks for something else by the same number.
+    """
+    new: dict[Node, Node] = {sought: found}
+    for n in order([condition], lambda n: n.args if n.depends & sought.depends and n is not sought else ()):
+        if n not in new:
+            reads = n.depends & sought.depends
+            new[n] = node(n.op, *(new[a] for a in n.args), value=n.value) if reads else n
+    return new[condition]
+
+
+def _text(ctx: Context, value: Value, place: Span, what: str) -> str | None:
+    if isinstance(value, Text):
+        return value.value
+    ctx.error("E060", f"{what} is a text, not {describe(value)}", place, label=f"this is {describe(value)}",
+              hint='write it in quotes: "stress.npz"')  # fmt: skip
+    return None
+
+
+def _beside(site: tree.Call, path: str, ctx: Context) -> str:
+    """The path of a file that a program names: beside the program, unless it begins at the root."""
+    return os.path.normpath(os.path.join(os.path.dirname(ctx.users_place(site.span).source.name), path))
+
+
+def looked_up(grid: Node, component: int, smooth: bool, outside: Node | None) -> Node:
+    """The field of a component of a grid."""
+    found = node("lookup_cubic" if smooth else "lookup", grid, *_HERE, value=(component, 0, 0, 0))
+    return found if outside is None else node("select", node("covers", grid, *_HERE), found, outside)
+
+
+def _smooth(ctx: Context, value: Value, place: Span) -> bool | None:
+    if value is ABSENT:
+        return False
+    known = ctx.constant(value.node) if isinstance(value, Bool) else None
+    if isinstance(known, bool):
+        return known
+    ctx.error("E060", "`smooth` is true or false", place, label=f"this is {describe(value)}")
+    return None
+
+
+def _grid_of(ctx: Context, site: tree.Call, values: list[Value], called: str, components: int) -> Node | None:
+    """The slot of what is loaded; its file has to hold so many numbers at each node."""
+    places = argument_places(site, 2)
+    path = _text(ctx, values[0], places[0], f"the file that `{called}` reads")
+    name = _text(ctx, values[1], places[1], f"the name of what `{called}` takes from a file")
+    if path is None or name is None:
+        return None
+    return ctx.task(node("load", value=(_beside(site, path, ctx), name, components)), site.span)
+
+
+def _load(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+    smooth = _smooth(ctx, values[3], site.span)
+    outside = None if values[2] is ABSENT else _field(ctx, values[2], site.span, "`outside` of `load`")
+    grid = _grid_of(ctx, site, values, "load", 1)
+    if grid is None or smooth is None or (outside is None and values[2] is not ABSENT):
+        return POISON
+    if outside is None:
+        return Scalar(looked_up(grid, 0, smooth, None))
+    return Scalar(looked_up(grid, 0, smooth, outside.node), outside.dimension)
+
+
+def _load_vector(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+    smooth = _smooth(ctx, values[3], site.span)
+    outside = None if values[2] is ABSENT else as_vector(values[2])
+    if outside is None and values[2] is not ABSENT:
+        return ctx.error(
+            "E060", f"`outside` of `load_vector` is a vector, not {describe(values[2])}", site.span,
+            hint="write three numbers: `outside=[0, 0, 0]`",
+        )  # fmt: skip
+    grid = _grid_of(ctx, site, values, "load_vector", 3)
+    if grid is None or smooth is None:
+        return POISON
+    beyond: Sequence[Node | None] = outside.nodes if outside is not None else (None,) * 3
+    x, y, z = (looked_up(grid, k, smooth, b) for k, b in enumerate(beyond))
+    return Vector(x, y, z, outside.dimension if outside is not None else None)
+
+
+def _sample(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+    places = argument_places(site, 3)
+    vector = as_vector(values[0])
+    if vector is None and _field(ctx, values[0], places[0], "`f` of `sample`") is None:
+        return POISON
+    voxel = _field(ctx, values[1], places[1], "`voxel` of `sample`")
+    within = _field(ctx, values[2], places[2], "`within` of `sample`")
+    smooth = _smooth(ctx, values[3], site.span)
+    if voxel is None or within is None or smooth is None:
+        return POISON
+    if voxel.node.stage is Stage.FIELD:
+        return ctx.error("E063", "`voxel` of `sample` must be one number", places[1], label="this varies in space")
+    if voxel.dimension not in (None, LENGTH):
+        return ctx.error("E062", f"`voxel` of `sample` is a length, not {voxel.dimension}", places[1])
+    first = values[0]
+    fields: Sequence[Node] = vector.nodes if vector is not None else (first.node,)  # type: ignore[union-attr]  # a field
+    grid = ctx.task(node("sample", *fields, voxel.node, within.node), site.span)
+    found = [looked_up(grid, k, smooth, None) for k in range(len(fields))]
+    if vector is not None:
+        return Vector(found[0], found[1], found[2], vector.dimension)
+    return Scalar(found[0], _dimension(TASKS["sample"], first.dimension))  # type: ignore[union-attr]  # a field
+
+
+def _bars(ctx: Context, site: tree.Call, values: list[Value]) -> Node | None:
+    (place,) = argument_places(site, 1)
+    path = _text(ctx, values[0], place, "the file of a frame")
+    return None if path is None else ctx.task(node("frame", value=(_beside(site, path, ctx),)), site.span)
+
+
+def _nearest(bars: Node, result: str) -> Node:
+    return node("nearest", bars, *_HERE, value=result)
+
+
+def _frame(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+    bars = _bars(ctx, site, values)
+    return POISON if bars is None else Scalar(_nearest(bars, "distance"))
+
+
+def _nearest_bar(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+    bars = _bars(ctx, site, values)
+    if bars is None:
+        return POISON
+    return Record(
+        "nearest_bar",
+        {
+            "distance": Scalar(_nearest(bars, "distance"), LENGTH),
+            "direction": Vector(_nearest(bars, "dx"), _nearest(bars, "dy"), _nearest(bars, "dz"), RATIO),
+            "outward": Vector(_nearest(bars, "nx"), _nearest(bars, "ny"), _nearest(bars, "nz"), RATIO),
+            "along": Scalar(_nearest(bars, "along"), RATIO),
+            "radius": Scalar(_nearest(bars, "radius"), LENGTH),
+            "length": Scalar(_nearest(bars, "length"), LENGTH),
+            "index": Scalar(_nearest(bars, "index")),
+        },
+    )
+
+
+_CALLS: dict[str, Call] = {"solve": _solve, "load": _load, "sample": _sample, "frame": _frame}
+
+
+def _builtin(row: Task) -> Builtin:
+    most = len(row.parameters)
+    ask = _CALLS.get(row.name) or _number(row)
+    return Builtin(row.name, row.parameters, ask, most - row.optional, most, row.doc, row.optional > 0)
+
+
+BUILTINS = (
+    *(_builtin(row) for row in TASKS.values()),
+    Builtin(
+        "load_vector",
+        TASKS["load"].parameters,
+        _load_vector,
+        2,
+        4,
+        "A vector field from samples in a file, as `load`; its array holds three numbers a node: (nx, ny, nz, 3).",
+        True,
+    ),
+    Builtin(
+        "nearest_bar",
+        ("path",),
+        _nearest_bar,
+        1,
+        1,
+        "What is nearest among the bars of a file, as fields: `.distance` to its surface, `.direction` of the bar, "
+        "`.outward` from its axis to the point, `.along` it from 0 to 1, its `.radius`, `.length` and `.index`.",
+    ),
+)

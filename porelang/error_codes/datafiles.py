@@ -1,0 +1,68 @@
+"""E130-E139: files of data that a program reads."""
+
+from __future__ import annotations
+
+from porelang.error_codes.page import Code
+
+DATAFILES = (
+    Code(
+        "E130",
+        "a data file that cannot be read",
+        "There is no such file, it is a folder, a device or a pipe, its permissions forbid it, or it changed while it\n"
+        "was read. Only regular files are opened.",
+        "",
+        "",
+    ),
+    Code(
+        "E131",
+        "a data file of another kind, or a damaged one",
+        "Grids are .npz files as numpy.savez and numpy.savez_compressed write them; frames are .json files in UTF-8.\n"
+        "A file that was cut short, or whose checksum is wrong, is not used at all.",
+        "",
+        "",
+    ),
+    Code(
+        "E132",
+        "data that are not in the file",
+        "A grid needs its array, by the name that the program gives, and beside it `origin` (the place of the first\n"
+        "node, three numbers) and `spacing` (one number or three), in mm:\n"
+        "    numpy.savez(path, stress=values, origin=[0, 0, 0], spacing=0.5)\n"
+        "A frame needs `nodes`, `bars` and `radii`, or one `radius` for all:\n"
+        '    {"nodes": [[0, 0, 0], [10, 0, 0]], "bars": [[0, 1]], "radii": [1]}',
+        "",
+        "",
+    ),
+    Code(
+        "E133",
+        "data of a form that cannot be used",
+        "The values of a grid are numbers in an array (nx, ny, nz), (nx, ny, nz, 3) for vectors or (nx, ny, nz, 6)\n"
+        "for symmetric tensors, with two nodes or more along each axis. Objects, text and complex numbers are not\n"
+        "read; to read objects could run code. A frame is lists of numbers, one radius for each bar.",
+        "",
+        "",
+    ),
+    Code(
+        "E134",
+        "numbers that data cannot have",
+        "Values are finite: NaN and infinity have no place in a field. Spacings and radii are above 0, and all lies\n"
+        "within 100,000 mm of the origin. Lengths are in mm.",
+        "",
+        "",
+    ),
+    Code(
+        "E135",
+        "data that are too large",
+        "An array takes 2 GB at most once it is read, a frame 256 MB as text. Keep every second node, a part of the\n"
+        "grid, or float32 in place of float64.",
+        "",
+        "",
+    ),
+    Code(
+        "E136",
+        "a bar without two ends",
+        "A bar joins two nodes, which it names by their numbers, counted from 0. Its nodes exist and lie apart: a bar\n"
+        "that joins a node with itself, or two nodes at one place, has no direction.",
+        "",
+        "",
+    ),
+)

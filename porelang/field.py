@@ -1,0 +1,112 @@
+"""Fields ready to be evaluated at points, by whichever backend: what `program.field` and `design.field` give."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.analysis.box import Box
+from porelang.backends.numpy import Dtype, GridField, NumpyField
+from porelang.diagnostics import PoreError, fail
+from porelang.formula import Formula
+from porelang.gpu.fields import DeviceField, DeviceGrid, gpu
+
+Backend = Literal["auto", "numpy", "glsl"]
+Points = NDArray[np.float64]
+Bounds = tuple[float, float, float, float, float, float]
+#: Coordinates beyond this are taken for a mistake; no field overflows within it.
+FARTHEST = 1e9
+
+
+class Field:
+    """A field ready to be evaluated. `backend` is the one that runs; `note` says why, where `auto` had to choose."""
+
+    def __init__(self, evaluator: NumpyField | DeviceField, backend: str, note: str = ""):
+        self.evaluator = evaluator
+        self.backend = backend
+        self.note = note
+
+    def __call__(self, points: Any) -> NDArray[Any]:
+        """Values at points (n, 3) in mm: (n,), or (n, 3) for a vector. Errors: E104 for what is no place."""
+        return self.evaluator.at(checked_points(points))
+
+    def on_grid(self, axes: Sequence[NDArray[Any]]) -> GridField | DeviceGrid:
+        """The field (of a number) on the grid of three coordinate axes in mm."""
+        return self.evaluator.on_grid(axes)
+
+    def __repr__(self) -> str:
+        return f"<a field of {len(self.evaluator.formula.tape)} operations on {self.backend}>"
+
+
+def checked_points(points: Any) -> Points:
+    """Points as a float64 array (n, 3). Errors: E104."""
+    try:
+        array = np.atleast_2d(np.asarray(points, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise fail("E104", "points must be numbers", hint="give an array of shape (n, 3)") from None
+    if array.size == 0:
+        return np.empty((0, 3))
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise fail(
+            "E104", f"points have the shape {array.shape}, not (n, 3)", hint="give x, y, z of each point in a row"
+        )
+    bad = ~np.isfinite(array).all(axis=1)
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise fail(
+            "E104",
+            f"point {row} is ({', '.join(f'{v:g}' for v in array[row])}), which is no place",
+            hint="coordinates are finite numbers, in mm",
+        )
+    if array.size and np.abs(array).max() > FARTHEST:
+        row = int(np.argmax(np.abs(array).max(axis=1)))
+        raise fail("E104", f"point {row} lies more than 1000 km from the origin", hint="coordinates are in mm")
+    return array
+
+
+def checked_bounds(bounds: Bounds) -> Box:
+    """Six numbers as a box. Errors: E107."""
+    try:
+        flat = [float(v) for v in np.ravel(bounds)]
+    except (TypeError, ValueError):
+        flat = []
+    if len(flat) != 6 or not np.isfinite(flat).all():
+        raise fail("E107", "bounds are six finite numbers", hint="give x0, y0, z0, x1, y1, z1 in mm, or two corners")
+    if max(map(abs, flat)) > FARTHEST:
+        raise fail("E107", "the bounds reach more than 1000 km from the origin", hint="coordinates are in mm")
+    lo, hi = flat[:3], flat[3:]
+    if not all(a < b for a, b in zip(lo, hi, strict=True)):
+        raise fail("E107", f"the bounds {', '.join(f'{v:g}' for v in flat)} hold no volume",
+                   hint="give x0,y0,z0,x1,y1,z1 with each first corner below the second")  # fmt: skip
+    return Box((lo[0], lo[1], lo[2]), (hi[0], hi[1], hi[2]))
+
+
+def make_field(
+    formula: Formula,
+    params: Mapping[str, tuple[float, float]],
+    backend: Backend = "numpy",
+    dtype: Dtype = "f64",
+    threads: int | None = None,
+) -> Field:
+    """The field of a formula: of one root, or of three as a vector. `params` are the ranges of the program's params.
+
+    `auto` is GLSL for float32 where there is a GPU, else NumPy.
+    Errors: E120 where GLSL is asked for and there is no OpenGL, E123 where it is asked for in float64.
+    """
+    note = ""
+    for what, given, known in (("backend", backend, ("auto", "numpy", "glsl")), ("dtype", dtype, ("f32", "f64"))):
+        if given not in known:
+            raise fail("E108", f"there is no {what} `{given}`", hint=f"choose from {', '.join(known)}")
+    if backend == "glsl" and dtype == "f64":
+        raise fail("E123", "GLSL computes in float32", hint="ask for f32, or for NumPy where float64 is needed")
+    if backend == "glsl" or (backend == "auto" and dtype == "f32"):
+        try:
+            return Field(DeviceField(formula, params, gpu()), "glsl")
+        except PoreError as error:
+            if backend == "glsl":
+                raise
+            note = f"NumPy is used: {error.diagnostics[0].message}"
+    return Field(NumpyField(formula, dtype, threads), "numpy", note)

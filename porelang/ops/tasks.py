@@ -1,0 +1,68 @@
+"""THE TABLE OF TASKS: everything that is computed before a field, declared once.
+
+A task is a node whose arguments are whole fields and settings. Its result is a number with an error, or data: a grid of
+values, a list of bars. What reads it is `porelang.elaborate.tasks` (how it is called), the graph (what kind it is),
+`porelang.tasks` (how it is computed, and kept by its content). To add a task is to add a row here, and what computes it
+to `porelang.tasks.run`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from porelang.ops.row import Kind
+from porelang.units import AREA, RATIO, VOLUME, Dimension
+
+#: `instant`: done by every command, `pore check` too, so that what is wrong is said at once. `seconds`: only on demand.
+Cost = Literal["instant", "seconds"]
+SAME = "of the field"
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """All there is to know of a task but how it is computed.
+
+    `parameters` are its arguments in the language, in order; `optional` counts the last ones that may be left out.
+    `result` is the kind of its node, `dimension` what a number it gives is measured in (`SAME`: what its first field
+    is; None: not known). `activity` is what is said of it while it runs.
+    """
+
+    name: str
+    parameters: tuple[str, ...]
+    result: Kind
+    dimension: Dimension | str | None
+    cost: Cost
+    doc: str
+    optional: int = 0
+    activity: str = "finding numbers from fields"
+
+
+_ROWS = (
+    Task("porosity", ("f", "within"), "real", RATIO, "seconds",
+         "The void fraction of a solid within another: 1 - volume(f & within) / volume(within)."),
+    Task("volume", ("f",), "real", VOLUME, "seconds", "The volume of a solid, in mm^3."),
+    Task("area", ("f",), "real", AREA, "seconds", "The area of a solid's surface, in mm^2."),
+    Task("minimum", ("f", "within"), "real", SAME, "seconds", "The least value of a field within a solid."),
+    Task("maximum", ("f", "within"), "real", SAME, "seconds", "The greatest value of a field within a solid."),
+    Task("mean", ("f", "within"), "real", SAME, "seconds", "The mean value of a field within a solid."),
+    Task("to_porosity", ("f", "phi", "within"), "real", SAME, "seconds",
+         "The offset d for which `offset(f, d)` has the porosity phi within a solid."),
+    Task("shell_to_porosity", ("f", "phi", "within"), "real", SAME, "seconds",
+         "The thickness t for which `shell(f, t)` has the porosity phi within a solid."),
+    Task("solve", ("f", "target", "range"), "real", None, "seconds",
+         "The number t in lo..hi for which a function that rises or falls throughout takes a value."),
+    Task("load", ("path", "name", "outside", "smooth"), "grid", None, "instant",
+         'A field from samples in a file: `load("stress.npz", "von_mises")`. The file, beside the program, is what '
+         "`numpy.savez` writes: the array of that name, of shape (nx, ny, nz), `origin` and `spacing` in mm. Between "
+         "samples the field is trilinear, or with `smooth=true` tricubic with a smooth gradient; beyond them it is "
+         "`outside`, or goes on as at the boundary where that is not given.", 2),
+    Task("sample", ("f", "voxel", "within", "smooth"), "grid", SAME, "seconds",
+         "The field f sampled every `voxel` over the box of a solid, once, and read from the samples from then on: for "
+         "what is costly to evaluate. `smooth=true` reads them with a smooth gradient.", 1, "sampling a field"),
+    Task("frame", ("path",), "segments", None, "instant",
+         'The bars of a file as a solid, round at their ends: `frame("truss.json")`, which holds {"nodes": [[x, y, z], '
+         '...], "bars": [[i, j], ...], "radii": [...]}, in mm. Its value is the distance to the nearest surface.'),
+)  # fmt: skip
+
+TASKS: dict[str, Task] = {row.name: row for row in _ROWS}

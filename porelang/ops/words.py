@@ -1,0 +1,47 @@
+"""Data as shaders read them: one buffer of 32-bit words, whole numbers and float32, of the same values as NumPy's.
+
+A sampled field: nx, ny, nz, components; origin, 1 / spacing, end (3 floats each); 3 words unused; then the values from
+word 16 on, as in the array. Segments: the numbers of groups and leaves, `top`; 5 words of which the first three are the
+`scale` of `segment_loops.Tree`; then from word 8 on its boxes (56 words a group), bars (64 a leaf), frames (4 a
+place) and ids (1 a place).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.data import Data, SampledField
+from porelang.ops.derived import derived
+
+Words = NDArray[np.uint32]
+
+
+def words(data: Data) -> Words:
+    """The words of a data slot, made once. Errors: ValueError where there is no bar."""
+    return derived(data, "words", lambda: _field(data) if isinstance(data, SampledField) else _segments(data))
+
+
+def _field(grid: SampledField) -> Words:
+    places = np.array([grid.origin, 1.0 / np.array(grid.spacing), grid.end])
+    return _joined([*grid.shape, grid.components], places, np.zeros(3), grid.values)
+
+
+def _segments(bars: Any) -> Words:
+    from porelang.ops.segments import tree
+
+    made = tree(bars, np.float32)
+    head = [len(made.boxes), len(made.bars), made.top]
+    return _joined(head, made.scale, np.zeros(2), made.boxes, made.bars, made.frames, made.ids)
+
+
+def _joined(whole: list[int], *parts: NDArray[Any]) -> Words:
+    """Whole numbers, then arrays one after the other, floats in single precision."""
+    with np.errstate(over="ignore"):
+        flat: list[NDArray[Any]] = [np.array(whole, np.int32)]
+        flat += [np.ascontiguousarray(p, np.int32 if p.dtype.kind == "i" else np.float32).reshape(-1) for p in parts]
+    made = np.concatenate([p.view(np.uint32) for p in flat])
+    made.flags.writeable = False
+    return made

@@ -1,0 +1,209 @@
+"""Mistakes of statements: their words, their names, `=`, and what each of them asks for."""
+
+from __future__ import annotations
+
+from porelang.diagnostics import Diagnostic, Edit
+from porelang.source import Span
+from porelang.syntax.failure import KEYWORDS, Failure, describe, reserved
+from porelang.syntax.tokens import CLOSING, STATEMENTS, VALUE_END, VALUE_START, Token
+
+#: The statements that bind a name.
+NAMED = {"LET": "let", "OUT": "out", "PARAM": "param", "DEF": "def"}
+
+# A word with which another language begins what is begun with this one here.
+OTHER_WORDS = {
+    **dict.fromkeys(("var", "const", "val", "auto", "float", "int", "double", "vec3", "set"), "let"),
+    **dict.fromkeys(("function", "fn", "func", "fun", "module", "define"), "def"),
+    **dict.fromkeys(("import", "include", "from", "using"), "use"),
+    **dict.fromkeys(("parameter", "input", "uniform"), "param"),
+    **dict.fromkeys(("output", "export"), "out"),
+    **dict.fromkeys(("assert", "require"), "check"),
+    "elif": "else if",
+    "elseif": "else if",
+    "return": "",
+}
+
+
+def other_word(f: Failure) -> Diagnostic | None:
+    if f.after_value and f.found.type == "NAME" and OTHER_WORDS.get(f.found.text) == "else if":
+        edit = f.instead("else if")
+        return f.error("E008", f"`{f.found.text}` is not a word of Pore", hint="write `else if`", edit=edit)
+    word = f.before
+    if (
+        word.type != "NAME"
+        or f.found.type not in {"NAME", "STRING", "NUMBER"} | STATEMENTS
+        or word.text not in OTHER_WORDS
+    ):
+        return None
+    if f.at > 1 and f.tokens[f.at - 2].type in STATEMENTS:
+        return None
+    ours = OTHER_WORDS[word.text]
+    hint = f"write `{ours}`" if ours else "leave it out: the value of a block or a def is its last expression"
+    end = word.span.end if ours else f.found.span.start
+    edit = Edit(Span(word.span.source, word.span.start, end), ours)
+    return Diagnostic("E008", f"`{word.text}` is not a word of Pore", word.span, hint=hint, edit=edit)
+
+
+def name_missing(f: Failure) -> Diagnostic | None:
+    if f.before.type == "DOT":
+        if f.found.type in KEYWORDS:
+            return reserved(f, "the name of a member")
+        return f.error("E009", "a name is missing after `.`", "name expected", "write `q.x` or `study.von_mises`")
+    word = NAMED.get(f.before.type)
+    if word is None or "NAME" not in f.expected or f.value_wanted:
+        return None
+    if f.found.type in KEYWORDS:
+        return reserved(f, f"the name of a `{word}`")
+    got = "" if f.found.type == "$END" else f", not {describe(f.found)}"
+    form = {"param": "param w = 30 in 10..60", "def": "def f(a) = a + 1"}.get(word, f"{word} a = 30")
+    return f.error("E009", f"a name stands after `{word}`{got}", "name expected", f"write `{form}`")
+
+
+def equal_missing(f: Failure) -> Diagnostic | None:
+    if f.at < 2 or f.value_wanted:
+        return None
+    if f.before.type == "NAME" and f.tokens[f.at - 2].type in NAMED:
+        return _after_name(f, f.tokens[f.at - 2], f.before.text)
+    opened = f.opening(f.at - 1)
+    if opened >= 2 and f.tokens[opened - 2].type == "DEF":
+        return _after_parameters(f, f.tokens[opened - 1].text)
+    return None
+
+
+def _after_name(f: Failure, head: Token, name: str) -> Diagnostic:
+    kind, word = f.found.type, NAMED[head.type]
+    form = f"write `{word} {name} = ...`"
+    if head.type == "DEF":
+        if kind == "EQUAL":
+            hint = f"write `let {name} = ...` for a value"
+            edit = Edit(head.span, "let")
+            return f.error("E024", "a `def` has parameters in parentheses", "`(` expected", hint, edit)
+        hint = f"write `def {name}(a, b) = ...`"
+        return f.error("E024", "the parameters of a `def` stand in parentheses", "`(` expected", hint)
+    if f.found.text == "==":
+        message = f"`{word}` gives a name its value with `=`; `==` compares"
+        return f.error("E011", message, hint="write `=`", edit=f.instead("="))
+    if kind == "LPAR" and head.type in ("LET", "OUT"):
+        function = Edit(head.span, "def") if head.type == "LET" else None
+        hint = f"write `def {name}(...) = ...`"
+        return f.error("E024", f"`{word}` names a value; a function is a `def`", hint=hint, edit=function)
+    if kind == "COLON":
+        hint = f"{form}; kinds are declared for the parameters of a `def`"
+        return f.error("E012", f"`=` is missing after `{word} {name}`", "`=` expected", hint)
+    if kind == "NAME" and f.tokens[f.at + 1].type == "EQUAL":
+        joined = f"{name}_{f.found.text}"
+        edit = Edit(f.before.span.to(f.found.span), joined)
+        return f.error("E009", "a name is one word", hint=f"write `{joined}`", edit=edit)
+    if kind in ("$END", "_SEP", *CLOSING):
+        return f.error("E012", f"`{word} {name}` has no value", "`=` expected", form)
+    return f.error("E012", f"`=` is missing after `{word} {name}`", "`=` expected", form, f.insert(" ="))
+
+
+def _after_parameters(f: Failure, name: str) -> Diagnostic:
+    if f.found.type in ("ARROW", "COLON", "COMPARE"):
+        return f.error("E012", "`=` stands before the body of a `def`", hint="write `=`", edit=f.instead("="))
+    form = f"write `def {name}(...) = ...`"
+    if f.found.type in ("$END", "_SEP", *CLOSING):
+        return f.error("E012", f"`def {name}` has no body", "`=` expected", form)
+    return f.error("E012", f"`def {name}` needs `=` before its body", "`=` expected", form, f.insert(" ="))
+
+
+def param_range(f: Failure) -> Diagnostic | None:
+    if f.head.type != "PARAM" or f.within or f.value_wanted or f.at < 4:
+        return None
+    name = f.tokens[1].text
+    kinds = [t.type for t in f.tokens[: f.at]]
+    if "IN" not in kinds:
+        if f.found.type in ("$END", "STRING"):
+            hint = f"write `param {name} = ... in lo..hi`, or `in {{a, b, c}}` for a choice; a fixed value is a `let`"
+            return f.error("E013", f"`param {name}` has no range", "`in` expected", hint)
+        if f.found.type in VALUE_START | {"DOTS"} and any(t.type == "DOTS" for t in f.tokens[f.at :]):
+            return f.error("E013", "`in` is missing before the range", "`in` expected", "put it in", f.insert(" in"))
+        return None
+    if "DOTS" not in kinds and "SET" not in kinds:
+        hint = "write `in lo..hi`, with two dots, or `in {a, b, c}`"
+        return f.error("E013", "a range has two limits with `..` between", "`..` expected", hint)
+    if f.found.type == "DOTS":
+        return f.error("E013", "a range has two limits, not three", hint="write `lo..hi step s`")
+    if f.found.type == "NAME" and f.before.type in VALUE_END:
+        hint = 'write `step s` for a step, and the description in quotes: "unit cell"'
+        return f.error("E013", f"`{f.found.text}` does not belong to a param", hint=hint)
+    return None
+
+
+def use(f: Failure) -> Diagnostic | None:
+    if f.head.type != "USE":
+        return None
+    hint = 'write `use "lib/plates.pore" as plates`'
+    if f.at == 1:
+        return f.error("E022", "the file to be used is named in quotes", "a text expected", hint)
+    if f.found.type in KEYWORDS and f.before.type == "AS":
+        return reserved(f, "the name of a file")
+    message = (
+        "a file that is used needs a name" if f.at in (2, 3) else f"{describe(f.found)} does not belong to a `use`"
+    )
+    return f.error("E022", message, "`as` and a name expected" if f.at == 2 else "", hint)
+
+
+def check(f: Failure) -> Diagnostic | None:
+    if f.head.type != "CHECK" or f.within:
+        return None
+    if f.after_value and f.found.type in ("$END", "STRING") and f.before.type != "STRING":
+        if f.found.type == "STRING":
+            return f.error("E023", "a comma is missing before the message", hint="put it in", edit=f.insert(","))
+        hint = 'say what a user should read if it fails: `check c, "message"`'
+        return f.error("E023", "a `check` needs a message", "`,` and a text expected", hint, f.insert(', "..."'))
+    if f.before.type == "_COMMA" and "STRING" in f.expected and not f.value_wanted:
+        return f.error(
+            "E023", "the message of a `check` is a text in quotes", "a text expected", 'write `check c, "message"`'
+        )
+    return None
+
+
+def parameters(f: Failure) -> Diagnostic | None:
+    if f.head.type != "DEF" and not any(t.type == "DEF" for t in f.tokens[: f.at]):
+        return None
+    if f.inner != "LPAR" or f.value_wanted:
+        return None
+    opened = f.tokens.index(f.within[-1])
+    if opened < 2 or f.tokens[opened - 2].type != "DEF":
+        return None
+    hint = "a parameter is `name`, `name = default`, `name: kind` or `name: kind where condition = default`"
+    if f.before.type == "COLON":
+        return f.error(
+            "E024", f"a kind stands after `:`, not {describe(f.found)}", hint="length, angle, scalar, vector ..."
+        )
+    if f.found.type in KEYWORDS and "NAME" in f.expected:
+        return reserved(f, "a parameter")
+    if f.found.text == "==":
+        return f.error("E011", "a default is given with `=`; `==` compares", hint="write `=`", edit=f.instead("="))
+    if f.found.type == "NAME" and f.before.type == "NAME":
+        return f.error("E024", "a comma is missing between two parameters", hint=hint, edit=f.insert(","))
+    return f.error("E024", f"{describe(f.found)} does not fit in a list of parameters", hint=hint)
+
+
+def assignment(f: Failure) -> Diagnostic | None:
+    if f.found.type != "EQUAL":
+        return None
+    starts = [0, *(i + 1 for i in range(f.at) if f.tokens[i].type in ("_SEP", "LBRACE"))]
+    start = max(i for i in starts if i < f.at) if f.at else 0
+    first = f.tokens[start]
+    at_start = start == 0 or f.inner == "LBRACE"
+    if at_start and first.type == "NAME" and start == f.at - 1:
+        hint = f"write `let {first.text} = ...`; inside a call, `f(r=2)` names an argument"
+        edit = Edit(Span(first.span.source, first.span.start, first.span.start), "let ")
+        return f.error("E019", f"a name gets its value with `let`: `let {first.text} = ...`", hint=hint, edit=edit)
+    if (
+        at_start
+        and first.type == "NAME"
+        and f.before.type == "RPAR"
+        and f.tokens[start + 1].type == "LPAR"
+        and not f.value_wanted
+    ):
+        edit = Edit(Span(first.span.source, first.span.start, first.span.start), "def ")
+        return f.error("E019", "a function is made with `def`", hint=f"write `def {first.text}(...) = ...`", edit=edit)
+    if f.value_wanted:
+        return f.error("E007", "a value is missing before `=`", hint="two values are compared with `==`, `<=` or `>=`")
+    return f.error(
+        "E011", "`=` gives a name its value; two values are compared with `==`", hint="write `==`", edit=f.instead("==")
+    )

@@ -1,0 +1,285 @@
+"""`load("grid.npz", "name")`: a field that was measured or computed elsewhere, on a regular grid.
+
+The file is NumPy's own (`numpy.savez`): a zip of arrays, each with a header that tells its type and shape. Whoever
+wrote it is not trusted: sizes are compared with what the headers claim before anything is allocated, and nothing is
+unpickled.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from porelang.data import SampledField, Triple
+from porelang.diagnostics import PoreError, fail, suggest
+from porelang.source import Span
+from porelang.tasks.datafile import FARTHEST, NEAREST, remembered
+
+#: Bytes of an array in memory.
+LARGEST = 2_000_000_000
+#: Bytes of a zip's directory, which is read at once: over ten thousand arrays.
+_DIRECTORY = 1_000_000
+_HEADER = 70_000  # bytes: more than the longest header of version 1
+_CHUNK = 1 << 20
+_BROKEN = (
+    zipfile.BadZipFile,
+    zlib.error,
+    EOFError,
+    struct.error,
+    ValueError,
+    TypeError,
+    OverflowError,
+    NotImplementedError,
+    RuntimeError,
+    LookupError,
+    SyntaxError,
+)
+_WRITE = "write it with numpy.savez(path, {name}=values, origin=[0, 0, 0], spacing=0.5), lengths in mm"
+_NO_NUMBERS = {"O": "Python objects", "S": "text", "U": "text", "c": "complex numbers", "V": "records"}
+_NO_NUMBERS |= {"M": "dates", "m": "times"}
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """What was asked for and where, for what is said of it."""
+
+    path: str
+    name: str
+    span: Span | None
+
+    def fail(self, code: str, message: str, hint: str = "") -> PoreError:
+        return fail(code, message, self.span, hint=hint or _WRITE.format(name=self.name))
+
+
+def read_grid(path: str, name: str, span: Span | None = None) -> SampledField:
+    """The array `name` of a .npz file, with the `origin` and `spacing` (mm) that stand beside it.
+
+    The array is (nx, ny, nz), or (nx, ny, nz, k) with k = 1, 3 (a vector) or 6 (a symmetric tensor) numbers a node.
+    Errors: E130-E135, placed at `span`.
+    """
+    asked = _Asked(path, name, span)
+    return remembered(path, ".npz", "a file of arrays", span, partial(_read, asked), name)
+
+
+def _read(asked: _Asked, file: BinaryIO, size: int) -> SampledField:
+    try:
+        with zipfile.ZipFile(_Bounded(file)) as archive:
+            members = _members(asked, archive, size)
+            # The small ones first: what is wrong with them is found before the large one is read.
+            origin = _triple(asked, archive, members["origin"], "origin")
+            spacing = _triple(asked, archive, members["spacing"], "spacing")
+            values = _values(asked, archive, members[asked.name])
+    except OSError:
+        raise
+    except _BROKEN as error:
+        raise asked.fail("E131", f"`{asked.path}` is damaged or no .npz file: {_lower(error)}") from None
+    _placed(asked, values, origin, spacing)
+    return SampledField(values, origin, spacing)
+
+
+class _Bounded:
+    """A file of which no more is read at once than a directory may take: `zipfile` believes what a file claims."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.seek: Callable[..., int] = file.seek
+        self.tell: Callable[[], int] = file.tell
+        self.seekable: Callable[[], bool] = file.seekable
+
+    def read(self, count: int = -1) -> bytes:
+        most = max(_DIRECTORY, _CHUNK)
+        found = self._file.read(count if 0 <= count <= most else most + 1)
+        if len(found) > most:
+            raise zipfile.BadZipFile("its directory is too large")
+        return found
+
+
+def _members(asked: _Asked, archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
+    """The entries of the three arrays that are needed."""
+    found = {info.filename.removesuffix(".npy"): info for info in archive.infolist() if info.filename.endswith(".npy")}
+    listed = ", ".join(f"`{_shown(n)}`" for n in list(found)[:12]) + (", ..." if len(found) > 12 else "")
+    held = f"it holds {listed}" if found else "it holds no arrays"
+    if asked.name not in found:
+        near = suggest(asked.name, [n for n in found if n not in ("origin", "spacing")])
+        hint = f"did you mean `{_shown(near)}`? {held}" if near else held
+        raise asked.fail("E132", f"`{asked.path}` holds no array `{_shown(asked.name)}`", hint)
+    missing = [n for n in ("origin", "spacing") if n not in found]
+    if missing:
+        raise asked.fail("E132", f"`{asked.path}` does not say where its grid lies: no `{'` and no `'.join(missing)}`")
+    for name in (asked.name, "origin", "spacing"):
+        info = found[name]
+        if info.flag_bits & 1:
+            raise asked.fail("E131", f"`{asked.path}` is encrypted")
+        if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            hint = "write it with numpy.savez or numpy.savez_compressed"
+            raise asked.fail(
+                "E131", f"`{name}` in `{asked.path}` is compressed in a way that NumPy does not write", hint
+            )
+        if info.compress_size > size:
+            raise asked.fail("E131", f"`{asked.path}` is cut short: `{name}` is longer than the whole file")
+    return found
+
+
+def _values(asked: _Asked, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[Any]:
+    """The values at the nodes: (nx, ny, nz, components), finite, float32 or float64, not to be written."""
+    array = _array(asked, archive, info, asked.name, LARGEST, _shaped)
+    if array.ndim == 3:
+        array = array[..., None]
+    with np.errstate(over="ignore"):  # of long doubles, which are then not finite
+        array = np.ascontiguousarray(array, np.float32 if _single(array.dtype) else np.float64)
+    bad = ~np.isfinite(array)
+    if bad.any():
+        where = tuple(int(v) for v in np.argwhere(bad)[0][:3])
+        count = int(bad.sum())
+        are = (
+            "1 value is not a finite number, at"
+            if count == 1
+            else f"{count:,} values are not finite numbers, the first at"
+        )
+        hint = "fill them before they are written: numpy.nan_to_num, or the nearest value that is known"
+        raise asked.fail("E134", f"`{asked.name}` in `{asked.path}`: {are} node {where}", hint)
+    array.setflags(write=False)
+    return array
+
+
+def _shaped(asked: _Asked, name: str, shape: tuple[int, ...]) -> None:
+    """Errors: E133 where a shape is none of a grid."""
+    if len(shape) not in (3, 4) or (len(shape) == 4 and shape[3] not in (1, 3, 6)):
+        hint = "it is (nx, ny, nz), or (nx, ny, nz, 3) for vectors and (nx, ny, nz, 6) for symmetric tensors"
+        raise asked.fail("E133", f"`{name}` in `{asked.path}` has the shape {shape}, which is no grid", hint)
+    for axis, count in zip("xyz", shape[:3], strict=True):
+        if count < 2:
+            nodes = "1 node" if count == 1 else "no nodes"
+            hint = f"two nodes at least along each axis: repeat the layer for what does not change along {axis}"
+            raise asked.fail("E133", f"`{name}` in `{asked.path}` has {nodes} along {axis}: its shape is {shape}", hint)
+
+
+def _triple(asked: _Asked, archive: zipfile.ZipFile, info: zipfile.ZipInfo, name: str) -> Triple:
+    """`origin` or `spacing`: three numbers; for the spacing one will do."""
+    array = _array(asked, archive, info, name, 1000, partial(_small, many=name == "origin")).astype(np.float64)
+    x, y, z = (float(v) for v in np.broadcast_to(array, (3,)))
+    if not all(map(math.isfinite, (x, y, z))):
+        raise asked.fail("E134", f"`{name}` in `{asked.path}` is ({x:g}, {y:g}, {z:g})")
+    return x, y, z
+
+
+def _small(asked: _Asked, name: str, shape: tuple[int, ...], many: bool) -> None:
+    if shape not in ([(3,)] if many else [(3,), (), (1,)]):
+        what = "three numbers" if many else "one number or three"
+        raise asked.fail("E133", f"`{name}` in `{asked.path}` has the shape {shape}, not that of {what}")
+
+
+def _placed(asked: _Asked, values: NDArray[Any], origin: Triple, spacing: Triple) -> None:
+    """Errors: E134 where a grid has no size, or lies where there are no parts."""
+    shown = ", ".join(f"{v:g}" for v in spacing)
+    if min(spacing) <= 0:
+        hint = "it must be above 0: for an axis that runs backwards flip the array (numpy.flip)"
+        raise asked.fail("E134", f"`spacing` in `{asked.path}` is ({shown})", hint)
+    if min(spacing) < NEAREST:
+        raise asked.fail("E134", f"`spacing` in `{asked.path}` is ({shown}), below a nanometre", "lengths are in mm")
+    for axis, start, step, count in zip("xyz", origin, spacing, values.shape, strict=False):
+        end = start + step * (count - 1)
+        if max(abs(start), abs(end)) > FARTHEST:
+            text = f"the grid of `{asked.path}` goes from {start:g} to {end:g} mm along {axis}"
+            raise asked.fail("E134", text, f"parts lie within {FARTHEST:,.0f} mm of the origin: lengths are in mm")
+
+
+def _array(
+    asked: _Asked,
+    archive: zipfile.ZipFile,
+    info: zipfile.ZipInfo,
+    name: str,
+    most: int,
+    examine: Callable[[_Asked, str, tuple[int, ...]], None],
+) -> NDArray[Any]:
+    """An array of numbers in the archive, in its shape, of `most` bytes at most as float32 or float64."""
+    try:
+        with archive.open(info) as member:
+            shape, fortran, kind, offset = _header(member.read(_HEADER))
+        if kind.hasobject or kind.kind not in "fiub":
+            held = _NO_NUMBERS.get("O" if kind.hasobject else kind.kind, str(kind))
+            raise asked.fail("E133", f"`{name}` in `{asked.path}` holds {held}, not numbers", _number_hint(kind))
+        examine(asked, name, shape)
+        count = math.prod(shape)
+        size = count * max(kind.itemsize, 4 if _single(kind) else 8)
+        if size > most:
+            hint = "keep every second node, or a part of the grid; float32 takes half of float64"
+            raise asked.fail(
+                "E135", f"`{name}` in `{asked.path}` is too large: {shape} are {size:,} bytes of {most:,}", hint
+            )
+        if offset + count * kind.itemsize != info.file_size:
+            claimed = f"{count * kind.itemsize:,} bytes of values where there are {info.file_size - offset:,}"
+            raise asked.fail("E131", f"`{asked.path}` is damaged: `{name}` claims {claimed}")
+        flat: NDArray[Any] = np.empty(count, kind)
+        with archive.open(info) as member:
+            member.read(offset)
+            _fill(member, flat)
+    except OSError:
+        raise
+    except _BROKEN as error:
+        raise asked.fail("E131", f"`{name}` in `{asked.path}` is damaged: {_lower(error)}") from None
+    return flat.reshape(shape[::-1]).T if fortran else flat.reshape(shape)
+
+
+def _header(start: bytes) -> tuple[tuple[int, ...], bool, np.dtype[Any], int]:
+    """Shape, whether the first axis runs fastest, type and the offset of the values. Errors: ValueError and kin."""
+    file = io.BytesIO(start)
+    version = npy.read_magic(file)
+    if version not in ((1, 0), (2, 0)):
+        raise ValueError(f"version {version[0]}.{version[1]} of the format is not one for plain numbers")
+    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    try:
+        shape, fortran, kind = read(file)
+    except (MemoryError, RecursionError):
+        raise ValueError("its header is nested too deeply") from None
+    if not all(type(n) is int and n >= 0 for n in shape):
+        raise ValueError(f"its shape is {shape}")
+    return shape, fortran, kind, file.tell()
+
+
+def _fill(member: Any, flat: NDArray[Any]) -> None:
+    """Read the values of an array and what follows, which is nothing: there the zip compares its checksum."""
+    place = flat.view(np.uint8).data
+    done = 0
+    while chunk := member.read(_CHUNK):
+        if done + len(chunk) > len(place):
+            raise ValueError("there is more in it than it claims")
+        place[done : done + len(chunk)] = chunk
+        done += len(chunk)
+    if done != len(place):
+        raise EOFError(f"{done:,} bytes where {len(place):,} are claimed")
+
+
+def _single(kind: np.dtype[Any]) -> bool:
+    """Whether these are float32, in whatever order of bytes."""
+    return kind.kind == "f" and kind.itemsize == 4
+
+
+def _number_hint(kind: np.dtype[Any]) -> str:
+    if kind.hasobject:
+        return "objects are not read, for that could run code: write an array of floats"
+    if kind.kind == "c":
+        return "write its real part, its imaginary part or its absolute value"
+    return "write an array of floats"
+
+
+def _lower(error: BaseException) -> str:
+    """The text of another's error, on one line, to stand after a colon."""
+    text = " ".join(str(error).split()) or type(error).__name__
+    return _shown(text[:1].lower() + text[1:])
+
+
+def _shown(text: str) -> str:
+    text = "".join(c if c.isprintable() else "?" for c in text)
+    return text if len(text) <= 120 else text[:117] + "..."

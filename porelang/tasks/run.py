@@ -1,0 +1,88 @@
+"""How each task is computed, by its name in the table of tasks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from porelang.data import Data, Reduced
+from porelang.diagnostics import fail
+from porelang.formula import Formula
+from porelang.ir import Node, node
+from porelang.store import Result
+from porelang.tasks.bake import bake
+from porelang.tasks.frame import read_frame
+from porelang.tasks.load import read_grid
+from porelang.tasks.numbers.area import area
+from porelang.tasks.numbers.extremes import maximum, minimum
+from porelang.tasks.numbers.integrals import mean, porosity, volume
+from porelang.tasks.numbers.quantiles import offset_for
+
+
+def _field(asked: Formula, i: int) -> Formula:
+    """An argument of a task."""
+    return asked.but(asked.roots[i])
+
+
+def _number(asked: Formula, i: int) -> float:
+    return float(_field(asked, i).numbers[0])
+
+
+def _share(asked: Formula) -> float:
+    share = _number(asked, 1)
+    if not 0 < share < 1:
+        raise fail(
+            "E090", f"a porosity of {share:g} cannot be asked for", hint="it lies between 0 and 1: write 50% or 0.5"
+        )
+    return share
+
+
+def _to_porosity(asked: Formula) -> Reduced:
+    return offset_for(_field(asked, 0), _share(asked), _field(asked, 2))
+
+
+def _shell_to_porosity(asked: Formula) -> Reduced:
+    half = offset_for(asked.but(node("abs", asked.root)), _share(asked), _field(asked, 2))
+    return Reduced(2 * half.value, 2 * half.error)
+
+
+def _sample(asked: Formula) -> Result:
+    *fields, voxel, within = range(len(asked.roots))
+    return bake(asked.but(*(asked.roots[i] for i in fields)), _number(asked, voxel), _field(asked, within))
+
+
+#: By the task's arguments as a formula with all that they read. `solve` is not here: it asks tasks itself (`resolve`).
+RUN: Mapping[str, Callable[[Formula], Result]] = {
+    "porosity": lambda asked: porosity(_field(asked, 0), _field(asked, 1)),
+    "volume": lambda asked: volume(_field(asked, 0)),
+    "area": lambda asked: area(_field(asked, 0)),
+    "minimum": lambda asked: minimum(_field(asked, 0), _field(asked, 1)),
+    "maximum": lambda asked: maximum(_field(asked, 0), _field(asked, 1)),
+    "mean": lambda asked: mean(_field(asked, 0), _field(asked, 1)),
+    "to_porosity": _to_porosity,
+    "shell_to_porosity": _shell_to_porosity,
+    "sample": _sample,
+}
+
+
+def _load(n: Node) -> Data:
+    assert isinstance(n.value, tuple)
+    path, name, components = n.value
+    grid = read_grid(str(path), str(name))
+    if grid.components != components:
+        has = "one number" if grid.components == 1 else f"{grid.components} numbers"
+        wants = "`load` takes one" if components == 1 else "`load_vector` takes three"
+        other = {1: "write `load`", 3: "write `load_vector`"}.get(
+            grid.components, "save its components under names of their own"
+        )
+        raise fail("E133", f"`{name}` of `{path}` has {has} at each node, and {wants}", hint=other)
+    return grid
+
+
+def _frame(n: Node) -> Data:
+    assert isinstance(n.value, tuple)
+    (path,) = n.value
+    return read_frame(str(path))
+
+
+#: What comes from files: each read is remembered by its reader, and known by the digest of what was in it.
+OUTSIDE: Mapping[str, Callable[[Node], Data]] = {"load": _load, "frame": _frame}

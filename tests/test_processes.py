@@ -1,0 +1,213 @@
+"""`pore` as a process: signals, full disks and standard streams. Nothing is left behind or half-written."""
+
+from __future__ import annotations
+
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import porelang
+from porelang.slices import write_slices
+
+ROOT = Path(__file__).resolve().parent.parent
+BALL = "sphere(4)\n"
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals")
+
+
+def names(where: Path) -> list[str]:
+    return sorted(os.listdir(where))
+
+
+def files(where: Path) -> dict[str, bytes]:
+    return {p.relative_to(where).as_posix(): p.read_bytes() for p in sorted(where.rglob("*")) if p.is_file()}
+
+
+def environment() -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": ""}
+
+
+#: `pore` that says when its first line is reached: before it Python starts, which answers Ctrl-C in its own way.
+SAYS_FIRST = "import sys; from porelang.cli import main; print('begun', flush=True); sys.exit(main())"
+
+
+def start(*words: str, said_first: bool = False, **more: object) -> subprocess.Popen[str]:
+    pore = ["-c", SAYS_FIRST] if said_first else ["-m", "porelang"]
+    return subprocess.Popen([sys.executable, *pore, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                            text=True, env=environment(), **more)  # type: ignore[call-overload, no-any-return]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("work")
+    (folder / "a.pore").write_text("gyroid(5) |> shell(0.8) & sphere(20)\n")
+    np.save(folder / "p.npy", np.random.default_rng(1).uniform(-20, 20, (300_000, 3)))
+    write_slices(porelang.compile(BALL).design(), folder / "layers", 2)
+    return folder
+
+
+COMMANDS = {
+    "stl": ["mesh", "a.pore", "-o", "a.stl", "--voxel", "0.3mm", "-q"],
+    "slices": ["slices", "a.pore", "-o", "layers", "--step", "0.4mm", "--voxel", "0.1mm", "-q"],
+    "new": ["slices", "a.pore", "-o", "new", "--step", "0.4mm", "--voxel", "0.1mm", "-q"],
+    "eval": ["eval", "a.pore", "--points", "p.npy", "-o", "v.npy", "-q"],
+    "render": ["render", "a.pore", "-o", "a.png", "--solid", "none", "--slice", "x=0", "--samples", "2", "-q"],
+}
+
+
+@pytest.mark.parametrize("what", COMMANDS)
+def test_a_signal_at_any_moment_leaves_nothing_behind(what: str, work: Path) -> None:
+    """The result is there whole, or what was there before; no draft and no traceback in either case."""
+    before = names(work)
+    old = files(work / "layers")
+    begun = time.monotonic()
+    running = start(*COMMANDS[what], cwd=work)
+    assert running.communicate(timeout=120) == ("", "")
+    whole = time.monotonic() - begun
+    (made,) = set(names(work)) - set(before) or {"layers"}
+    result = files(work / made) if (work / made).is_dir() else (work / made).read_bytes()
+    chance = random.Random(what)
+    for k in range(6):
+        number = (signal.SIGHUP, signal.SIGTERM, signal.SIGINT, signal.SIGQUIT)[k % 4]
+        if what != "slices":
+            for path in [*(work / made).iterdir(), work / made] if (work / made).is_dir() else [work / made]:
+                path.rmdir() if path.is_dir() else path.unlink(missing_ok=True)
+        running = start(*COMMANDS[what], cwd=work, said_first=True)
+        assert running.stdout is not None
+        assert running.stdout.readline() == "begun\n"
+        time.sleep(chance.random() * whole)
+        running.send_signal(number)
+        if k % 2:
+            running.send_signal(signal.SIGTERM)  # one more, while it cleans up
+        _, said = running.communicate(timeout=120)
+        ended = {0, 128 + number, 128 + signal.SIGTERM, -number, -signal.SIGTERM}  # the latter before and after `main`
+        assert running.returncode in ended, said
+        assert "Traceback" not in said
+        assert "bug" not in said
+        assert set(names(work)) - {made} == set(before) - {made}
+        if what == "slices":
+            assert files(work / "layers") in (old, result)
+        elif (work / made).exists():
+            assert (files(work / made) if (work / made).is_dir() else (work / made).read_bytes()) == result
+
+
+def test_ctrl_c_in_the_first_moments_has_no_traceback(work: Path) -> None:
+    chance = random.Random(5)
+    for _ in range(12):
+        running = start("check", "a.pore", "-q", cwd=work, said_first=True)
+        assert running.stdout is not None
+        assert running.stdout.readline() == "begun\n"
+        time.sleep(chance.random() * 0.15)
+        running.send_signal(signal.SIGINT)
+        _, said = running.communicate(timeout=60)
+        assert (running.returncode in (0, 130, -2), said) == (True, "")
+
+
+def test_a_signal_that_falls_into_a_callback_is_not_lost() -> None:
+    """Python lets no exception out of the callback of a weak reference, such as its imports have."""
+    code = """
+import os, signal, sys, time, weakref
+from porelang.cli import commands, main
+class Thing: pass
+def run(argv):
+    thing = Thing()
+    seen = weakref.ref(thing, lambda _: [signal.raise_signal(signal.SIGHUP), sum(range(1000))])
+    del thing
+    time.sleep(20)
+    return 0
+commands.run = run
+sys.exit(main())
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment(), check=False)
+    assert (done.returncode, done.stderr) == (129, "")
+
+
+def test_a_signal_that_is_ignored_stays_ignored(work: Path) -> None:
+    """`nohup pore mesh ... &` goes on when the terminal is closed."""
+    running = start(*COMMANDS["eval"], cwd=work, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    for _ in range(20):
+        time.sleep(0.02)
+        running.send_signal(signal.SIGHUP)
+    running.communicate(timeout=60)
+    assert running.returncode == 0
+    (work / "v.npy").unlink()
+
+
+@pytest.mark.parametrize("command", ["stl", "new", "eval"])
+def test_a_full_disk_is_told_and_leaves_nothing(command: str, work: Path) -> None:
+    """A limit on the size of files stands in for it: the same place fails in the same way."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (300, 300))
+
+    before = names(work)
+    running = start(*COMMANDS[command], cwd=work, preexec_fn=limit)
+    _, said = running.communicate(timeout=60)
+    assert running.returncode == 2
+    assert "error[E113]: cannot write" in said
+    assert names(work) == before
+
+
+FULL = pytest.mark.skipif(not os.path.exists("/dev/full"), reason="Linux has a device that is always full")
+
+
+@FULL
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["check", "a.pore", "--json"],
+        ["show", "a.pore"],
+        ["glsl", "a.pore"],
+        ["eval", "a.pore", "--points", "p.npy"],
+        ["mesh", "a.pore", "-o", "full.stl", "--resolution", "9"],
+        ["explain", "--json"],
+        ["--help"],
+    ],
+)
+def test_standard_output_that_takes_nothing_is_told(words: list[str], unbuffered: str, work: Path) -> None:
+    for redirected in (">/dev/full", ">&-"):
+        done = subprocess.run(["sh", "-c", f'exec "$@" {redirected}', "sh", sys.executable, "-m", "porelang", *words],
+                              cwd=work, capture_output=True, text=True, check=False,
+                              env={**environment(), "PYTHONUNBUFFERED": unbuffered})  # fmt: skip
+        assert done.returncode == 2, done.stderr
+        assert done.stderr.count("error[") == 1
+        assert "error[E113]: cannot write to standard output" in done.stderr
+        assert "Traceback" not in done.stderr
+
+
+@FULL
+def test_streams_that_nobody_needs_may_be_closed(work: Path) -> None:
+    """A file that is written then does not take the number of standard output or error."""
+    for redirected in (">&-", "2>&-", "<&- >&- 2>&-", "2>/dev/full", ">/dev/full"):
+        done = subprocess.run(["sh", "-c", f'exec "$@" {redirected}', "sh", sys.executable, "-m", "porelang",
+                               "mesh", "a.pore", "-o", "c.stl", "--resolution", "9", "-q"],
+                              cwd=work, capture_output=True, text=True, env=environment(), check=False)  # fmt: skip
+        assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+        assert (work / "c.stl").stat().st_size % 50 == 84 % 50
+        (work / "c.stl").unlink()
+    done = subprocess.run(["sh", "-c", 'exec "$@" 2>/dev/full', "sh", sys.executable, "-m", "porelang", "check", "b"],
+                          cwd=work, capture_output=True, text=True, env=environment(), check=False)  # fmt: skip
+    assert done.returncode == 2
+
+
+def test_a_folder_that_is_gone_is_told(tmp_path: Path) -> None:
+    """Also the one that the command is typed in."""
+    code = (
+        "import os, sys; os.chdir(sys.argv[1]); os.rmdir(sys.argv[1]); from porelang.cli import main;"
+        "sys.exit(main(['slices', sys.argv[2], '-o', 'out', '--step', '1mm']) * 10"
+        " + main(['mesh', sys.argv[2], '-o', 'a.stl']))"
+    )
+    (tmp_path / "a.pore").write_text(BALL)
+    (tmp_path / "gone").mkdir()
+    done = subprocess.run([sys.executable, "-c", code, str(tmp_path / "gone"), str(tmp_path / "a.pore")],
+                          capture_output=True, text=True, env=environment(), check=False)  # fmt: skip
+    assert done.returncode == 22
+    assert done.stderr.count("error[E113]") == 2

@@ -1,0 +1,409 @@
+"""What is computed before a field: found when it is read, known by its content, kept, watched and ended."""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import pty
+import signal
+import subprocess
+import sys
+import threading
+from concurrent.futures import CancelledError, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import porelang
+from porelang import store
+from porelang.checks import failed_checks
+from porelang.data import Reduced
+from porelang.ir import NUMBERS, TASKS
+from porelang.ops import TASKS as TABLE
+from porelang.progress import watching
+from porelang.tasks import identity, resolve
+from porelang.tasks.resolve import RUN
+from porelang.tasks.run import OUTSIDE
+
+TEXT = "param r = 3 in 1..9\nx + bare(volume(sphere(r))) + porosity(gyroid(3), sphere(r))"
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("PORELANG_CACHE", str(tmp_path / "kept"))
+    store.forget()
+
+
+@pytest.fixture
+def computed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The names of the tasks that are computed from now on, in order."""
+    done: list[str] = []
+    run = resolve._computed
+
+    def noted(n: Any, *more: Any) -> Any:
+        done.append(n.op)
+        return run(n, *more)
+
+    monkeypatch.setattr(resolve, "_computed", noted)
+    return done
+
+
+def kept(tmp_path: Path) -> list[Path]:
+    return sorted((tmp_path / "kept").rglob("*.result"))
+
+
+def data_files(folder: Path) -> None:
+    """`grid.npz` with the coordinate x and a vector, and `truss.json`, three bars."""
+    n = np.linspace(-12, 12, 25)
+    x, y, z = np.meshgrid(n, n, n, indexing="ij")
+    np.savez(folder / "grid.npz", x=x, v=np.stack([x, y, z], -1), origin=[-12.0] * 3, spacing=1.0)
+    frame = {"nodes": [[0, 0, 0], [10, 0, 0], [10, 10, 0]], "bars": [[0, 1], [1, 2]], "radii": [1, 2]}
+    (folder / "truss.json").write_text(json.dumps(frame))
+
+
+def test_the_table_says_what_the_graph_and_the_runners_know() -> None:
+    assert TABLE.keys() == TASKS
+    assert {n for n, row in TABLE.items() if row.result == "real"} == set(NUMBERS)
+    assert RUN.keys() | OUTSIDE.keys() | {"solve"} == TABLE.keys()
+
+
+# ---- identity
+
+
+@pytest.mark.parametrize(
+    "again",
+    [
+        "x + volume( sphere( 3 ) )   # spaced",
+        "x + volume(sphere(1 + 2))",
+        "let ball = sphere(3)\nlet v = volume(ball)\n\nx + v",
+        "def v(r) = volume(sphere(r))\nx + v(3)",
+    ],
+)
+def test_the_same_question_is_asked_once_however_it_is_written(again: str, computed: list[str]) -> None:
+    first = porelang.compile("x + volume(sphere(3))").reduced()
+    assert list(porelang.compile(again).reduced().values()) == list(first.values())
+    assert computed == ["volume"]
+
+
+def test_renaming_recomputes_nothing(computed: list[str]) -> None:
+    text = """param r = 30mm in 1mm..90mm
+let c = cylinder(r, 50)
+let t = solve(t => porosity(shell(gyroid(10), t), c), 60%, 0.2..1.4)
+check porosity(gyroid(10), c) > 40%, "porous"
+gyroid(10) |> shell(t) & c
+"""
+    renamed = text.replace("param r ", "param radius ").replace("(r,", "(radius,").replace("let c", "let cyl")
+    renamed = renamed.replace(", c)", ", cyl)").replace("& c", "& cyl").replace("t => porosity", "u => porosity")
+    renamed = renamed.replace("shell(gyroid(10), t)", "shell(gyroid(10), u)").replace("let t", "let wall")
+    renamed = renamed.replace("shell(t)", "shell(wall)")
+    first = porelang.compile(text).reduced()
+    done = len(computed)
+    assert done > 3
+    second = porelang.compile(renamed).reduced()
+    assert computed[done:] == []
+    assert list(second.values()) == list(first.values())
+    assert any("wall" not in name and "u => porosity" in name for name in second)
+
+
+def test_what_is_different_is_computed(computed: list[str]) -> None:
+    program = porelang.compile(TEXT)
+    program.reduced(r=4)
+    program.reduced(r=4)
+    assert sorted(computed) == ["porosity", "volume"]
+    program.reduced(r=4.000001)
+    porelang.compile(TEXT.replace("gyroid(3)", "gyroid(4)")).reduced(r=4)
+    assert sorted(computed) == ["porosity"] * 3 + ["volume"] * 2
+
+
+def test_solves_within_each_other_do_not_take_each_others_unknown(computed: list[str]) -> None:
+    """Both look for a `t`; the inner one stands alone and is found once, however often the outer one guesses."""
+    text = "let a = solve(t => volume(sphere(t)), 100, 1..10)\nx + solve(t => t * a, 20, 1..100)"
+    found = sorted(r.value for r in porelang.compile(text).reduced().values())
+    a = (300 / 4 / np.pi) ** (1 / 3)
+    assert found == pytest.approx([a, 20 / a], rel=1e-3)
+    assert computed.count("solve") == 2
+    nested = "x + solve(s => s + solve(t => t * s, 6, 0.1..100), 5, 2.5..4.5)"
+    (outer,) = porelang.compile(nested).reduced().values()
+    assert outer.value == pytest.approx(3.0, rel=1e-6)  # 3 + 6/3 = 5
+
+
+def test_another_version_of_the_code_computes_again(computed: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    porelang.compile(TEXT).reduced()
+    monkeypatch.setattr(identity, "_code", lambda: "other")
+    porelang.compile(TEXT).reduced()
+    assert len(computed) == 4
+
+
+def test_a_file_is_known_by_what_is_in_it(tmp_path: Path, computed: list[str]) -> None:
+    data_files(tmp_path)
+    text = 'x + mean(load("grid.npz", "x"), sphere(5))'
+    (tmp_path / "a.pore").write_text(text)
+    (tmp_path / "b.pore").write_text(text.replace("grid", "copy"))
+    (tmp_path / "copy.npz").write_bytes((tmp_path / "grid.npz").read_bytes())
+    first = porelang.compile(path=tmp_path / "a.pore").reduced()
+    second = porelang.compile(path=tmp_path / "b.pore").reduced()
+    assert list(first.values()) == list(second.values())
+    assert computed == ["mean"]
+    np.savez(tmp_path / "copy.npz", x=np.full((25, 25, 25), 7.0), origin=[-12.0] * 3, spacing=1.0)
+    (third,) = porelang.compile(path=tmp_path / "b.pore").reduced().values()
+    assert third.value == 7.0
+
+
+# ---- what is read, and when
+
+
+def test_a_root_waits_for_nothing_that_it_does_not_read(computed: list[str]) -> None:
+    text = """out envelope = box([30, 30, 30])
+out part = shell(gyroid(10), shell_to_porosity(gyroid(10), 70%, envelope)) & envelope
+check porosity(part, envelope) > 60%, "porous"
+"""
+    program = porelang.compile(text)
+    design = program.design()
+    assert design.field("envelope")([[0, 0, 0]])[0] == -15
+    assert design.bounds("envelope").size == (30, 30, 30)
+    assert computed == []
+    assert failed_checks(design, measure=False) == []
+    assert computed == []
+    design.field("part")
+    assert computed == ["shell_to_porosity"]
+    design.bounds("part")
+    design.mesh("part", resolution=20)
+    assert computed == ["shell_to_porosity"]
+
+
+def test_a_let_that_reads_a_number_can_be_an_envelope() -> None:
+    text = "let r = solve(t => volume(sphere(t)), 1000, 1..20)\nlet ball = sphere(r)\ngyroid(4) & ball"
+    found = porelang.compile(text).measure(within="ball", resolution=24)
+    assert found["envelope_volume"] == pytest.approx(1000, rel=2e-3)
+
+
+def test_a_contract_on_what_was_found_is_kept_when_it_is_read() -> None:
+    text = """def ball(r: length where r < 5) = sphere(r)
+out big = ball(solve(t => bare(volume(sphere(t))), 1000, 1..20))
+out small = ball(2)
+"""
+    design = porelang.compile(text).design()
+    assert design.bounds("small").size == pytest.approx((4, 4, 4))
+    with pytest.raises(porelang.PoreError) as caught:
+        design.field("big")
+    assert caught.value.diagnostics[0].code == "E064"
+
+
+# ---- data
+
+
+@pytest.mark.parametrize("smooth", ["", ", smooth=true"])
+def test_a_loaded_field_is_the_field_of_its_samples(smooth: str, tmp_path: Path) -> None:
+    data_files(tmp_path)
+    (tmp_path / "a.pore").write_text(
+        f"""let s = load("grid.npz", "x"{smooth})
+let cut = load("grid.npz", "x", outside=-99{smooth})
+out value = s
+out beyond = cut
+out moved = s @ [x + 1, y, z]
+out slope = grad(s)
+"""
+    )
+    program = porelang.compile(path=tmp_path / "a.pore")
+    points = np.array([[0.5, 3.2, -4.4], [11.9, 0, 0], [20.0, 0, 0], [-3.3, 0, 40.0]])
+    assert program.field("value")(points).tolist() == pytest.approx([0.5, 11.9, 12.0, -3.3])
+    assert program.field("beyond")(points).tolist() == pytest.approx([0.5, 11.9, -99, -99])
+    assert program.field("moved")(points)[:2].tolist() == pytest.approx([1.5, 12.0])
+    assert program.field("slope")(points[:1]).tolist()[0] == pytest.approx([1, 0, 0])
+
+
+def test_a_field_is_sampled_once_and_read_from_then_on(computed: list[str]) -> None:
+    text = """param k = 1 in 0..2
+let body = sphere(10)
+let baked = sample(k * length(p)^2, 0.5mm, body, smooth=true)
+let way = sample([x, y^2, 3], 1mm, body)
+out part = baked - 25 & body
+out way = way
+"""
+    program = porelang.compile(text)
+    points = np.random.default_rng(1).uniform(-5, 5, (200, 3))
+    square = (points**2).sum(1)
+    exact = np.maximum(square - 25, np.sqrt(square) - 10)
+    assert np.abs(program.field("part")(points) - exact).max() < 1e-9  # a cubic holds a quadratic
+    assert program.field("part", k=2)([[3, 0, 0]])[0] == pytest.approx(-7)
+    assert (
+        np.abs(
+            program.field("way")(points) - np.stack([points[:, 0], points[:, 1] ** 2, 0 * points[:, 0] + 3], 1)
+        ).max()
+        < 0.26
+    )
+    assert computed == ["sample", "sample", "sample"]
+    store.forget()  # what another process knows
+    program.design().field("part")
+    assert computed == ["sample", "sample", "sample"]
+
+
+def test_a_frame_is_the_solid_of_its_bars(tmp_path: Path) -> None:
+    data_files(tmp_path)
+    (tmp_path / "a.pore").write_text(
+        """out part = frame("truss.json")
+let bar = nearest_bar("truss.json")
+out direction = bar.direction
+out along = bar.along
+"""
+    )
+    program = porelang.compile(path=tmp_path / "a.pore")
+    assert program.field("part")([[5, 0, 0], [5, 3, 0], [10, 12, 0], [-4, 0, 0]]).tolist() == pytest.approx(
+        [-1, 2, 0, 3]
+    )
+    assert program.field("direction")([[5, 1, 0], [10, 5, 1]]).tolist() == [[1, 0, 0], [0, 1, 0]]
+    assert program.field("along")([[2.5, 1, 0]])[0] == pytest.approx(0.25)
+    assert program.bounds("part").lo == pytest.approx((-1, -2, -2))
+    assert program.mesh("part", resolution=48).is_watertight
+
+
+# ---- kept
+
+
+def test_another_process_computes_nothing_again(tmp_path: Path, computed: list[str]) -> None:
+    first = porelang.compile(TEXT).reduced(r=4)
+    assert len(kept(tmp_path)) == 2
+    store.forget()  # what a new process knows
+    computed.clear()
+    assert porelang.compile(TEXT).reduced(r=4) == first  # to the last bit
+    assert computed == []
+
+
+def test_guesses_of_a_solve_are_not_kept(tmp_path: Path) -> None:
+    porelang.compile("x + solve(t => volume(sphere(t)), 100, 1..10)").reduced()
+    assert len(kept(tmp_path)) == 1
+
+
+@pytest.mark.parametrize("damage", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b[:-3] + b"abc"])
+def test_what_was_damaged_is_computed_again(damage: Any, tmp_path: Path, computed: list[str]) -> None:
+    text = f"{TEXT} + sample(x, 1mm, sphere(3))"
+    first = porelang.compile(text).field()([[1, 2, 3]])
+    for path in kept(tmp_path):
+        path.write_bytes(damage(path.read_bytes()))
+    store.forget()
+    computed.clear()
+    assert porelang.compile(text).field()([[1, 2, 3]]) == first
+    assert sorted(computed) == ["porosity", "sample", "volume"]
+    store.forget()
+    computed.clear()
+    assert porelang.compile(text).field()([[1, 2, 3]]) == first  # and mended
+    assert computed == []
+
+
+# ---- watched, cancelled
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "porosity(gyroid(3), sphere(9))",
+        "area(gyroid(3) & sphere(9))",
+        "maximum(sin(x) * y, sphere(9))",
+        "to_porosity(gyroid(3), 30%, sphere(9))",
+        "solve(t => volume(sphere(t)), 100, 1..10)",
+        "sample(gyroid(3), 0.2mm, sphere(9))",
+    ],
+)
+def test_every_task_says_how_far_it_is_and_can_be_ended(call: str, tmp_path: Path) -> None:
+    program = porelang.compile(f"x + {call}")
+    told: list[tuple[str, int, int]] = []
+    asked = 0
+
+    def cancel() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked > 1
+
+    with watching(lambda *what: told.append(what), cancel), pytest.raises(CancelledError):
+        program.design().field()
+    assert {what for what, _, _ in told} <= {TABLE[n].activity for n in TABLE}
+    assert kept(tmp_path) == []
+    with watching(lambda *what: told.append(what)):
+        program.design().field()
+    assert told[-1][1] == told[-1][2]
+
+
+@pytest.mark.slow
+def test_a_long_search_shows_itself_and_ctrl_c_ends_it(tmp_path: Path) -> None:
+    path = tmp_path / "slow.pore"
+    path.write_text(
+        "let t = solve(t => area(gyroid(t) & cylinder(50, 100)), 300000, 6..20)\ngyroid(t) & cylinder(50, 100)\n"
+    )
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "porelang", "mesh", str(path), "-o", str(tmp_path / "part.stl")]
+    running = subprocess.Popen(command, stderr=theirs, stdout=subprocess.DEVNULL)
+    os.close(theirs)
+    shown = b""
+    while b"finding numbers from fields" not in shown:
+        shown += os.read(ours, 1000)
+    running.send_signal(signal.SIGINT)
+    assert running.wait(60) == 130
+    os.close(ours)
+    assert b"Traceback" not in shown
+    assert not kept(tmp_path)
+    assert {p.name for p in tmp_path.iterdir()} <= {"slow.pore", "kept"}
+    assert not list((tmp_path / "kept").glob(".*"))
+
+
+# ---- shared and sent
+
+
+def test_threads_may_share_a_design(computed: list[str]) -> None:
+    design = porelang.compile(TEXT).design()
+    start = threading.Barrier(8)
+
+    def work(i: int) -> float:
+        start.wait()
+        return float(design.field()([[i, 0, 0]])[0] - i)
+
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(work, range(8)))
+    assert np.ptp(found) < 1e-9
+    assert set(computed) == {"porosity", "volume"}
+
+
+def test_programs_and_designs_come_back_as_themselves(tmp_path: Path) -> None:
+    (tmp_path / "lib.pore").write_text("def ball(r) = sphere(r)\n")
+    (tmp_path / "a.pore").write_text(
+        'use "lib.pore" as lib\nparam r = 3 in 1..9\nlib.ball(r) - bare(volume(sphere(r))) / 100\n'
+    )
+    program = porelang.compile(path=tmp_path / "a.pore")
+    (tmp_path / "lib.pore").unlink()  # it need not be there where it is unpickled
+    again = pickle.loads(pickle.dumps(program))
+    assert all(a is b for a, b in zip(program.graph.roots, again.graph.roots, strict=True))
+    design = program.design(r=4)
+    sent = pickle.loads(pickle.dumps(design))
+    points = np.random.default_rng(2).uniform(-5, 5, (50, 3))
+    assert (sent.field()(points) == design.field()(points)).all()
+    formula = pickle.loads(pickle.dumps(design.of()))
+    assert formula.root is design.of().root
+    code = "import pickle, sys; d = pickle.load(sys.stdin.buffer); print(repr(float(d.field()([[1, 2, 3]])[0])))"
+    done = subprocess.run([sys.executable, "-c", code], input=pickle.dumps(design), capture_output=True, check=True)
+    assert float(done.stdout) == design.field()([[1, 2, 3]])[0]
+
+
+def test_settings_change_between_calls_and_are_bound_once() -> None:
+    program = porelang.compile("param voxel = 3 in 1..9\nparam backend = 1 in 0..2\nsphere(voxel) + backend")
+    assert program.field(settings={"voxel": 5, "backend": 2})([[0, 0, 0]])[0] == -3
+    assert program.field()([[0, 0, 0]])[0] == -2
+    assert program.design(voxel="9", backend=0).field()([[0, 0, 0]])[0] == -9
+    assert program.mesh("part", resolution=16, settings={"voxel": 5, "backend": 0}).bounds[1][0] == pytest.approx(
+        5, rel=0.02
+    )
+
+
+def test_a_vector_computes_what_its_parts_share_once() -> None:
+    """One tape for three roots, on which each operation stands once."""
+    program = porelang.compile("let f = exp(sin(x) * cos(y))\n[f, 2 * f, f + z]")
+    tape = program.design().formula(*program.roots()).tape
+    assert tape.ops.count("exp") == 1
+    assert len(tape.roots) == 3
+
+
+def test_a_number_has_an_error_and_data_do_not() -> None:
+    design = porelang.compile("x + volume(sphere(3))").design()
+    (n,) = design.program.numbers
+    assert isinstance(design.number(n), Reduced)
