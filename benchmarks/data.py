@@ -8,10 +8,11 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 from timing import Case, in_turn
 
-from porelang.backends.numpy import PIECE, spread, workers
+from porelang.backends.numpy import PIECE
 from porelang.data import SampledField, Segments
 from porelang.ops import grid as lookups
 from porelang.ops import segments as walks
+from porelang.parallel import parallel_for, workers
 
 NODES, POINTS, BARS, WALKS = 128, 20_000_000, 100_000, 1_000_000
 SIDE = 100.0  # mm
@@ -35,10 +36,10 @@ def data(rounds: int) -> list[dict[str, Any]]:
             x, y, z = points[:, start : start + PIECE]
             function(grid, x, y, z, payload, out[start : start + PIECE])
 
-        return lambda: spread(piece, range(0, points.shape[1], PIECE), threads)
+        return lambda: parallel_for(piece, range(0, points.shape[1], PIECE), threads)
 
     def walk(bars: Segments, pieces: list[Any], wanted: tuple[str, ...]) -> Case:
-        return lambda: spread(lambda p: void(walks.nearest(bars, *p, wanted)), pieces, threads)
+        return lambda: parallel_for(lambda p: void(walks.nearest(bars, *p, wanted)), pieces, threads)
 
     for dtype in (np.float32, np.float64):
         name = np.dtype(dtype).name
