@@ -29,8 +29,11 @@ from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, settle
 from porelang.source import Source, Span
 from porelang.tasks import bound, result
+from porelang.tasks.run import OUTSIDE
 
 Settings = Mapping[str, Setting]
+#: Designs that a program remembers.
+_DESIGNS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +129,31 @@ class Program:
         A param that is called like an option of some method is set in the mapping. Errors: E083-E085 about settings,
         E064 where a contract breaks.
         """
-        return Design(self, settle(self.params, {**(settings or {}), **more}))
+        values = settle(self.params, {**(settings or {}), **more})
+        if self._reads_files:  # which may be others by now
+            return Design(self, values)
+        key = tuple(values.values())
+        with self._lock:
+            found = self._designs.pop(key, None)
+        found = found or Design(self, values)
+        with self._lock:
+            self._designs[key] = found
+            if len(self._designs) > _DESIGNS:
+                del self._designs[next(iter(self._designs))]
+        return found
+
+    @cached_property
+    def _designs(self) -> dict[tuple[float, ...], Design]:
+        """The designs asked for last, so that what one has found is not found again at the next call."""
+        return {}
+
+    @cached_property
+    def _lock(self) -> threading.Lock:
+        return threading.Lock()
+
+    @cached_property
+    def _reads_files(self) -> bool:
+        return any(n.op in OUTSIDE for n in order(self.graph.roots))
 
     def field(
         self,

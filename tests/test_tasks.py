@@ -407,3 +407,15 @@ def test_a_number_has_an_error_and_data_do_not() -> None:
     design = porelang.compile("x + volume(sphere(3))").design()
     (n,) = design.program.numbers
     assert isinstance(design.number(n), Reduced)
+
+
+def test_a_program_remembers_its_designs_but_not_what_was_in_files(tmp_path: Path, computed: list[str]) -> None:
+    program = porelang.compile("param r = 3 in 1..9\nsphere(r) + 0 * porosity(gyroid(3), sphere(r))")
+    assert program.design(r=4) is program.design({"r": "4"})
+    assert program.design(r=4) is not program.design(r=5)
+    data_files(tmp_path)
+    (tmp_path / "a.pore").write_text('load("grid.npz", "x")')
+    program = porelang.compile(path=tmp_path / "a.pore")
+    assert program.field()([[2, 0, 0]])[0] == 2
+    np.savez(tmp_path / "grid.npz", x=np.full((25, 25, 25), 7.0), origin=[-12.0] * 3, spacing=1.0)
+    assert program.field()([[2, 0, 0]])[0] == 7
