@@ -14,6 +14,7 @@ from porelang.data import Segments
 from porelang.gpu import Gpu, GpuMissing, open_gpu
 from porelang.interval import Interval, interval
 from porelang.ops import segments as ops
+from porelang.ops.segment_cells import cells
 
 Values = NDArray[Any]
 RNG = np.random.default_rng(11)
@@ -277,3 +278,22 @@ def test_the_walk_is_valid_for_opengl_es(gpu: Gpu) -> None:
     p = around(bars, 500).astype(np.float32)
     got = at_points(gpu, bars, "pore_nearest", WALK, len(ops.RESULTS), p, ES)
     np.testing.assert_allclose(got[0], ops.nearest(bars, *p)[0], atol=1e-4)
+
+
+def test_cells_list_every_bar_that_may_be_nearest() -> None:
+    """What a shader tries in a cell holds the nearest bar of any place in it; a crowded cell is left to the tree."""
+    bars = random_bars(400)
+    found = cells(bars)
+    assert found is not None
+    points = np.random.default_rng(4).uniform(found.lo, found.lo + found.size * np.array(found.shape), (20_000, 3))
+    k = np.ravel_multi_index(tuple(((points - found.lo) // found.size).astype(int).T), found.shape)
+    (index,) = ops.nearest(bars, *points.T, wanted=("index",))
+    ids = ops.tree(bars, np.float64).ids
+    listed = [set(ids[found.places[found.starts[i] : found.starts[i + 1]]].tolist()) for i in k]
+    walked = [not some for some in listed]
+    assert np.mean(walked) < 0.5
+    assert all(w or int(i) in some for w, some, i in zip(walked, listed, index, strict=True))
+
+
+def test_few_bars_have_no_cells() -> None:
+    assert cells(random_bars(20)) is None

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -65,11 +64,6 @@ def _away(bars: Node, x: Node, y: Node, z: Node, f: Node) -> list[Node | None]:
             for i in range(3)
         ]  # fmt: skip
     return [None] * 3
-
-
-def _wanted(names: tuple[str, ...], found: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Of all results of the nearest bar those that are asked for."""
-    return tuple(found[segments.RESULTS.index(name)] for name in names)
 
 
 def _flat(*_: Node) -> tuple[Node | None, ...]:
@@ -235,8 +229,8 @@ _ROWS = (
     Op("nearest", ("segments", "real", "real", "real"), "real", "The bar whose surface is nearest: its distance, the "
        "direction away from it, its own direction, and more.", segments.nearest, "pore_nearest{0}({1}, {2}, {3})",
        segments.enclose_nearest, lambda b, x, y, z, f: (None, *_away(b, x, y, z, f)), "", None,
-       tolerance=Tolerance(0.0, extra=lambda b, x, y, z, w: _wanted(w, segments.rounding_nearest(b, x, y, z))),
-       jumps=lambda b, x, y, z, w: _wanted(w, segments.jumps_nearest(b, x, y, z)), results=segments.RESULTS,
+       tolerance=Tolerance(0.0, extra=segments.rounding_nearest),
+       jumps=segments.jumps_nearest, results=segments.RESULTS,
        narrow=lambda w, b, x, y, z: (None, *segments.narrow_distance(w, b, x, y, z))),
 )  # fmt: skip
 

@@ -16,6 +16,7 @@ from porelang.compiled import compiled
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Ints = NDArray[np.int32]
 WIDE = 8
 STACK = 80
 #: Bars looked at for one box before all of them are taken for possible.
@@ -98,6 +99,48 @@ def _highest(bars: Floats, c: int, lo: Floats, hi: Floats) -> float:
 @compiled
 def _add(of: Floats, k: int, lo: float, hi: float) -> None:
     of[k, 0], of[k, 1] = min(of[k, 0], lo), max(of[k, 1], hi)
+
+
+@compiled
+def candidates(
+    tree: Any, centres: Floats, reach: float, places: NDArray[np.int64], slack: float, out: Ints, number: Ints
+) -> None:
+    """Write the places of all bars that may be nearest in cubes of half side `reach` about `centres` (n, 3), and how
+    many; one more than `out` holds where there are too many. `places` are those nearest to the centres."""
+    groups, most_bars = len(tree.boxes), out.shape[1]
+    stack = np.empty(STACK, np.int64)
+    half, q, lo, hi = np.full(3, reach), np.empty(3), np.empty(3), np.empty(3)
+    for n in range(len(centres)):
+        centre = centres[n]
+        for a in range(3):
+            lo[a], hi[a] = centre[a] - reach, centre[a] + reach
+        limit = _highest(tree.bars[places[n] // WIDE], places[n] % WIDE, lo, hi) + slack
+        count, node, height = 0, 0, 0
+        while True:
+            if node < groups:
+                first = 1 if node == 0 else WIDE * node - 7 + tree.top
+                box = tree.boxes[node]
+                for c in range(WIDE):
+                    if not box[6, c] >= 0:
+                        continue
+                    gap = 0.0
+                    for a in range(3):
+                        gap += _between(lo[a], hi[a], box[a, c], box[3 + a, c]) ** 2
+                    if np.sqrt(gap) - box[6, c] <= limit:
+                        stack[height] = first + c
+                        height += 1
+            else:
+                bars = tree.bars[node - groups]
+                for c in range(WIDE):
+                    if bars[6, c] >= 0 and _tangent(bars, c, centre, half, q)[0] <= limit:
+                        if count < most_bars:
+                            out[n, count] = (node - groups) * WIDE + c
+                        count += 1
+            if height == 0 or count > most_bars:
+                break
+            height -= 1
+            node = stack[height]
+        number[n] = count
 
 
 @compiled

@@ -7,6 +7,7 @@ else NaN.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from functools import reduce
 from typing import Any, NamedTuple
@@ -144,14 +145,21 @@ def enclose_nearest(
     return tuple(results)
 
 
-def jumps_nearest(bars: Segments, x: Interval, y: Interval, z: Interval) -> tuple[Mask, ...]:
-    """Over which boxes each of RESULTS may jump: where several bars may be nearest; the gradient also on an axis."""
+def jumps_nearest(
+    bars: Segments, x: Interval, y: Interval, z: Interval, wanted: Sequence[str] = RESULTS
+) -> tuple[Mask, ...]:
+    """Over which boxes each wanted result may jump: where several bars may be nearest; the gradient also on an axis."""
+    if tuple(wanted) == ("distance",):  # it never does
+        return (np.zeros(np.broadcast(x.lo, y.lo, z.lo).shape, np.bool_),)
     _, several, touches, shape = _over(bars, x, y, z, True)
-    never = np.zeros(shape, np.bool_)
-    return tuple(never if k == 0 else several | touches if k < 4 else several for k in range(len(RESULTS)))
+    jumps = dict.fromkeys(RESULTS, several) | dict.fromkeys(("nx", "ny", "nz"), several | touches)
+    jumps["distance"] = np.zeros(shape, np.bool_)
+    return tuple(jumps[name] for name in wanted)
 
 
-def rounding_nearest(bars: Segments, x: Interval, y: Interval, z: Interval) -> tuple[Array, ...]:
+def rounding_nearest(
+    bars: Segments, x: Interval, y: Interval, z: Interval, wanted: Sequence[str] = RESULTS
+) -> tuple[Array, ...]:
     """How far evaluation may be from the exact results, in units of the type's epsilon e; infinite where anything goes.
 
     Let C be the largest coordinate, w the vector from a bar's start to the point, q that from its foot, l its length;
@@ -162,11 +170,13 @@ def rounding_nearest(bars: Segments, x: Interval, y: Interval, z: Interval) -> t
     2 |q| / l more, for the bar turns; q moves with the foot, and the unit vector by twice as much over |q|.
     """
     limits = _limits(bars)
-    ranges, _, _, _ = _over(bars, x, y, z, True)
+    ranges, _, _, _ = _over(bars, x, y, z, tuple(wanted) != ("distance",))
     far = np.maximum(np.abs(ranges[..., 0, 0]), np.abs(ranges[..., 0, 1]))
     radius, length = ranges[..., 8, :], ranges[..., 9, :]
     with np.errstate(all="ignore"):
         own = np.where(far < FARTHEST, 1.01 * (limits.coordinate + 8 * (far + limits.radius + limits.length)), np.inf)
+        if tuple(wanted) == ("distance",):
+            return (own,)
         most = np.maximum(ranges[..., 0, 1] + radius[..., 1], 0.0)
         least = np.maximum(ranges[..., 0, 0] + radius[..., 0], 0.0)
         along = own / length[..., 0] * (8 + 2 * most / length[..., 0])
@@ -175,7 +185,8 @@ def rounding_nearest(bars: Segments, x: Interval, y: Interval, z: Interval) -> t
         turn, along = (np.where(np.isnan(v), np.inf, v) for v in (turn, along))
         turn = np.where(EPSILON * turn < 0.1, 1.1 * turn, np.inf)
     one = np.ones_like(own)
-    return (own, turn, turn, turn, one, one, one, along + 1, 0.5 * radius[..., 1], 0.5 * length[..., 1], 0 * one)
+    found = (own, turn, turn, turn, one, one, one, along + 1, 0.5 * radius[..., 1], 0.5 * length[..., 1], 0 * one)
+    return tuple(found[RESULTS.index(name)] for name in wanted)
 
 
 def narrow_distance(w: Interval, bars: Segments, x: Interval, y: Interval, z: Interval) -> tuple[Interval, ...]:
@@ -209,10 +220,25 @@ def _size(r: Interval) -> Array:
     return np.where(r.empty, 0.0, np.maximum(np.abs(r.lo), np.abs(r.hi)))
 
 
-def _over(
-    bars: Segments, x: Interval, y: Interval, z: Interval, all_results: bool
-) -> tuple[Array, Mask, Mask, tuple[int, ...]]:
-    """Ranges (..., results, 2) over boxes, where several bars may be nearest, and where an axis may be touched."""
+_Over = tuple[Array, Mask, Mask, tuple[int, ...]]
+_LAST = threading.local()
+
+
+def _over(bars: Segments, x: Interval, y: Interval, z: Interval, all_results: bool) -> _Over:
+    """Ranges (..., results, 2) over boxes, where several bars may be nearest, and where an axis may be touched.
+
+    What an enclosure asks of the same boxes three times (ranges, jumps, rounding) is walked for once.
+    """
+    asked = (bars, x, y, z)
+    last, found, whole = getattr(_LAST, "walk", ((), None, False))
+    if found is not None and (whole or not all_results) and all(a is b for a, b in zip(asked, last, strict=True)):
+        return found  # type: ignore[no-any-return]  # kept below
+    made = _walked(*asked, all_results)
+    _LAST.walk = (asked, made, all_results)
+    return made
+
+
+def _walked(bars: Segments, x: Interval, y: Interval, z: Interval, all_results: bool) -> _Over:
     from porelang.ops import segment_ranges as loops
 
     limits = _limits(bars)

@@ -1,9 +1,10 @@
 """Data as shaders read them: one buffer of 32-bit words, whole numbers and float32, of the same values as NumPy's.
 
 A sampled field: nx, ny, nz, components; origin, 1 / spacing, end (3 floats each); 3 words unused; then the values from
-word 16 on, as in the array. Segments: the numbers of groups and leaves, `top`; 5 words of which the first three are the
-`scale` of `segment_loops.Tree`; then from word 8 on its boxes (56 words a group), bars (64 a leaf), frames (4 a
-place) and ids (1 a place).
+word 16 on, as in the array. Segments: the numbers of groups and leaves, `top`; the `scale` of `segment_loops.Tree` (3
+floats); 2 words unused; the first word of the cells (0: there are none) and their number along each axis; their lowest
+corner and 1 / size (4 floats); then from word 16 on the tree's boxes (56 words a group), bars (64 a leaf), frames (4 a
+place) and ids (1 a place), then the `starts` and the `places` of the cells (`segment_cells.Cells`).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from porelang.data import Data, SampledField
 from porelang.ops.derived import derived
+from porelang.ops.segment_cells import cells, header
 
 Words = NDArray[np.uint32]
 
@@ -32,9 +34,16 @@ def _field(grid: SampledField) -> Words:
 def _segments(bars: Any) -> Words:
     from porelang.ops.segments import tree
 
-    made = tree(bars, np.float32)
+    made, found = tree(bars, np.float32), cells(bars)
     head = [len(made.boxes), len(made.bars), made.top]
-    return _joined(head, made.scale, np.zeros(2), made.boxes, made.bars, made.frames, made.ids)
+    first = 16 + sum(part.size for part in (made.boxes, made.bars, made.frames, made.ids))
+    where, place = header(found, first)
+    # a group's box has 7 rows of 8: the words of a group are 56
+    more = [] if found is None else [found.starts, found.places]
+    whole = np.array(where, np.int32)
+    return _joined(
+        head, made.scale, np.zeros(2), whole, np.array(place), made.boxes, made.bars, made.frames, made.ids, *more
+    )
 
 
 def _joined(whole: list[int], *parts: NDArray[Any]) -> Words:

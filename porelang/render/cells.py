@@ -14,6 +14,7 @@ from porelang.analysis.bounds import box_test, slopes, steepest
 from porelang.analysis.box import Box
 from porelang.analysis.enclose import boxes, enclose
 from porelang.formula import Formula
+from porelang.parallel import parallel_for, workers
 
 Points = NDArray[np.float64]
 VOID, SOLID, STEEP = 0.0, -1.0, 1e30
@@ -55,8 +56,15 @@ def bound_cells(part: Formula, box: Box) -> Cells:
         left = np.argwhere(np.isnan(values))
         if not len(left):
             return Cells(box, values)
-        low, high = test(*_corners(box, values.shape, left))
-        found = np.where(low > 0, VOID, np.where(high < 0, SOLID, np.nan))
+        found = np.empty(len(left), np.float32)
+
+        lows, highs = _corners(box, values.shape, left)
+
+        def look(some: slice, lows: Points = lows, highs: Points = highs, found: NDArray[np.float32] = found) -> None:
+            low, high = test(lows[some], highs[some])
+            found[some] = np.where(low > 0, VOID, np.where(high < 0, SOLID, np.nan))
+
+        parallel_for(look, _pieces(len(left)), workers())
         values[tuple(left.T)] = found
         spent += cost * len(left)
         undecided = 8 * int(np.isnan(found).sum())
@@ -65,8 +73,18 @@ def bound_cells(part: Formula, box: Box) -> Cells:
         for axis in range(3):
             values = np.repeat(values, 2, axis=axis)
     left = np.argwhere(np.isnan(values))
-    values[tuple(left.T)] = _steepest(sloped, *_corners(box, values.shape, left))
+    steep = np.empty(len(left), np.float32)
+
+    def bound(some: slice) -> None:
+        steep[some] = _steepest(sloped, *_corners(box, values.shape, left[some]))
+
+    parallel_for(bound, _pieces(len(left)), workers())
+    values[tuple(left.T)] = steep
     return Cells(box, values)
+
+
+def _pieces(count: int) -> list[slice]:
+    return [slice(start, start + AT_ONCE) for start in range(0, count, AT_ONCE)]
 
 
 def _corners(box: Box, counts: tuple[int, ...], which: NDArray[np.intp]) -> tuple[Points, Points]:
@@ -77,12 +95,8 @@ def _corners(box: Box, counts: tuple[int, ...], which: NDArray[np.intp]) -> tupl
     return lo - slack, lo + edge + slack
 
 
-def _steepest(sloped: Formula, lo: Points, hi: Points) -> NDArray[np.float32]:
+def _steepest(sloped: Formula, lo: Points, hi: Points) -> NDArray[np.float64]:
     """A bound on the gradient of the first root, whose slopes are the others, over boxes; STEEP where it may jump."""
-    out = np.empty(len(lo), np.float32)
-    for start in range(0, len(lo), AT_ONCE):
-        part = slice(start, start + AT_ONCE)
-        value, *slope = enclose(sloped, boxes(lo[part], hi[part]))
-        # a margin for what float32 rounds; 0 would mean that the cell is void
-        out[part] = np.clip(1.001 * steepest(value, slope), 1e-20, STEEP)
-    return out
+    value, *slope = enclose(sloped, boxes(lo, hi))
+    # a margin for what float32 rounds; 0 would mean that the cell is void
+    return np.clip(1.001 * steepest(value, slope), 1e-20, STEEP)

@@ -1,29 +1,44 @@
 // The nearest bar of segments (porelang/ops/words.py), by the walk of porelang/ops/segment_loops.py through the same
-// tree. Not a number where a coordinate is none; too far away for squares, the distance is infinite and all else NaN.
+// tree, or by its lists of cells (porelang/ops/segment_cells.py). Not a number where a coordinate is none; too far away
+// for squares, the distance is infinite and all else NaN.
 PoreNearest pore_nearest@(float x, float y, float z) {
     int groups = int(pore_word@(0));
     int leaves = int(pore_word@(1));
     int top = int(pore_word@(2));
-    int bars = 8 + 56 * groups;
+    int bars = 16 + 56 * groups;
     int frames = bars + 64 * leaves;
     int ids = frames + 32 * leaves;
     vec3 p = vec3(x, y, z);
     bool bad = pore_is_nan(x) || pore_is_nan(y) || pore_is_nan(z);
     precise float slack = uintBitsToFloat(pore_word@(4)) * (uintBitsToFloat(pore_word@(3)) + ((abs(x) + abs(y)) + abs(z)));
-    float least = pore_inf();
-    float root = 0.0;
+    vec2 least = vec2(pore_inf(), 0.0);
     vec4 foot = vec4(0.0);
-    int best = -1;
-    int number = 0;
+    ivec2 best = ivec2(-1, 0);
     int stack[80];
     float keys[80];
     int height = 0;
     int node = 0;
     bool going = !bad && slack < 1e30;
+    int cells = int(pore_word@(8));
+    if (going && cells > 0) {
+        ivec3 shape = ivec3(int(pore_word@(9)), int(pore_word@(10)), int(pore_word@(11)));
+        vec3 low = vec3(uintBitsToFloat(pore_word@(12)), uintBitsToFloat(pore_word@(13)), uintBitsToFloat(pore_word@(14)));
+        precise vec3 at = floor((p - low) * uintBitsToFloat(pore_word@(15)));
+        if (all(greaterThanEqual(at, vec3(0.0))) && all(lessThan(at, vec3(shape)))) {
+            ivec3 cell = ivec3(at);
+            int k = cells + (cell.x * shape.y + cell.y) * shape.z + cell.z;
+            int list = cells + shape.x * shape.y * shape.z + 1;
+            int end = int(pore_word@(k + 1));
+            for (int i = int(pore_word@(k)); i < end; i++) {
+                going = false;
+                pore_try@(bars, ids, int(pore_word@(list + i)), p, least, foot, best);
+            }
+        }
+    }
     while (going) {
-        precise float reach = least + slack;
+        precise float reach = least.x + slack;
         if (node < groups) {
-            int box = 8 + 56 * node;
+            int box = 16 + 56 * node;
             int first = node == 0 ? 1 : 8 * node - 7 + top;
             int bottom = height;
             for (int c = 0; c < 8; c++) {
@@ -54,47 +69,28 @@ PoreNearest pore_nearest@(float x, float y, float z) {
                 }
             }
         } else {
-            int leaf = bars + 64 * (node - groups);
-            for (int c = 0; c < 8; c++) {
-                float r = uintBitsToFloat(pore_word@(leaf + 48 + c));
-                if (!(r >= 0.0)) continue;
-                vec3 start = vec3(uintBitsToFloat(pore_word@(leaf + c)), uintBitsToFloat(pore_word@(leaf + 8 + c)),
-                                  uintBitsToFloat(pore_word@(leaf + 16 + c)));
-                vec3 end = vec3(uintBitsToFloat(pore_word@(leaf + 24 + c)), uintBitsToFloat(pore_word@(leaf + 32 + c)),
-                                uintBitsToFloat(pore_word@(leaf + 40 + c)));
-                vec4 q = pore_foot(start, end, uintBitsToFloat(pore_word@(leaf + 56 + c)), p);
-                precise float square = (q.x * q.x + q.y * q.y) + q.z * q.z;
-                float size = pore_sqrt(square);
-                precise float d = size - r;
-                int place = 8 * (node - groups) + c;
-                int own = int(pore_word@(ids + place));
-                if (d < least || (d == least && own < number)) {
-                    best = place;
-                    number = own;
-                    least = d;
-                    root = size;
-                    foot = q;
-                }
-            }
+            for (int c = 0; c < 8; c++)
+                pore_try@(bars, ids, 8 * (node - groups) + c, p, least, foot, best);
         }
         going = false;
         while (height > 0 && !going) {
             height--;
-            precise float limit = least + slack;
+            precise float limit = least.x + slack;
             node = stack[height];
             going = keys[height] <= limit;
         }
     }
     float none = pore_nan();
-    if (best < 0) {
+    if (best.x < 0) {
         return PoreNearest(bad ? none : pore_inf(), none, none, none, none, none, none, none, none, none, none);
     }
+    float root = least.y;
     bool on = root == 0.0;
-    int frame = frames + 4 * best;
-    float radius = uintBitsToFloat(pore_word@(bars + 64 * (best / 8) + 48 + best % 8));
+    int frame = frames + 4 * best.x;
+    float radius = uintBitsToFloat(pore_word@(bars + 64 * (best.x / 8) + 48 + best.x % 8));
     return PoreNearest(
-        least,
+        least.x,
         on ? 0.0 : pore_div(foot.x, root), on ? 0.0 : pore_div(foot.y, root), on ? 0.0 : pore_div(foot.z, root),
         uintBitsToFloat(pore_word@(frame)), uintBitsToFloat(pore_word@(frame + 1)), uintBitsToFloat(pore_word@(frame + 2)),
-        foot.w, radius, uintBitsToFloat(pore_word@(frame + 3)), float(number));
+        foot.w, radius, uintBitsToFloat(pore_word@(frame + 3)), float(best.y));
 }
