@@ -296,4 +296,4 @@ def test_cells_list_every_bar_that_may_be_nearest() -> None:
 
 
 def test_few_bars_have_no_cells() -> None:
-    assert cells(random_bars(20)) is None
+    assert cells(random_bars(3)) is None

@@ -18,10 +18,10 @@ from porelang.ops.derived import derived
 from porelang.parallel import parallel_for, workers
 
 Ints = NDArray[np.int32]
-#: Cells for each bar, and at most in all; the bars that a cell may list.
-PER_BAR, MOST_CELLS, MOST_BARS = 3.0, 1 << 21, 40
+#: Cells for each bar, at least and at most in all; the bars that a cell may list.
+PER_BAR, LEAST_CELLS, MOST_CELLS, MOST_BARS = 3.0, 1 << 12, 1 << 21, 40
 #: Frames of fewer bars are walked as quickly.
-FEWEST = 64
+FEWEST = 4
 #: How far the box of a frame is widened, in its longest side: what is drawn lies near its surface.
 ROOM = 0.02
 AT_ONCE = 1 << 13
@@ -51,7 +51,7 @@ def _make(bars: Segments) -> Cells:
     limits, made = _limits(bars), tree(bars, np.float64)
     room = ROOM * float((limits.hi - limits.lo).max()) + 1e-9
     lo, hi = limits.lo - room, limits.hi + room
-    wanted = min(PER_BAR * len(bars), MOST_CELLS / 2)
+    wanted = min(max(PER_BAR * len(bars), LEAST_CELLS), MOST_CELLS / 2)
     size = float(np.prod(hi - lo) / wanted) ** (1 / 3)
     counts = np.maximum(1, np.ceil((hi - lo) / size).astype(int))
     while np.prod(counts) > MOST_CELLS:
