@@ -20,7 +20,7 @@ $(READY): pyproject.toml
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@$(BIN)/python -m compileall -q porelang  # so that `pore` starts without compiling itself
-	@$(BIN)/python -c 'import porelang; porelang.compile("sphere(1)").mesh(resolution=8)'  # nor its first mesh
+	@$(BIN)/python examples/warm.py  # nor its first mesh, nor its first look at data
 	@touch $@
 
 demo: $(READY)  ## compile examples/specimen.pore to out/specimen.stl and out/specimen.png, and print its report

@@ -67,7 +67,13 @@ def functions() -> str:
     found = [
         b for name, b in builtins().items() if isinstance(b, Builtin) and name not in {o.symbol for o in TABLE.values()}
     ]
-    return "\n".join(f"- `{b.name}({', '.join(b.signature)})`: {b.doc}" for b in found if b.name not in ("pow", "mod"))
+    return "\n".join(f"- `{called(b)}`: {b.doc}" for b in found if b.name not in ("pow", "mod"))
+
+
+def called(b: Builtin) -> str:
+    """A call as it is written, with brackets about what may be left out."""
+    names = [*b.signature[: b.least], *(f"[{name}]" for name in b.signature[b.least :])] if b.optional else b.signature
+    return f"{b.name}({', '.join(names)})"
 
 
 def prelude(name: str) -> str:

@@ -12,6 +12,8 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core import event
 
+from porelang.progress import compiling
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -34,20 +36,14 @@ def compiled(function: Function) -> Function:
         return cast(Function, numba.njit(nogil=True, error_model="numpy")(function))
 
 
-def on_compiling(say: Callable[[], None]) -> None:
-    """Have `say` called once if a function has to be compiled from now on, for that takes seconds."""
+class _Listener(event.Listener):  # type: ignore[misc]  # Numba has no types
+    """Says that something is compiled, for that takes seconds."""
 
-    class Listener(event.Listener):  # type: ignore[misc]  # Numba has no types
-        def on_start(self, event: object) -> None:
-            nonlocal say
-            say()
-            say = _nothing
+    def on_start(self, event: object) -> None:
+        compiling()
 
-        def on_end(self, event: object) -> None:
-            pass
-
-    event.register("numba:compile", Listener())
+    def on_end(self, event: object) -> None:
+        pass
 
 
-def _nothing() -> None:
-    pass
+event.register("numba:compile", _Listener())

@@ -11,7 +11,17 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-__all__ = ["CancelledError", "Report", "activity", "cancelled", "checkpoint", "tell", "watching"]
+__all__ = [
+    "CancelledError",
+    "Report",
+    "activity",
+    "cancelled",
+    "checkpoint",
+    "compiling",
+    "on_compiling",
+    "tell",
+    "watching",
+]
 
 #: Called with what is done (`meshing`), how much of it, and how much there is; with done = all at the end.
 Report = Callable[[str, int, int], None]
@@ -49,6 +59,20 @@ def activity(name: str) -> Iterator[None]:
         if report is not None:
             report(name, 1, 1)
         _activity.reset(token)
+
+
+_on_compiling: list[Callable[[], None]] = []
+
+
+def on_compiling(say: Callable[[], None]) -> None:
+    """Have `say` called, once, if a loop has to be compiled from now on: after an installation that takes seconds."""
+    _on_compiling[:] = [say]
+
+
+def compiling() -> None:
+    """Said by who compiles loops."""
+    while _on_compiling:
+        _on_compiling.pop()()
 
 
 def tell(done: int, total: int) -> None:

@@ -11,7 +11,7 @@ import pytest
 CODE = """
 import sys
 sys.path.insert(0, {folder!r})
-from porelang.compiled import on_compiling
+from porelang.progress import on_compiling
 on_compiling(lambda: print("compiling"))
 import loops
 print(loops.total(loops.np.arange(4.0)), loops.total(loops.np.arange(4)))

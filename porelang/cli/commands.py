@@ -17,7 +17,7 @@ from porelang.cli.interrupts import interruption
 from porelang.cli.parsing import parse
 from porelang.cli.streams import unheard
 from porelang.diagnostics import Diagnostic, PoreError
-from porelang.progress import watching
+from porelang.progress import on_compiling, watching
 
 Command = Callable[[Namespace], int]
 #: Where each command is: imported when it is asked for, so that none waits for what another needs.
@@ -64,7 +64,10 @@ def _run(argv: Sequence[str]) -> int:
     try:
         options = parse(argv)
         command = options.command or "help"
-        with watching(report.progress(getattr(options, "quiet", False))):
+        quiet = getattr(options, "quiet", False)
+        if not quiet:
+            on_compiling(lambda: report.note("compiling loops, once after an installation: this takes some seconds"))
+        with watching(report.progress(quiet)):
             return command_of(command)(options)
     except PoreError as error:
         found = list(error.diagnostics)

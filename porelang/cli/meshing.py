@@ -13,7 +13,6 @@ from porelang.checks import broken_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import load
-from porelang.compiled import on_compiling
 from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.field import checked_bounds
 from porelang.ir import node
@@ -39,7 +38,6 @@ def mesh(options: Namespace) -> int:
     _refuse_too_fine(design, options)
     backend, dtype = machine(options, "f32")
     start = time.perf_counter()
-    on_compiling(lambda: report.note("compiling the loops of meshing, once after an installation"))
     placed = grid_of(design, options.out, options.voxel, options.resolution, options.bounds)
     surface = surface_of(design, options.out, placed, backend, dtype, folder=folder)
     refined = refine(
