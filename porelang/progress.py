@@ -7,7 +7,7 @@ work. Nobody has to be watching. A cancelled run ends in `CancelledError` at its
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError as CancelledError
 from contextlib import contextmanager
 from contextvars import ContextVar
 
