@@ -21,6 +21,7 @@ import porelang
 from porelang import store
 from porelang.checks import failed_checks
 from porelang.data import Reduced
+from porelang.gpu import shared_gpu
 from porelang.ir import NUMBERS, TASKS
 from porelang.ops import TASKS as TABLE
 from porelang.progress import watching
@@ -419,3 +420,27 @@ def test_a_program_remembers_its_designs_but_not_what_was_in_files(tmp_path: Pat
     assert program.field()([[2, 0, 0]])[0] == 2
     np.savez(tmp_path / "grid.npz", x=np.full((25, 25, 25), 7.0), origin=[-12.0] * 3, spacing=1.0)
     assert program.field()([[2, 0, 0]])[0] == 7
+
+
+@pytest.mark.usefixtures("gpu")
+def test_neither_data_nor_settings_change_a_shader(tmp_path: Path) -> None:
+    """Another file of the same name, and another value of a param: the device compiles nothing, and is right."""
+    data_files(tmp_path)
+    (tmp_path / "a.pore").write_text(
+        'param k = 1 in 0..9\nk * load("grid.npz", "x") + frame("truss.json") + bare(volume(sphere(k + 1)))'
+    )
+    program = porelang.compile(path=tmp_path / "a.pore")
+    points = np.random.default_rng(3).uniform(-12, 12, (500, 3)).astype(np.float32)
+
+    def both(**settings: float) -> None:
+        exact = program.field(dtype="f32", settings=settings)(points)
+        assert (program.field(backend="glsl", settings=settings)(points) == exact).all()
+
+    both()
+    compiled = shared_gpu().compiled
+    both(k=3)
+    np.savez(tmp_path / "grid.npz", x=np.random.default_rng(4).uniform(-1, 1, (5, 4, 3)), origin=[-9, -8, 3], spacing=2)
+    frame = {"nodes": [[0, 0, 5], [0, 7, 0]], "bars": [[0, 1]], "radius": 1}
+    (tmp_path / "truss.json").write_text(json.dumps(frame))
+    both(k=3)
+    assert shared_gpu().compiled == compiled
