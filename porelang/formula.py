@@ -1,7 +1,7 @@
 """A formula: roots of the flat graph together with a value for every slot that they read.
 
 Nothing of a formula is open but the point. It is what evaluators, enclosures and searches take; a design makes it
-(`porelang.design`), once, from its settings and from what its tasks found.
+(`porelang.program`), from its settings and from what its tasks found.
 """
 
 from __future__ import annotations

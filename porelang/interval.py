@@ -54,14 +54,6 @@ def truth(false: Mask, true: Mask) -> Interval:
     return Interval(np.where(false, 0.0, 1.0), np.where(true, 1.0, 0.0), np.zeros(np.shape(false), np.bool_))
 
 
-def hull(*parts: Interval) -> Interval:
-    """The smallest intervals that hold all `parts`."""
-    lo, hi, nan = parts[0].lo, parts[0].hi, parts[0].nan
-    for part in parts[1:]:
-        lo, hi, nan = np.minimum(lo, part.lo), np.maximum(hi, part.hi), nan | part.nan
-    return Interval(lo, hi, nan)
-
-
 def _made(lo: Array, hi: Array, nan: Mask, *arguments: Interval) -> Interval:
     """A result, with NaN ends opened to infinity and empty arguments handed on."""
     lo = np.where(np.isnan(lo), -INF, lo)

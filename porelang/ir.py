@@ -232,7 +232,7 @@ Rows = tuple[tuple[str, Value, tuple[int, ...]], ...]
 
 
 def rows(roots: Iterable[Node]) -> Rows:
-    """All nodes below the roots as rows, to be written or sent; the roots are among them, the last root last."""
+    """All nodes below the roots as rows, to be written or sent; of a single root it is the last."""
     number: dict[Node, int] = {}
     out: list[tuple[str, Value, tuple[int, ...]]] = []
     for n in order(roots):
@@ -265,7 +265,8 @@ def show(roots: Mapping[str, Node], note: Callable[[Node], str] | None = None) -
             names[n] = {"param": f"${n.value}", "unknown": f"?{n.value}"}.get(n.op, n.op)
             continue
         names[n] = f"%{len(lines)}"
-        text = f"{names[n]} = {n.op}{_payload(n.value)} {', '.join(names[a] for a in n.args)}".rstrip()
+        value = n.value[:1] + n.value[2:] if n.op in ("load", "frame") and isinstance(n.value, tuple) else n.value
+        text = f"{names[n]} = {n.op}{_payload(value)} {', '.join(names[a] for a in n.args)}".rstrip()
         lines.append(f"{text:<44} ; {note(n)}" if note else text)
     lines.extend(f"{name} = {names[root]}" for name, root in roots.items())
     return "\n".join(lines)

@@ -7,10 +7,13 @@ doors: they bind settings and hand on.
 
 from __future__ import annotations
 
+import dataclasses
+import struct
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -24,11 +27,11 @@ from porelang.elaborate.values import Scalar, Vector
 from porelang.field import Backend, Bounds, Field, make_field
 from porelang.formula import Bindings, Formula
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, param, within
-from porelang.ops import TASKS as COSTS
+from porelang.ops import TASK_TABLE
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, settle
 from porelang.source import Source, Span
-from porelang.tasks import bound, result
+from porelang.tasks import bind_tasks, find
 from porelang.tasks.run import OUTSIDE
 
 Settings = Mapping[str, Setting]
@@ -51,6 +54,9 @@ class Program:
     graph: Graph
     elaborated: Elaborated
     again: tuple[Callable[..., Program], tuple[Any, ...]]
+    # the designs asked for last, so that what one has found is not found again at the next call
+    _designs: dict[bytes, Design] = dataclasses.field(default_factory=dict, init=False, repr=False)
+    _lock: threading.Lock = dataclasses.field(default_factory=threading.Lock, init=False, repr=False)
 
     def __repr__(self) -> str:
         outputs = ", ".join(self.outputs) or "no output"
@@ -132,7 +138,7 @@ class Program:
         values = settle(self.params, {**(settings or {}), **more})
         if self._reads_files:  # which may be others by now
             return Design(self, values)
-        key = tuple(values.values())
+        key = struct.pack(f"{len(values)}d", *values.values())  # -0 is not 0
         with self._lock:
             found = self._designs.pop(key, None)
         found = found or Design(self, values)
@@ -141,15 +147,6 @@ class Program:
             if len(self._designs) > _DESIGNS:
                 del self._designs[next(iter(self._designs))]
         return found
-
-    @cached_property
-    def _designs(self) -> dict[tuple[float, ...], Design]:
-        """The designs asked for last, so that what one has found is not found again at the next call."""
-        return {}
-
-    @cached_property
-    def _lock(self) -> threading.Lock:
-        return threading.Lock()
 
     @cached_property
     def _reads_files(self) -> bool:
@@ -237,7 +234,7 @@ class Program:
         out: dict[Node, str] = {}
         seen: dict[str, int] = {}
         for n in tops:
-            if n.op in NUMBERS:
+            if n.op in NUMBERS and n.depends < UNKNOWN:  # else it is another for every guess of a `solve`
                 text = " ".join(self.places[n].text.split()) if n in self.places else n.op
                 seen[text] = seen.get(text, 0) + 1
                 out[n] = text if seen[text] == 1 else f"{text} #{seen[text]}"
@@ -252,11 +249,11 @@ class Design:
 
     def __init__(self, program: Program, settings: Mapping[str, float]):
         self.program = program
-        self.settings = dict(settings)
+        self.settings: Mapping[str, float] = MappingProxyType(dict(settings))
         self._bindings: Bindings = {param(name): value for name, value in self.settings.items()}
         self._boxes: dict[str, Box] = {}
         self._read: set[Node] = set()  # tasks that roots asked for so far read
-        self._kept: set[int] = set()  # contracts that were looked at
+        self._kept: set[int] = set()  # contracts that were found to hold
         self._lock = threading.RLock()
         self._keep_contracts()
 
@@ -265,7 +262,7 @@ class Design:
         return f"<design of {self.program.source.name}{': ' if set_to else ''}{set_to}>"
 
     def __reduce__(self) -> tuple[type[Design], tuple[Program, dict[str, float]]]:
-        return Design, (self.program, self.settings)
+        return Design, (self.program, dict(self.settings))
 
     # ---- what is bound ----------------------------------------------------------------------------------------------
 
@@ -274,15 +271,12 @@ class Design:
 
         Errors: those of the tasks, at the place in the program that asks; E064 where what was found breaks a contract.
         """
-        found = bound(roots, self._bindings, self.program.places)
-        if found is not self._bindings:
-            with self._lock:
-                self._bindings = {**self._bindings, **found}
-        read = {n for n in order(roots) if n.op in TASKS}
-        if not read <= self._read:
-            self._read |= read
-            self._keep_contracts()
-        return Formula(roots, self._bindings)
+        found = bind_tasks(roots, self._bindings, self.program.places)
+        with self._lock:
+            self._bindings = {**self._bindings, **found}
+            self._read |= {n for n in order(roots) if n.op in TASKS}
+        self._keep_contracts()
+        return Formula(roots, {**self._bindings, **found})
 
     def of(self, name: str | None = None) -> Formula:
         """An output that is a number, as a formula. Errors: E100, E101, and those of its tasks."""
@@ -291,12 +285,12 @@ class Design:
     def read_data(self) -> None:
         """Read every file that the program names, so that what is wrong with one is said now. Errors: theirs."""
         for n in order(self.program.graph.roots):
-            if n.op in TASKS and COSTS[n.op].cost == "instant":
+            if n.op in TASKS and TASK_TABLE[n.op].cost == "instant":
                 self.task(n)
 
     def task(self, n: Node) -> Reduced | Data:
         """What a task of the flat graph finds."""
-        return result(n, self._bindings, self.program.places)
+        return find(n, self._bindings, self.program.places)
 
     def number(self, n: Node) -> Reduced:
         """The number that a task finds, with its error."""
@@ -309,8 +303,10 @@ class Design:
         broken: list[Requirement] = []
         for i, root in enumerate(self.program.graph.requirements):
             if i not in self._kept and self._may_read(root):
-                self._kept.add(i)
-                if not self.holds(root):
+                bindings = bind_tasks([root], self._bindings, self.program.places)
+                if Formula((root,), bindings).numbers[0]:
+                    self._kept.add(i)
+                else:
                     broken.append(self.program.elaborated.requirements[i])
         if broken:
             raise PoreError(

@@ -11,13 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.enclose import F32, F64, Precision, at_points, enclose
+from porelang.analysis.enclose import F32, Precision, at_points, enclose
 from porelang.backends.numpy import NumpyField
 from porelang.formula import Formula
 from porelang.interval import Interval
 from porelang.ops import kind
-
-PRECISIONS: dict[str, Precision] = {"f32": F32, "f64": F64}
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,6 +24,7 @@ from porelang.formula import Formula, perform
 from porelang.ir import Node, Stage, node, order, within
 from porelang.ops import TABLE
 from porelang.parallel import parallel_for, workers
+from porelang.progress import checkpoint
 from porelang.tape import AXES, PICK, Tape
 
 Dtype = Literal["f32", "f64"]
@@ -207,7 +208,6 @@ class GridField:
             for i in range(len(tape))
             if tape.axes[i] and i not in made and (i in needed or i == self.root) and _is_array(self.values[i])
         ]
-        self.walks = [(i, tape.axes[i]) for i in needed if i not in made and isinstance(self.values[i], tuple)]
 
     def _bytes(self, i: int) -> int:
         tape = self.field.tape
@@ -227,6 +227,7 @@ class GridField:
             out = np.empty(shape, np.bool_ if self.field.boolean else self.field.dtype)
         with np.errstate(all="ignore"):
             for cut_lo, cut_hi in _tiles(shape):
+                checkpoint()
                 window = tuple(slice(a, b) for a, b in zip(cut_lo, cut_hi, strict=True))
                 self._tile(
                     [a + c for a, c in zip(lo, cut_lo, strict=True)],
@@ -251,9 +252,6 @@ class GridField:
         for i, axes in self.inputs:
             window = tuple(slice(lo[k], hi[k]) if axes >> k & 1 else slice(None) for k in range(3))
             values[i] = values[i][window]
-        for i, axes in self.walks:
-            window = tuple(slice(lo[k], hi[k]) if axes >> k & 1 else slice(None) for k in range(3))
-            values[i] = tuple(v[window] for v in values[i])
         registers = self._registers(tuple(b - a for a, b in zip(lo, hi, strict=True)))
         plan = self.plan
         last = plan.steps[-1] if plan.steps else None

@@ -17,7 +17,7 @@ from porelang.diagnostics import PoreError, fail, suggest
 from porelang.elaborate.values import Scalar
 from porelang.ir import Node
 from porelang.notation import steps
-from porelang.ops import TASKS
+from porelang.ops import TASK_TABLE
 from porelang.program import Program
 from porelang.rewrites import PIPELINE, Graph, run
 from porelang.tape import lower
@@ -98,13 +98,13 @@ def _named(graph: Graph, chosen: str | None) -> dict[str, Node]:
 def _plan(program: Program, name: str) -> list[str]:
     """What is done for an output, in order: tasks, what is computed once, what is computed at every point."""
     lines = [f"{name}: {program.outputs[name].span.text.splitlines()[0]}"]
-    found = [n for n in ir.order(program.roots(name)) if n.op in TASKS]
+    found = [n for n in ir.order(program.roots(name)) if n.op in TASK_TABLE]
     for i, n in enumerate(found, 1):
         place = program.places.get(n)
         told = " ".join(place.text.split()) if place is not None else n.op
-        needs = [str(found.index(m) + 1) for m in lower(n.args).nodes if m.op in TASKS] if n.args else []
+        needs = [str(found.index(m) + 1) for m in lower(n.args).nodes if m.op in TASK_TABLE] if n.args else []
         after = f", after {', '.join(needs)}" if needs else ""
-        lines.append(f"  task {i}: {told} ({TASKS[n.op].cost}{after})")
+        lines.append(f"  task {i}: {told} ({TASK_TABLE[n.op].cost}{after})")
     tape = lower(program.roots(name))
     once = sum(1 for i, s in enumerate(tape.stages) if s is ir.Stage.UNIFORM and tape.inputs[i])
     slots = [tape.nodes[i] for i in tape.slots if tape.ops[i] == "param"]

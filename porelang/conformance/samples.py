@@ -15,8 +15,8 @@ from porelang.tasks.datafile import NEAREST
 
 #: The files that generated programs name, and the slots that stand for them in graphs.
 GRID_FILE, GRID_NAME, FRAME_FILE = "grid.npz", "value", "frame.json"
-GRID: Node = node("load", value=(GRID_FILE, GRID_NAME, 1))
-BARS: Node = node("frame", value=(FRAME_FILE,))
+GRID: Node = node("load", value=(GRID_FILE, GRID_FILE, GRID_NAME, 1))
+BARS: Node = node("frame", value=(FRAME_FILE, FRAME_FILE))
 
 
 @cache

@@ -159,15 +159,18 @@ def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], si
     memo = (function, *(memo_key(v) for v in bound.values()))
     known = ctx.memo.get(memo)
     if known is not None:
-        return known
+        value, required = known
+        ctx.require_again(required)
+        return value
+    before = len(ctx.found.requirements)
     ensured = _contracts(ctx, function, bound, scope, kinds, given, site) if sound else []
     if ensured is None:  # what the body would say about values it does not take is of no use
-        ctx.memo[memo] = POISON
+        ctx.memo[memo] = (POISON, ())
         return POISON
     result = ctx.evaluate(function.body, scope)
     for which, condition in ensured:
         result = map_nodes(result, lambda n, c=condition, k=which: node("ensure", n, c, value=k))  # type: ignore[misc]  # a default binds now
-    ctx.memo[memo] = result
+    ctx.memo[memo] = (result, tuple(ctx.found.requirements[before:]))
     return result
 
 

@@ -8,13 +8,13 @@ imports this one, and this one imports none of those that use it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 from porelang.diagnostics import Diagnostic, Edit, Label, Severity
 from porelang.elaborate.results import CallRecord, Elaborated, Requirement
 from porelang.elaborate.values import POISON, Function, Poison, Scalar, Scope, Value, describe
-from porelang.ir import Node, Stage, const, order
+from porelang.ir import UNKNOWN, Node, Stage, const, order
 from porelang.ops import TABLE
 from porelang.rewrites import Graph, run
 from porelang.rewrites.simplify import computed
@@ -52,7 +52,7 @@ class Context:
         self._evaluate = evaluate
         self.found = Elaborated()
         self.call_stack: list[tuple[str, Span]] = []
-        self.memo: dict[object, Value] = {}
+        self.memo: dict[object, tuple[Value, tuple[Requirement, ...]]] = {}
         self.called: set[tree.Def] = set()
         self._spent = 0
         self._solves = 0
@@ -166,6 +166,10 @@ class Context:
     def require(self, condition: Node, message: str, span: Span, others: tuple[Label, ...]) -> None:
         """A condition over params, to be proven over their whole range."""
         self.found.requirements.append(Requirement(condition, message, self.users_place(span), others))
+
+    def require_again(self, required: Sequence[Requirement]) -> None:
+        """What a call that is remembered required, for another `solve` that tries it: each looks for its own."""
+        self.found.requirements += [r for r in required if self._solves and r.condition.depends >= UNKNOWN]
 
     def contract(self, message: str, span: Span, others: tuple[Label, ...]) -> int:
         """A condition over space; its number names it in `ensure` nodes."""

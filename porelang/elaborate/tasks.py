@@ -29,7 +29,7 @@ from porelang.elaborate.values import (
     describe,
 )
 from porelang.ir import Node, Stage, X, Y, Z, node, order, unknown
-from porelang.ops import TASKS
+from porelang.ops import TASK_TABLE
 from porelang.ops.tasks import SAME, Task
 from porelang.source import Span
 from porelang.syntax import tree
@@ -153,9 +153,11 @@ def _text(ctx: Context, value: Value, place: Span, what: str) -> str | None:
     return None
 
 
-def _beside(site: tree.Call, path: str, ctx: Context) -> str:
-    """The path of a file that a program names: beside the program, unless it begins at the root."""
-    return os.path.normpath(os.path.join(os.path.dirname(ctx.users_place(site.span).source.name), path))
+def _beside(site: tree.Call, path: str, ctx: Context) -> tuple[str, str]:
+    """The path of a file that a program names: beside the program, unless it begins at the root. As a person would
+    write it from where the program was named, and whole: a program means the same wherever it is used from then on."""
+    shown = os.path.normpath(os.path.join(os.path.dirname(ctx.users_place(site.span).source.name), path))
+    return shown, os.path.abspath(shown)
 
 
 def looked_up(grid: Node, component: int, smooth: bool, outside: Node | None) -> Node:
@@ -181,7 +183,7 @@ def _grid_of(ctx: Context, site: tree.Call, values: list[Value], called: str, co
     name = _text(ctx, values[1], places[1], f"the name of what `{called}` takes from a file")
     if path is None or name is None:
         return None
-    return ctx.task(node("load", value=(_beside(site, path, ctx), name, components)), site.span)
+    return ctx.task(node("load", value=(*_beside(site, path, ctx), name, components)), site.span)
 
 
 def _load(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
@@ -231,13 +233,13 @@ def _sample(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
     found = [looked_up(grid, k, smooth, None) for k in range(len(fields))]
     if vector is not None:
         return Vector(found[0], found[1], found[2], vector.dimension)
-    return Scalar(found[0], _dimension(TASKS["sample"], first.dimension))  # type: ignore[union-attr]  # a field
+    return Scalar(found[0], _dimension(TASK_TABLE["sample"], first.dimension))  # type: ignore[union-attr]  # a field
 
 
 def _bars(ctx: Context, site: tree.Call, values: list[Value]) -> Node | None:
     (place,) = argument_places(site, 1)
     path = _text(ctx, values[0], place, "the file of a frame")
-    return None if path is None else ctx.task(node("frame", value=(_beside(site, path, ctx),)), site.span)
+    return None if path is None else ctx.task(node("frame", value=_beside(site, path, ctx)), site.span)
 
 
 def _nearest(bars: Node, result: str) -> Node:
@@ -277,10 +279,10 @@ def _builtin(row: Task) -> Builtin:
 
 
 BUILTINS = (
-    *(_builtin(row) for row in TASKS.values()),
+    *(_builtin(row) for row in TASK_TABLE.values()),
     Builtin(
         "load_vector",
-        TASKS["load"].parameters,
+        TASK_TABLE["load"].parameters,
         _load_vector,
         2,
         4,

@@ -19,9 +19,9 @@ from porelang.interval import Array, Interval, Mask
 from porelang.ir import ONE, ZERO, Node, const, node
 from porelang.ops import forms, grid, segments
 from porelang.ops.row import Kind, Op, Tolerance
-from porelang.ops.tasks import TASKS, Task
+from porelang.ops.tasks import TASK_TABLE, Task
 
-__all__ = ["CALLABLE", "OPERATORS", "TABLE", "TASKS", "Kind", "Op", "Task", "Tolerance", "kind"]
+__all__ = ["CALLABLE", "OPERATORS", "TABLE", "TASK_TABLE", "Kind", "Op", "Task", "Tolerance", "kind"]
 
 R: tuple[Kind, ...] = ("real",)
 RR: tuple[Kind, ...] = ("real", "real")
@@ -259,8 +259,8 @@ def kind(n: Node) -> Kind:
     while True:
         if n.op == "const":
             return "bool" if isinstance(n.value, bool) else "real"
-        if n.op in TASKS:
-            return TASKS[n.op].result
+        if n.op in TASK_TABLE:
+            return TASK_TABLE[n.op].result
         row = TABLE.get(n.op)
         if row is not None and row.result != "any":
             return row.result

@@ -65,4 +65,4 @@ _ROWS = (
          '...], "bars": [[i, j], ...], "radii": [...]}, in mm. Its value is the distance to the nearest surface.'),
 )  # fmt: skip
 
-TASKS: dict[str, Task] = {row.name: row for row in _ROWS}
+TASK_TABLE: dict[str, Task] = {row.name: row for row in _ROWS}

@@ -5,6 +5,6 @@ the table of tasks (`porelang.ops.tasks`): `numbers/` from whole fields, `bake` 
 from files.
 """
 
-from porelang.tasks.resolve import Places, bound, result
+from porelang.tasks.resolve import Places, bind_tasks, find, tasks_read
 
-__all__ = ["Places", "bound", "result"]
+__all__ = ["Places", "bind_tasks", "find", "tasks_read"]

@@ -1,35 +1,27 @@
 """When two tasks are the same: by the flat graph of their fields, what is bound in it, and the code that computes.
 
-No name and no text enters: a program that was renamed, reformatted or written another way asks the same questions.
+No name and no text enters, and of a sum or an intersection not which part stands first: a program that was renamed,
+reformatted or rearranged asks the same questions. (A param and the number it has are not told apart either, but where
+the compiler could fold the number.)
 """
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from functools import cache, lru_cache
+from functools import cache
 
 import numpy as np
 
 from porelang import __version__, resources
 from porelang.formula import Bindings
-from porelang.ir import TASKS, Node, unknown
-from porelang.tape import lower
+from porelang.ir import SLOTS, TASKS, Node, Value, unknown
+from porelang.ops import TABLE
+from porelang.tape import Tape, lower
 
 #: The code that a result depends on, by folder or file of the package.
-_CODE = (
-    "data.py",
-    "ir.py",
-    "interval.py",
-    "rewrite.py",
-    "tape.py",
-    "formula.py",
-    "ops",
-    "rewrites",
-    "analysis",
-    "backends",
-    "tasks",
-)
+_FILES = ("data.py", "ir.py", "interval.py", "rewrite.py", "tape.py", "formula.py", "parallel.py")
+_CODE = (*_FILES, "ops", "rewrites", "analysis", "backends", "tasks")
 
 
 def identity(n: Node, bindings: Bindings, content: Callable[[Node], str]) -> str:
@@ -46,37 +38,46 @@ def _identity(n: Node, bindings: Bindings, content: Callable[[Node], str], known
         return known[n]
     outside = content(n)
     if outside:
-        asked = [n.op, outside]
+        known[n] = _digest(n.op, outside)
+        return known[n]
+    if n.op == "solve":  # what it looks for is not what is being tried around it
+        sought = unknown(int(n.value))  # type: ignore[arg-type]  # the level
+        bindings, inside = {m: v for m, v in bindings.items() if m is not sought}, dict[Node, str]()
     else:
-        if n.op == "solve":  # what it looks for is not what is being tried around it
-            sought = unknown(int(n.value))  # type: ignore[arg-type]  # the level
-            bindings, known = {m: v for m, v in bindings.items() if m is not sought}, {}
-        asked = [_code(), n.op, repr(n.value), _structure(n.args)]
-        tape = lower(n.args)
-        for i in tape.slots:
-            slot = tape.nodes[i]
-            if slot.op in TASKS:
-                asked.append(_identity(slot, bindings, content, known))
-            elif slot in bindings:
-                asked.append(np.float64(bindings[slot]).tobytes().hex())  # type: ignore[arg-type]  # a number
-            else:
-                asked.append(f"?{slot.value}")
-    known[n] = hashlib.sha256("\n".join(asked).encode()).hexdigest()
+        inside = known
+
+    def slot(m: Node) -> str:
+        if m.op in TASKS:
+            return _identity(m, bindings, content, inside)
+        if m in bindings:
+            return np.float64(bindings[m]).tobytes().hex()  # type: ignore[arg-type]  # a number
+        return f"?{m.value}"
+
+    tape = lower(n.args)
+    known[n] = _digest(_code(), n.op, _written(n.value), *_roots(tape, slot))
     return known[n]
 
 
-@lru_cache(maxsize=512)
-def _structure(roots: tuple[Node, ...]) -> str:
-    """A digest of the tape of roots, whatever its slots are called and bound to."""
-    tape = lower(roots)
-    digest = hashlib.sha256()
-    slots = {i: k for k, i in enumerate(tape.slots)}
+def _roots(tape: Tape, slot: Callable[[Node], str]) -> list[str]:
+    """A digest of each root, from those of what it is made of; of what commutes in an order of their own."""
+    digests: list[str] = []
     for i, op in enumerate(tape.ops):
-        value = tape.values[i]
-        said = f"slot {slots[i]}" if i in slots else f"{op} {value.hex() if isinstance(value, float) else value!r}"
-        digest.update(f"{said} {tape.inputs[i]}\n".encode())
-    digest.update(repr(tape.roots).encode())
-    return digest.hexdigest()
+        if op in SLOTS:
+            digests.append(slot(tape.nodes[i]))
+            continue
+        inputs = [digests[a] for a in tape.inputs[i]]
+        if op in TABLE and "commutative" in TABLE[op].facts:
+            inputs.sort()
+        digests.append(_digest(op, _written(tape.values[i]), *inputs))
+    return [digests[r] for r in tape.roots]
+
+
+def _written(value: Value) -> str:
+    return value.hex() if isinstance(value, float) else repr(value)
+
+
+def _digest(*parts: str) -> str:
+    return hashlib.blake2b("\n".join(parts).encode(), digest_size=32).hexdigest()
 
 
 @cache

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 
 from porelang import store
 from porelang.data import Data, Reduced
 from porelang.diagnostics import PoreError
-from porelang.formula import Bindings, Formula
+from porelang.formula import Bindings, Formula, Slot
 from porelang.ir import TASKS, Node, unknown
-from porelang.ops.tasks import TASKS as TABLE
-from porelang.progress import activity
+from porelang.ops import TASK_TABLE
+from porelang.progress import activity, checkpoint
 from porelang.source import Span
 from porelang.store import Result
 from porelang.tape import lower
@@ -21,51 +24,80 @@ from porelang.tasks.run import OUTSIDE, RUN
 
 #: Where each task is asked for, so that what goes wrong is told there.
 Places = Mapping[Node, Span]
+_POLL = 0.05  # seconds between two looks at whether a result that another thread computes is still wanted
 
 
-def read(roots: Sequence[Node]) -> list[Node]:
+def tasks_read(roots: Sequence[Node]) -> list[Node]:
     """The tasks that roots read, but not those that these tasks read in turn."""
     tape = lower(tuple(roots))
     return [tape.nodes[i] for i in tape.slots if tape.ops[i] in TASKS]
 
 
-def bound(roots: Sequence[Node], bindings: Bindings, places: Places) -> Bindings:
+def bind_tasks(roots: Sequence[Node], bindings: Bindings, places: Places) -> Bindings:
     """The bindings with what every task that the roots read has found."""
-    found = {n: value(result(n, bindings, places)) for n in read(roots) if n not in bindings}
+    found = {n: slot_value(find(n, bindings, places)) for n in tasks_read(roots) if n not in bindings}
     return {**bindings, **found} if found else bindings
 
 
-def value(found: Result) -> float | Data:
+def slot_value(found: Result) -> float | Data:
     """What a slot is bound to, of what its task has found."""
     return found.value if isinstance(found, Reduced) else found
 
 
-def result(n: Node, bindings: Bindings, places: Places) -> Result:
+def find(n: Node, bindings: Bindings, places: Places) -> Result:
     """What a task finds with these bindings: remembered, or computed now. An error is never kept.
 
+    Threads that want the same at the same time wait for the one that computes it.
     Errors: those of the task, at the place in the program that asks for it.
     """
     try:
         if n.op in OUTSIDE:
             return OUTSIDE[n.op](n)
         key = identity(n, bindings, lambda m: _content(m, places))
-        trial = any(m.op == "unknown" for m in bindings)  # one of many guesses of a `solve`, whose answer is kept
-        found = store.get(key)
-        if found is None:
-            with activity(TABLE[n.op].activity):
-                found = _computed(n, bindings, places)
-            store.put(key, found, label=_label(n, places), disk=not trial)
+        with _alone(key):
+            found = store.get(key)
+            if found is None:
+                with activity(TASK_TABLE[n.op].activity):
+                    found = _computed(n, bindings, places)
+                trial = any(m.op == "unknown" for m in bindings)  # a guess of a `solve`, whose answer is kept
+                store.put(key, found, label=_label(n, places), disk=not trial)
         return found
     except PoreError as error:
         place = places.get(n)
         raise PoreError([replace(d, span=d.span or place) for d in error.diagnostics]) from None
 
 
+_flights: dict[str, tuple[threading.RLock, int]] = {}
+_flights_lock = threading.Lock()
+
+
+@contextmanager
+def _alone(key: str) -> Iterator[None]:
+    """While this lasts no other thread is in it with the same key."""
+    with _flights_lock:
+        lock, waiting = _flights.get(key, (threading.RLock(), 0))
+        _flights[key] = (lock, waiting + 1)
+    try:
+        while not lock.acquire(timeout=_POLL):
+            checkpoint()
+        try:
+            yield
+        finally:
+            lock.release()
+    finally:
+        with _flights_lock:
+            lock, waiting = _flights[key]
+            if waiting == 1:
+                del _flights[key]
+            else:
+                _flights[key] = (lock, waiting - 1)
+
+
 def _content(n: Node, places: Places) -> str:
     """The digest of what a task reads from outside the program."""
     if n.op not in OUTSIDE:
         return ""
-    found = result(n, {}, places)
+    found = find(n, {}, places)
     assert not isinstance(found, Reduced)
     return found.digest
 
@@ -79,42 +111,78 @@ def _computed(n: Node, bindings: Bindings, places: Places) -> Result:
     """A task with those that it reads found first; what their errors may change is added to its own."""
     if n.op == "solve":
         return _solved(n, bindings, places)
-    below = {m: result(m, bindings, places) for m in read(n.args)}
-    return _spread(lambda values: RUN[n.op](Formula(n.args, {**bindings, **values})), below)
+    return _with_errors(n.args, bindings, places, lambda filled: RUN[n.op](Formula(n.args, filled)))
 
 
-def _spread(compute: object, below: Mapping[Node, Result]) -> Result:
-    """What is computed from what was found, with the errors of those numbers added to its own."""
-    assert callable(compute)
-    values = {m: value(r) for m, r in below.items()}
-    out: Result = compute(values)
+def _with_errors(
+    roots: Sequence[Node], bindings: Bindings, places: Places, compute: Callable[[Bindings], Result]
+) -> Result:
+    """What is computed from roots and all that they read, with the errors of those numbers added to its own.
+
+    A number may be read through data: samples of a field that reads it are sampled again with the number moved. Where a
+    moved number is one that cannot be (a porosity below 0), the other side tells what its error may change.
+    """
+    out = compute(bind_tasks(roots, bindings, places))
     if not isinstance(out, Reduced):
         return out
     error = out.error
-    for m, known in below.items():
-        if isinstance(known, Reduced) and known.error:
-            moved = [compute({**values, m: known.value + side * known.error}).value for side in (-1, 1)]
-            error += max(abs(v - out.value) for v in moved)
+    for source in _sources(roots):
+        known = find(source, bindings, places)
+        assert isinstance(known, Reduced)
+        if not known.error:
+            continue
+        changes: list[float] = []
+        for side in (-1, 1):
+            try:
+                moved = compute(_moved(roots, {**bindings, source: known.value + side * known.error}, places, source))
+            except PoreError:
+                continue
+            assert isinstance(moved, Reduced)
+            changes.append(abs(moved.value - out.value))
+        error += max(changes, default=math.inf)
     return Reduced(out.value, error)
 
 
-def _solved(n: Node, bindings: Bindings, places: Places) -> Reduced:
+def _sources(roots: Sequence[Node]) -> list[Node]:
+    """The numbers that roots read, directly or through data."""
+    out: dict[Node, None] = {}
+    for m in tasks_read(roots):
+        if TASK_TABLE[m.op].result == "real":
+            out[m] = None
+        else:
+            out.update(dict.fromkeys(_sources(m.args)) if m.args else {})
+    return list(out)
+
+
+def _moved(roots: Sequence[Node], bindings: Bindings, places: Places, source: Node) -> Bindings:
+    """The bindings of all that roots read where `source` is already bound to another value than it has."""
+    values: dict[Node, Slot] = {}
+    for m in tasks_read(roots):
+        if m is source:
+            continue
+        if TASK_TABLE[m.op].result != "real" and m.args and source in _sources(m.args):
+            values[m] = slot_value(RUN[m.op](Formula(m.args, _moved(m.args, bindings, places, source))))
+        else:
+            values[m] = slot_value(find(m, bindings, places))
+    return {**bindings, **values}
+
+
+def _solved(n: Node, bindings: Bindings, places: Places) -> Result:
     """The number for which a function, any formula of numbers, takes a value."""
     assert isinstance(n.value, int)
     inner, *ends = n.args
     sought = unknown(n.value)
 
     def function(t: float) -> Reduced:
-        tried = {**bindings, sought: t}
-        below = {m: result(m, tried, places) for m in read([inner])}
-        found = _spread(lambda values: Reduced(float(Formula((inner,), {**tried, **values}).numbers[0]), 0.0), below)
+        def at(filled: Bindings) -> Reduced:
+            return Reduced(float(Formula((inner,), filled).numbers[0]), 0.0)
+
+        found = _with_errors([inner], {**bindings, sought: t}, places, at)
         assert isinstance(found, Reduced)
         return found
 
-    def solution(values: Bindings) -> Reduced:
-        target, low, high = (float(v) for v in Formula(tuple(ends), {**bindings, **values}).numbers)
+    def solution(filled: Bindings) -> Reduced:
+        target, low, high = (float(v) for v in Formula(tuple(ends), filled).numbers)
         return root_of(function, target, low, high)
 
-    found = _spread(solution, {m: result(m, bindings, places) for m in read(ends)})
-    assert isinstance(found, Reduced)
-    return found
+    return _with_errors(ends, bindings, places, solution)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TypeVar
 
 from porelang.data import Data, Reduced
-from porelang.diagnostics import fail
+from porelang.diagnostics import PoreError, fail
 from porelang.formula import Formula
 from porelang.ir import Node, node
 from porelang.store import Result
@@ -16,6 +19,8 @@ from porelang.tasks.numbers.area import area
 from porelang.tasks.numbers.extremes import maximum, minimum
 from porelang.tasks.numbers.integrals import mean, porosity, volume
 from porelang.tasks.numbers.quantiles import offset_for
+
+Read = TypeVar("Read", bound=Data)
 
 
 def _field(asked: Formula, i: int) -> Formula:
@@ -66,22 +71,36 @@ RUN: Mapping[str, Callable[[Formula], Result]] = {
 
 def _load(n: Node) -> Data:
     assert isinstance(n.value, tuple)
-    path, name, components = n.value
-    grid = read_grid(str(path), str(name))
+    shown, path, name, components = n.value
+    grid = _as_named(str(shown), str(path), lambda where: read_grid(where, str(name)))
     if grid.components != components:
         has = "one number" if grid.components == 1 else f"{grid.components} numbers"
         wants = "`load` takes one" if components == 1 else "`load_vector` takes three"
-        other = {1: "write `load`", 3: "write `load_vector`"}.get(
-            grid.components, "save its components under names of their own"
-        )
-        raise fail("E133", f"`{name}` of `{path}` has {has} at each node, and {wants}", hint=other)
+        apart = "save its components under names of their own"
+        other = {1: "write `load`", 3: "write `load_vector`"}.get(grid.components, apart)
+        raise fail("E133", f"`{name}` of `{shown}` has {has} at each node, and {wants}", hint=other)
     return grid
 
 
 def _frame(n: Node) -> Data:
     assert isinstance(n.value, tuple)
-    (path,) = n.value
-    return read_frame(str(path))
+    shown, path = n.value
+    return _as_named(str(shown), str(path), read_frame)
+
+
+def _as_named(shown: str, path: str, read: Callable[[str], Read]) -> Read:
+    """What is read from a path; what goes wrong is told of the path as the program names it."""
+    folder, as_shown = os.path.join(os.path.dirname(path), ""), os.path.dirname(shown)
+    as_shown = os.path.join(as_shown, "") if as_shown else ""
+
+    def named(text: str) -> str:
+        return text.replace(path, shown).replace(folder, as_shown)
+
+    try:
+        return read(path)
+    except PoreError as error:
+        told = [replace(d, message=named(d.message), hint=named(d.hint)) for d in error.diagnostics]
+        raise PoreError(told) from None
 
 
 #: What comes from files: each read is remembered by its reader, and known by the digest of what was in it.

@@ -89,6 +89,23 @@ struct PoreNearest {
 float pore_inf() {
     return uintBitsToFloat(0x7f800000u);
 }
+// The vector from the nearest place on the axis between two ends to p, and where along the axis that place is (0..1).
+// `inverse` is 1 / length^2. Beyond an end the vector is measured from that end, so that bars that meet there tie.
+vec4 pore_foot(vec3 start, vec3 end, float inverse, vec3 p) {
+    precise float ex = end.x - start.x;
+    precise float ey = end.y - start.y;
+    precise float ez = end.z - start.z;
+    precise float wx = p.x - start.x;
+    precise float wy = p.y - start.y;
+    precise float wz = p.z - start.z;
+    precise float t = ((wx * ex + wy * ey) + wz * ez) * inverse;
+    precise float qx = wx - ex * t;
+    precise float qy = wy - ey * t;
+    precise float qz = wz - ez * t;
+    precise vec3 beyond = p - end;
+    if (t >= 1.0) return vec4(beyond, 1.0);
+    return t > 0.0 ? vec4(qx, qy, qz, t) : vec4(wx, wy, wz, 0.0);
+}
 // The upper half of x: its first 12 significant bits. Products of two halves are exact in float32, so that
 // x y = xh yh + xh yl + xl yh + xl yl with xl = x - xh gives the rounding error of x * y (after Dekker 1971).
 float pore_high(float x) {
@@ -113,22 +130,27 @@ float pore_sqrt(float x) {
     else if (i == 0x7f800000u) y = x;
     return y;
 }
-// The vector from the nearest place on the axis between two ends to p, and where along the axis that place is (0..1).
-// `inverse` is 1 / length^2. Beyond an end the vector is measured from that end, so that bars that meet there tie.
-vec4 pore_foot(vec3 start, vec3 end, float inverse, vec3 p) {
-    precise float ex = end.x - start.x;
-    precise float ey = end.y - start.y;
-    precise float ez = end.z - start.z;
-    precise float wx = p.x - start.x;
-    precise float wy = p.y - start.y;
-    precise float wz = p.z - start.z;
-    precise float t = ((wx * ex + wy * ey) + wz * ez) * inverse;
-    precise float qx = wx - ex * t;
-    precise float qy = wy - ey * t;
-    precise float qz = wz - ez * t;
-    precise vec3 beyond = p - end;
-    if (t >= 1.0) return vec4(beyond, 1.0);
-    return t > 0.0 ? vec4(qx, qy, qz, t) : vec4(wx, wy, wz, 0.0);
+// The bar at a place of the tree, tried: it becomes the best (its place and number) where its surface is nearer, of two
+// that tie the one of the lower number. `least` is the distance from the surface, and from the axis.
+void pore_try1(int bars, int ids, int place, vec3 p, inout vec2 least, inout vec4 foot, inout ivec2 best) {
+    int leaf = bars + 64 * (place / 8);
+    int c = place % 8;
+    float r = uintBitsToFloat(pore_word1(leaf + 48 + c));
+    if (!(r >= 0.0)) return;
+    vec3 start = vec3(uintBitsToFloat(pore_word1(leaf + c)), uintBitsToFloat(pore_word1(leaf + 8 + c)),
+                      uintBitsToFloat(pore_word1(leaf + 16 + c)));
+    vec3 end = vec3(uintBitsToFloat(pore_word1(leaf + 24 + c)), uintBitsToFloat(pore_word1(leaf + 32 + c)),
+                    uintBitsToFloat(pore_word1(leaf + 40 + c)));
+    vec4 q = pore_foot(start, end, uintBitsToFloat(pore_word1(leaf + 56 + c)), p);
+    precise float square = (q.x * q.x + q.y * q.y) + q.z * q.z;
+    float size = pore_sqrt(square);
+    precise float d = size - r;
+    int own = int(pore_word1(ids + place));
+    if (d < least.x || (d == least.x && own < best.y)) {
+        best = ivec2(place, own);
+        least = vec2(d, size);
+        foot = q;
+    }
 }
 // x 2^n for n in -252..254 and finite x, rounded once: in two steps, since 2^n alone may not be a float.
 float pore_scale(float x, int n) {
@@ -166,31 +188,46 @@ float pore_div(float a, float b) {
     return uintBitsToFloat(y | s);
 }
 // The nearest bar of segments (porelang/ops/words.py), by the walk of porelang/ops/segment_loops.py through the same
-// tree. Not a number where a coordinate is none; too far away for squares, the distance is infinite and all else NaN.
+// tree, or by its lists of cells (porelang/ops/segment_cells.py). Not a number where a coordinate is none; too far away
+// for squares, the distance is infinite and all else NaN.
 PoreNearest pore_nearest1(float x, float y, float z) {
     int groups = int(pore_word1(0));
     int leaves = int(pore_word1(1));
     int top = int(pore_word1(2));
-    int bars = 8 + 56 * groups;
+    int bars = 16 + 56 * groups;
     int frames = bars + 64 * leaves;
     int ids = frames + 32 * leaves;
     vec3 p = vec3(x, y, z);
     bool bad = pore_is_nan(x) || pore_is_nan(y) || pore_is_nan(z);
     precise float slack = uintBitsToFloat(pore_word1(4)) * (uintBitsToFloat(pore_word1(3)) + ((abs(x) + abs(y)) + abs(z)));
-    float least = pore_inf();
-    float root = 0.0;
+    vec2 least = vec2(pore_inf(), 0.0);
     vec4 foot = vec4(0.0);
-    int best = -1;
-    int number = 0;
+    ivec2 best = ivec2(-1, 0);
     int stack[80];
     float keys[80];
     int height = 0;
     int node = 0;
     bool going = !bad && slack < 1e30;
+    int cells = int(pore_word1(8));
+    if (going && cells > 0) {
+        ivec3 shape = ivec3(int(pore_word1(9)), int(pore_word1(10)), int(pore_word1(11)));
+        vec3 low = vec3(uintBitsToFloat(pore_word1(12)), uintBitsToFloat(pore_word1(13)), uintBitsToFloat(pore_word1(14)));
+        precise vec3 at = floor((p - low) * uintBitsToFloat(pore_word1(15)));
+        if (all(greaterThanEqual(at, vec3(0.0))) && all(lessThan(at, vec3(shape)))) {
+            ivec3 cell = ivec3(at);
+            int k = cells + (cell.x * shape.y + cell.y) * shape.z + cell.z;
+            int list = cells + shape.x * shape.y * shape.z + 1;
+            int end = int(pore_word1(k + 1));
+            for (int i = int(pore_word1(k)); i < end; i++) {
+                going = false;
+                pore_try1(bars, ids, int(pore_word1(list + i)), p, least, foot, best);
+            }
+        }
+    }
     while (going) {
-        precise float reach = least + slack;
+        precise float reach = least.x + slack;
         if (node < groups) {
-            int box = 8 + 56 * node;
+            int box = 16 + 56 * node;
             int first = node == 0 ? 1 : 8 * node - 7 + top;
             int bottom = height;
             for (int c = 0; c < 8; c++) {
@@ -221,49 +258,30 @@ PoreNearest pore_nearest1(float x, float y, float z) {
                 }
             }
         } else {
-            int leaf = bars + 64 * (node - groups);
-            for (int c = 0; c < 8; c++) {
-                float r = uintBitsToFloat(pore_word1(leaf + 48 + c));
-                if (!(r >= 0.0)) continue;
-                vec3 start = vec3(uintBitsToFloat(pore_word1(leaf + c)), uintBitsToFloat(pore_word1(leaf + 8 + c)),
-                                  uintBitsToFloat(pore_word1(leaf + 16 + c)));
-                vec3 end = vec3(uintBitsToFloat(pore_word1(leaf + 24 + c)), uintBitsToFloat(pore_word1(leaf + 32 + c)),
-                                uintBitsToFloat(pore_word1(leaf + 40 + c)));
-                vec4 q = pore_foot(start, end, uintBitsToFloat(pore_word1(leaf + 56 + c)), p);
-                precise float square = (q.x * q.x + q.y * q.y) + q.z * q.z;
-                float size = pore_sqrt(square);
-                precise float d = size - r;
-                int place = 8 * (node - groups) + c;
-                int own = int(pore_word1(ids + place));
-                if (d < least || (d == least && own < number)) {
-                    best = place;
-                    number = own;
-                    least = d;
-                    root = size;
-                    foot = q;
-                }
-            }
+            for (int c = 0; c < 8; c++)
+                pore_try1(bars, ids, 8 * (node - groups) + c, p, least, foot, best);
         }
         going = false;
         while (height > 0 && !going) {
             height--;
-            precise float limit = least + slack;
+            precise float limit = least.x + slack;
             node = stack[height];
             going = keys[height] <= limit;
         }
     }
     float none = pore_nan();
-    if (best < 0) {
+    if (best.x < 0) {
         return PoreNearest(bad ? none : pore_inf(), none, none, none, none, none, none, none, none, none, none);
     }
+    float root = least.y;
     bool on = root == 0.0;
-    int frame = frames + 4 * best;
-    float radius = uintBitsToFloat(pore_word1(bars + 64 * (best / 8) + 48 + best % 8));
+    int frame = frames + 4 * best.x;
+    float radius = uintBitsToFloat(pore_word1(bars + 64 * (best.x / 8) + 48 + best.x % 8));
     return PoreNearest(
-        least,
+        least.x,
         on ? 0.0 : pore_div(foot.x, root), on ? 0.0 : pore_div(foot.y, root), on ? 0.0 : pore_div(foot.z, root),
         uintBitsToFloat(pore_word1(frame)), uintBitsToFloat(pore_word1(frame + 1)), uintBitsToFloat(pore_word1(frame + 2)),
-        foot.w, radius, uintBitsToFloat(pore_word1(frame + 3)), float(number));
+        foot.w, radius, uintBitsToFloat(pore_word1(frame + 3)), float(best.y));
 }
 // The number x, every NaN as the same one. What a shader stores in a buffer goes through this: Mesa's software driver
 // writes a buffer in a loop over the lanes, and LLVM moves the arithmetic of a value that is used once into that loop,
