@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import pickle
@@ -453,6 +454,12 @@ def test_every_task_says_how_far_it_is_and_can_be_ended(call: str, tmp_path: Pat
     assert told[-1][1] == told[-1][2]
 
 
+def _drained(terminal: int) -> None:
+    with contextlib.suppress(OSError):  # its other end is closed
+        while os.read(terminal, 4096):
+            pass
+
+
 @pytest.mark.slow
 def test_a_long_search_shows_itself_and_ctrl_c_ends_it(tmp_path: Path) -> None:
     path = tmp_path / "slow.pore"
@@ -466,6 +473,8 @@ def test_a_long_search_shows_itself_and_ctrl_c_ends_it(tmp_path: Path) -> None:
     shown = b""
     while b"finding numbers from fields" not in shown:
         shown += os.read(ours, 1000)
+    drain = threading.Thread(target=_drained, args=(ours,), daemon=True)  # a terminal goes on reading
+    drain.start()
     running.send_signal(signal.SIGINT)
     assert running.wait(60) == 130
     os.close(ours)
