@@ -50,7 +50,8 @@ def watching(report: Report | None = None, cancel: Callable[[], bool] | None = N
 
 @contextmanager
 def activity(name: str) -> Iterator[None]:
-    """While this lasts, what is told is about `name`; when it ends, that is told to be done."""
+    """While this lasts, what is told is about `name`; when it ends, however it
+    does, it is told to be over, as what is all done is."""
     token = _activity.set(name)
     try:
         yield

@@ -18,7 +18,7 @@ from porelang.tasks.numbers.extremes import Hill
 
 
 def numbers(text: str, **settings: float) -> list[tuple[float, float]]:
-    """The reductions of a program, as (value, error), in the order in which they are found."""
+    """The numbers of a program found from fields, as (value, error), in the order in which they are found."""
     return [(r.value, r.error) for r in porelang.compile(text).reduced(**settings).values()]
 
 

@@ -2,8 +2,9 @@
 
 A task is a node whose arguments are whole fields and settings. Its result is a number with an error, or data: a grid of
 values, a list of bars. What reads it is `porelang.elaborate.tasks` (how it is called), the graph (what kind it is),
-`porelang.tasks` (how it is computed, and kept by its content). To add a task is to add a row here, and what computes it
-to `porelang.tasks.run`.
+`porelang.tasks` (how it is computed, and kept by its content). To add a task is to add a row here, its name to the
+graph's (`NUMBERS` or `DATA` in `porelang.ir`), and what computes it to `porelang.tasks.run`; a call that takes more
+than fields has a function in `porelang.elaborate.tasks`. A test says which of them is missing.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from porelang.error_codes.page import Code
 
-REDUCTIONS = (
+FOUND = (
     Code(
         "E090",
         "a porosity that cannot be",
