@@ -163,6 +163,8 @@ HOSTILE: dict[str, tuple[str, Callable[[Path], object], str]] = {
     "nans": ("E134", lambda p: grid(p, nan(2)), "2 values are not finite numbers, the first at node (2, 2, 1)"),
     "infinity": ("E134", lambda p: grid(p, np.float32(np.inf) * ONES), "24 values"),
     "beyond float64": ("E134", lambda p: grid(p, np.full((2, 2, 2), np.longdouble("1e4000"))), "8 values"),
+    "beyond float32": ("E134", lambda p: grid(p, 1e38 * ONES), "goes to 1e+38, beyond 1e+37"),
+    "beyond float32 below": ("E134", lambda p: grid(p, -1e38 * ONES.astype(np.float64)), "beyond 1e+37"),
     "negative spacing": ("E134", lambda p: grid(p, spacing=[1, -1, 1]), "spacing"),
     "zero spacing": ("E134", lambda p: grid(p, spacing=0), "spacing"),
     "no spacing at all": ("E134", lambda p: grid(p, spacing=1e-300), "nanometre"),

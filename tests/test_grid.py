@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 from slots import ES, at_points
 
+import porelang
 from porelang.data import SampledField
 from porelang.gpu import Gpu, GpuMissing, open_gpu
 from porelang.interval import Interval, interval
@@ -358,3 +359,15 @@ def test_lookup_is_valid_for_opengl_es(gpu: Gpu) -> None:
     for name, cubic in (("pore_lookup", False), ("pore_cubic", True)):
         got = at_points(gpu, grid, name, f"o[at] = {name}0(x, y, z, 0, 0, 0, 0);", 1, p, ES)[0]
         np.testing.assert_allclose(got, evaluate(grid, p, (0, 0, 0, 0), cubic), atol=1e-4)
+
+
+@pytest.mark.parametrize("voxel", ["1mm", "2mm", "4mm"])
+@pytest.mark.parametrize("region", ["sphere(10)", "cube(20)"])
+def test_a_solid_within_its_smooth_samples_has_an_end(region: str, voxel: str) -> None:
+    """A cubic may overshoot by a part of what it ranges over, but not so far out as to be solid beyond its samples."""
+    program = porelang.compile(f"sample(length(p) - 6, {voxel}, {region}, smooth=true)")
+    box = program.bounds()
+    points = np.random.default_rng(3).uniform(-40, 40, (20_000, 3))
+    solid = points[program.field()(points) <= 0]
+    assert ((solid >= box.lo) & (solid <= box.hi)).all()
+    assert max(box.hi) < 13

@@ -145,11 +145,11 @@ def _with(condition: Node, sought: Node, found: Node) -> Node:
     return new[condition]
 
 
-def _text(ctx: Context, value: Value, place: Span, what: str) -> str | None:
+def _text(ctx: Context, value: Value, place: Span, what: str, example: str = "stress.npz") -> str | None:
     if isinstance(value, Text):
         return value.value
     ctx.error("E060", f"{what} is a text, not {describe(value)}", place, label=f"this is {describe(value)}",
-              hint='write it in quotes: "stress.npz"')  # fmt: skip
+              hint=f'write it in quotes: "{example}"')  # fmt: skip
     return None
 
 
@@ -180,7 +180,7 @@ def _grid_of(ctx: Context, site: tree.Call, values: list[Value], called: str, co
     """The slot of what is loaded; its file has to hold so many numbers at each node."""
     places = argument_places(site, 2)
     path = _text(ctx, values[0], places[0], f"the file that `{called}` reads")
-    name = _text(ctx, values[1], places[1], f"the name of what `{called}` takes from a file")
+    name = _text(ctx, values[1], places[1], f"the name of what `{called}` takes from a file", "von_mises")
     if path is None or name is None:
         return None
     return ctx.task(node("load", value=(*_beside(site, path, ctx), name, components)), site.span)
@@ -227,6 +227,9 @@ def _sample(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
         return ctx.error("E063", "`voxel` of `sample` must be one number", places[1], label="this varies in space")
     if voxel.dimension not in (None, LENGTH):
         return ctx.error("E062", f"`voxel` of `sample` is a length, not {voxel.dimension}", places[1])
+    if voxel.node.op == "const" and not voxel.node.value > 0:  # type: ignore[operator]  # a number
+        return ctx.error("E096", f"a voxel of {voxel.node.value:g} mm cannot be sampled at", places[1],
+                         hint="give a length above 0, as in 1mm")  # fmt: skip
     first = values[0]
     fields: Sequence[Node] = vector.nodes if vector is not None else (first.node,)  # type: ignore[union-attr]  # a field
     grid = ctx.task(node("sample", *fields, voxel.node, within.node), site.span)
@@ -238,7 +241,7 @@ def _sample(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
 
 def _bars(ctx: Context, site: tree.Call, values: list[Value]) -> Node | None:
     (place,) = argument_places(site, 1)
-    path = _text(ctx, values[0], place, "the file of a frame")
+    path = _text(ctx, values[0], place, "the file of a frame", "truss.json")
     return None if path is None else ctx.task(node("frame", value=_beside(site, path, ctx)), site.span)
 
 

@@ -44,8 +44,8 @@ DATAFILES = (
     Code(
         "E134",
         "numbers that data cannot have",
-        "Values are finite: NaN and infinity have no place in a field. Spacings and radii are above 0, and all lies\n"
-        "within 100,000 mm of the origin. Lengths are in mm.",
+        "Values are finite, and 1e37 at most, for shaders compute in float32: NaN and infinity have no place in a\n"
+        "field. Spacings and radii are above 0, and all lies within 100,000 mm of the origin. Lengths are in mm.",
         "",
         "",
     ),

@@ -132,6 +132,20 @@ def _range(of: Nodes, made: Pyramid, lo: Ints, hi: Ints) -> tuple[float, float]:
     return least, most
 
 
+#: Along each axis, the parts in which a box is taken that reaches beyond the grid.
+PARTS = 8
+
+
+class Room(NamedTuple):
+    """Room to work in: matrices to Bernstein coefficients, coefficients, a cell, and the first and last node."""
+
+    to: Floats
+    work: Floats
+    cell: Ints
+    low: Ints
+    high: Ints
+
+
 _CATMULL_ROM = np.array([[0, -0.5, 1, -0.5], [1, 0, -2.5, 1.5], [0, 0.5, 2, -1.5], [0, 0, -0.5, 0.5]])
 _LINE = np.array([[0.0, 0, 0, 0], [1, -1, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0]])
 
@@ -214,6 +228,39 @@ def _in_cell(
 
 
 @compiled
+def _over(
+    nodes: Nodes, blocks: Nodes, made: Pyramid, cubic: bool, orders: Ints, rate: Floats, factors: Floats, span: Floats,
+    start: Ints, stop: Ints, room: Room,
+) -> tuple[float, float]:  # fmt: skip
+    """The range over the part `span` (3, 2) of the grid, which lies in the cells start..stop."""
+    first, last = (0, 3) if cubic else (1, 2)
+    least, most = np.inf, -np.inf
+    if max(stop[0] - start[0], stop[1] - start[1], stop[2] - start[2]) < 2:
+        for i in range(start[0], stop[0] + 1):
+            for j in range(start[1], stop[1] + 1):
+                for k in range(start[2], stop[2] + 1):
+                    room.cell[0], room.cell[1], room.cell[2] = i, j, k
+                    sums = 1.0
+                    for a in range(3):
+                        cell = room.cell[a]
+                        f0 = min(max(span[a, 0] - cell, 0.0), 1.0)
+                        f1 = min(max(span[a, 1] - cell, 0.0), 1.0)
+                        sums *= _bernstein(cubic, cell, nodes.shape[a], orders[a], rate[a], f0, f1, room.to[a])
+                    part = _in_cell(nodes, room.cell, first, last, room.to, sums, room.work)
+                    least, most = min(least, part[0]), max(most, part[1])
+        return least, most
+    for a in range(3):
+        reach = 1 if cubic else 0
+        top_node = nodes.shape[a] - 1 - blocks.differences[a]
+        room.low[a] = max(start[a] - reach, 0)
+        room.high[a] = min(stop[a] + reach + 1 - blocks.differences[a], top_node)
+    least, most = _range(blocks, made, room.low, room.high)
+    middle, half = (least + most) / 2, (most - least) / 2
+    slack = 2.0**-48 * max(abs(least), abs(most)) * factors[1]
+    return factors[0] * middle - factors[1] * half - slack, factors[0] * middle + factors[1] * half + slack
+
+
+@compiled
 def enclose(
     nodes: Nodes,
     blocks: Nodes,
@@ -229,52 +276,49 @@ def enclose(
     """The ranges `out` (n, 2) of lookup over boxes lo..hi (3, n), which are counted in cells and not yet clamped.
 
     `blocks` are the nodes with the differences that the pyramid is of. `factors` are (sum of the weights, sum of their
-    magnitudes) of the interpolant as a combination of these, over all axes.
+    magnitudes) of the interpolant as a combination of these, over all axes. A cubic may overshoot by a part of the
+    range of all its nodes, so a box that reaches beyond the grid, which no halving makes smaller on it, is taken in
+    parts: else a solid in the middle of its samples would seem to have no end.
     """
-    first, last = (0, 3) if cubic else (1, 2)
-    start, stop, cell = np.empty(3, np.int64), np.empty(3, np.int64), np.empty(3, np.int64)
-    low, high = np.empty(3, np.int64), np.empty(3, np.int64)
-    span = np.empty((3, 2))
-    to, work = np.zeros((3, 4, 4)), np.zeros((2, 4, 4, 4))
+    start, stop = np.empty(3, np.int64), np.empty(3, np.int64)
+    begin, end, parts = np.empty(3, np.int64), np.empty(3, np.int64), np.empty(3, np.int64)
+    span, piece = np.empty((3, 2)), np.empty((3, 2))
+    room = Room(
+        np.zeros((3, 4, 4)),
+        np.zeros((2, 4, 4, 4)),
+        np.empty(3, np.int64),
+        np.empty(3, np.int64),
+        np.empty(3, np.int64),
+    )
     for n in range(len(out)):
-        outside, touches, few = False, False, True
+        outside, touches, beyond = False, False, False
         for a in range(3):
             top = float(nodes.shape[a] - 1)
             u, v = lo[a, n], hi[a, n]
+            beyond = beyond or u < 0 or v > top
             if orders[a] > 0:
                 outside = outside or v < 0 or u > top
                 touches = touches or u < 0 or v > top
             span[a, 0], span[a, 1] = min(max(u, 0.0), top), min(max(v, 0.0), top)
             start[a] = min(int(span[a, 0]), nodes.shape[a] - 2)
             stop[a] = min(int(span[a, 1]), nodes.shape[a] - 2)
-            few = few and stop[a] - start[a] < 2
         if outside:
             out[n, 0] = out[n, 1] = 0.0
             continue
+        for a in range(3):
+            parts[a] = min(stop[a] - start[a] + 1, PARTS) if cubic and beyond else 1
         least, most = np.inf, -np.inf
-        if few:
-            for i in range(start[0], stop[0] + 1):
-                for j in range(start[1], stop[1] + 1):
-                    for k in range(start[2], stop[2] + 1):
-                        cell[0], cell[1], cell[2] = i, j, k
-                        sums = 1.0
-                        for a in range(3):
-                            f0 = min(max(span[a, 0] - cell[a], 0.0), 1.0)
-                            f1 = min(max(span[a, 1] - cell[a], 0.0), 1.0)
-                            sums *= _bernstein(cubic, cell[a], nodes.shape[a], orders[a], rate[a], f0, f1, to[a])
-                        part = _in_cell(nodes, cell, first, last, to, sums, work)
-                        least, most = min(least, part[0]), max(most, part[1])
-        else:
+        for p in range(parts[0] * parts[1] * parts[2]):
+            at = p
             for a in range(3):
-                reach = 1 if cubic else 0
-                top_node = nodes.shape[a] - 1 - blocks.differences[a]
-                low[a] = max(start[a] - reach, 0)
-                high[a] = min(stop[a] + reach + 1 - blocks.differences[a], top_node)
-            part = _range(blocks, made, low, high)
-            middle, half = (part[0] + part[1]) / 2, (part[1] - part[0]) / 2
-            slack = 2.0**-48 * max(abs(part[0]), abs(part[1])) * factors[1]
-            least = factors[0] * middle - factors[1] * half - slack
-            most = factors[0] * middle + factors[1] * half + slack
+                cells, i = stop[a] - start[a] + 1, at % parts[a]
+                at //= parts[a]
+                begin[a] = start[a] + i * cells // parts[a]
+                end[a] = start[a] + (i + 1) * cells // parts[a] - 1
+                piece[a, 0] = max(span[a, 0], float(begin[a]))
+                piece[a, 1] = min(span[a, 1], float(end[a] + 1))
+            part = _over(nodes, blocks, made, cubic, orders, rate, factors, piece, begin, end, room)
+            least, most = min(least, part[0]), max(most, part[1])
         if touches:
             least, most = min(least, 0.0), max(most, 0.0)
         out[n, 0], out[n, 1] = least, most

@@ -99,7 +99,7 @@ def _segments(asked: _Asked, found: dict[str, Any]) -> Segments:
 def _list(asked: _Asked, found: dict[str, Any], key: str) -> list[Any]:
     if key not in found:
         near = suggest(key, found)
-        hint = f"did you mean `{key}` by `{near}`?" if near else f"a frame is {_FORM}"
+        hint = f"rename `{near}` to `{key}`" if near else f"a frame is {_FORM}"
         raise asked.fail("E132", f"`{asked.path}` has no `{key}`", hint)
     value = found[key]
     if type(value) is not list:

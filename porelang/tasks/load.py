@@ -45,6 +45,8 @@ _BROKEN = (
     LookupError,
     SyntaxError,
 )
+#: The largest value that a field may have at a node: float32, and so a shader, has room for some sums of such.
+MOST = 1e37
 _WRITE = "write it with numpy.savez(path, {name}=values, origin=[0, 0, 0], spacing=0.5), lengths in mm"
 _NO_NUMBERS = {"O": "Python objects", "S": "text", "U": "text", "c": "complex numbers", "V": "records"}
 _NO_NUMBERS |= {"M": "dates", "m": "times"}
@@ -149,6 +151,9 @@ def _values(asked: _Asked, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> N
         )
         hint = "fill them before they are written: numpy.nan_to_num, or the nearest value that is known"
         raise asked.fail("E134", f"`{asked.name}` in `{asked.path}`: {are} node {where}", hint)
+    if (largest := max(float(array.max()), -float(array.min()))) > MOST:
+        hint = "shaders and float32 have no room for more: store it in a larger unit"
+        raise asked.fail("E134", f"`{asked.name}` in `{asked.path}` goes to {largest:.2g}, beyond {MOST:g}", hint)
     array.setflags(write=False)
     return array
 
