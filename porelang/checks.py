@@ -36,8 +36,11 @@ def failed_checks(design: Design, measure: bool = True) -> list[int]:
 def broken_checks(design: Design, measure: bool = False) -> list[Diagnostic]:
     """An error for each `check` that does not hold, with the numbers that it found.
 
-    Checks about whole fields (a porosity) are looked at only if `measure` says so: they take a second or more.
+    Checks and contracts about whole fields (a porosity) are looked at only if `measure` says so: they take a second or
+    more. Errors: E064 where a contract is broken.
     """
+    if measure:
+        design.keep_contracts()
     program, found = design.program, []
     for i in failed_checks(design, measure):
         check, root = program.elaborated.checks[i], program.graph.checks[i]

@@ -48,8 +48,13 @@ def compile(text: str | None = None, *, path: str | Path | None = None, name: st
     return program
 
 
-def try_compile(source: Source, load: Loader = load_used) -> tuple[Program | None, list[Diagnostic]]:
-    """The program, if it has no errors, and all diagnostics in the order of their places."""
+def try_compile(
+    source: Source, load: Loader = load_used, folder: str | None = None
+) -> tuple[Program | None, list[Diagnostic]]:
+    """The program, if it has no errors, and all diagnostics in the order of their places.
+
+    Relative paths begin in `folder`, which is the current one unless told otherwise.
+    """
     used: dict[str, Source] = {}
 
     def noted(path: str, user: Source) -> tuple[tree.File, list[Diagnostic]]:
@@ -58,21 +63,30 @@ def try_compile(source: Source, load: Loader = load_used) -> tuple[Program | Non
         return file, found
 
     with room_to_compile():
-        return _compiled(source, noted, used)
+        return _compiled(source, noted, used, _here() if folder is None else folder)
 
 
-def _again(source: Source, used: Mapping[str, Source]) -> Program:
+def _here() -> str:
+    try:
+        return os.getcwd()
+    except OSError:  # it was removed: paths that begin at the root are of use still
+        return ""
+
+
+def _again(source: Source, used: Mapping[str, Source], folder: str) -> Program:
     """A program from its texts, as they were when it was compiled: also where its files are not."""
-    program, found = try_compile(source, lambda path, user: parse(used[f"{user.name}\n{path}"]))
+    program, found = try_compile(source, lambda path, user: parse(used[f"{user.name}\n{path}"]), folder)
     if program is None:
         raise PoreError(found)
     return program
 
 
-def _compiled(source: Source, load: Loader, used: Mapping[str, Source]) -> tuple[Program | None, list[Diagnostic]]:
+def _compiled(
+    source: Source, load: Loader, used: Mapping[str, Source], folder: str
+) -> tuple[Program | None, list[Diagnostic]]:
     file, found = parse(source)
     lost = frozenset(_BINDING.findall(source.text)) if found else frozenset()
-    out = elaborate_file(file, prelude_scope(), load, lost)
+    out = elaborate_file(file, prelude_scope(), load, lost, folder)
     diagnostics = [*found, *out.diagnostics]
     program: Program | None = None
     sound = not any(d.severity == "error" for d in diagnostics)
@@ -83,7 +97,14 @@ def _compiled(source: Source, load: Loader, used: Mapping[str, Source]) -> tuple
         if sound:
             diagnostics += _doubts(graph, out)
             program = Program(
-                source, out.params, out.outputs, tuple(diagnostics), written, graph, out, (_again, (source, used))
+                source,
+                out.params,
+                out.outputs,
+                tuple(diagnostics),
+                written,
+                graph,
+                out,
+                (_again, (source, used, folder)),
             )
     except PoreError as error:
         span = Span(source, 0, 0)

@@ -83,6 +83,7 @@ def measure(
         )
     )
     formulas = [design.formula(r) for r in (root, envelope)]
+    read = set(order([root, envelope, *design.program.graph.checks]))  # not what only another output reads
     fields = [make_field(f, design.program.ranges, backend, dtype) for f in formulas]
     fine, coarse = (_counts(fields[0], fields[1], part_box(formulas[1]) or box, s) for s in (h, _COARSER * h))
     surfaces = [
@@ -113,7 +114,7 @@ def measure(
             "open_void_fraction": max(2 * abs(fine.open - coarse.open), fine.grain) + unsure,
             "euler": abs(surfaces[0].euler - surfaces[1].euler) + unsure,
         },
-        "reduced": {text: _told(design.number(n)) for n, text in design.program.numbers.items()},
+        "reduced": {text: _told(design.number(n)) for n, text in design.program.numbers.items() if n in read},
     }
 
 
@@ -126,8 +127,10 @@ def _envelope(design: Design, part: Formula, within: str | None, box: Box) -> tu
     if within is not None:
         return _named(design.program, within), within
     shapes = _shapes(part, part.root)
-    # A union may be the infill itself, spheres in a box: it is the envelope only where nothing else is.
-    plain = [n for n in shapes if n.op != "min"] or shapes
+    # A union may be the infill itself, spheres in a box, and so may what has waves: each is the envelope only where
+    # nothing else is.
+    plain = [n for n in shapes if not _waves(n)] or shapes
+    plain = [n for n in plain if n.op != "min"] or plain
     if not plain:
         return block(box), "the bounds"
     chosen = plain[0]
@@ -144,7 +147,7 @@ def _shapes(part: Formula, n: Node) -> list[Node]:
     """
     if n.op == "max":
         found = [shape for a in n.args for shape in _shapes(part, a)]
-        if found or n is part.root or any(m.op in _WAVES and m.axes for m in order([n], below)):
+        if found or n is part.root or _waves(n):
             return list(dict.fromkeys(found))
     elif n is part.root:
         return []
@@ -152,6 +155,10 @@ def _shapes(part: Formula, n: Node) -> list[Node]:
         return []
     box = part_box(part.but(n))
     return [n] if box is not None and not unbounded_axes(box) else []
+
+
+def _waves(n: Node) -> bool:
+    return any(m.op in _WAVES and m.axes for m in order([n], below))
 
 
 def _named(program: Program, name: str) -> Node:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import struct
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -31,7 +31,7 @@ from porelang.ops import TASK_TABLE
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, settle
 from porelang.source import Source, Span
-from porelang.tasks import bind_tasks, find
+from porelang.tasks import bind_files, bind_tasks, find
 from porelang.tasks.run import OUTSIDE
 
 Settings = Mapping[str, Setting]
@@ -252,10 +252,9 @@ class Design:
         self.settings: Mapping[str, float] = MappingProxyType(dict(settings))
         self._bindings: Bindings = {param(name): value for name, value in self.settings.items()}
         self._boxes: dict[str, Box] = {}
-        self._read: set[Node] = set()  # tasks that roots asked for so far read
         self._kept: set[int] = set()  # contracts that were found to hold
         self._lock = threading.RLock()
-        self._keep_contracts()
+        self._keep_contracts(frozenset())
 
     def __repr__(self) -> str:
         set_to = ", ".join(f"{name} = {self.program.params[name].shown(v)}" for name, v in self.settings.items())
@@ -271,12 +270,17 @@ class Design:
 
         Errors: those of the tasks, at the place in the program that asks; E064 where what was found breaks a contract.
         """
-        found = bind_tasks(roots, self._bindings, self.program.places)
+        found = bind_tasks(roots, self._with_files(roots), self.program.places)
         with self._lock:
             self._bindings = {**self._bindings, **found}
-            self._read |= {n for n in order(roots) if n.op in TASKS}
-        self._keep_contracts()
+        self._keep_contracts(frozenset(n for n in order(roots) if n.op in TASKS))
         return Formula(roots, {**self._bindings, **found})
+
+    def _with_files(self, roots: Sequence[Node]) -> Bindings:
+        """What is bound, with the files that roots read: a design goes on with what was in one when it was read."""
+        with self._lock:
+            self._bindings = bind_files(roots, self._bindings, self.program.places)
+            return self._bindings
 
     def of(self, name: str | None = None) -> Formula:
         """An output that is a number, as a formula. Errors: E100, E101, and those of its tasks."""
@@ -290,7 +294,7 @@ class Design:
 
     def task(self, n: Node) -> Reduced | Data:
         """What a task of the flat graph finds."""
-        return find(n, self._bindings, self.program.places)
+        return find(n, self._with_files([n]), self.program.places)
 
     def number(self, n: Node) -> Reduced:
         """The number that a task finds, with its error."""
@@ -298,12 +302,16 @@ class Design:
         assert isinstance(found, Reduced)
         return found
 
-    def _keep_contracts(self) -> None:
-        """Refuse what breaks a contract about settings, or about numbers that were read by now. Errors: E064."""
+    def keep_contracts(self) -> None:
+        """Refuse what breaks a contract about settings and numbers, whatever output reads them. Errors: E064."""
+        self._keep_contracts(None)
+
+    def _keep_contracts(self, read: frozenset[Node] | None) -> None:
+        """Refuse what breaks a contract about settings, or about any of the tasks `read` (None: all). Errors: E064."""
         broken: list[Requirement] = []
         for i, root in enumerate(self.program.graph.requirements):
-            if i not in self._kept and self._may_read(root):
-                bindings = bind_tasks([root], self._bindings, self.program.places)
+            if i not in self._kept and self._concerned(root, read):
+                bindings = bind_tasks([root], self._with_files([root]), self.program.places)
                 if Formula((root,), bindings).numbers[0]:
                     self._kept.add(i)
                 else:
@@ -313,9 +321,10 @@ class Design:
                 [Diagnostic("E064", r.message, r.span, "not with these settings", r.others) for r in broken]
             )
 
-    def _may_read(self, root: Node) -> bool:
-        """Whether a condition is about nothing but settings and what has been read: no guess of a `solve`."""
-        return root.depends < UNKNOWN and all(n in self._read for n in order([root], within) if n.op in TASKS)
+    def _concerned(self, root: Node, read: frozenset[Node] | None) -> bool:
+        """Whether a condition is about settings alone or about what was read, and not about a guess of a `solve`."""
+        about = [n for n in order([root], within) if n.op in TASKS]
+        return root.depends < UNKNOWN and (read is None or not about or any(n in read for n in about))
 
     def holds(self, root: Node) -> bool:
         """Whether a condition on settings and numbers holds; what it reads is found first."""

@@ -173,3 +173,16 @@ def test_numbers_of_one_text_are_told_apart(capsys: pytest.CaptureFixture[str], 
     said = capsys.readouterr().err
     assert "is 0.5" in said
     assert "is 0.98" not in said
+
+
+def test_a_lattice_that_ends_is_not_its_own_envelope() -> None:
+    """Walls that are thinner far out have an end of their own, and are no less the infill."""
+    text = "gyroid(8) |> shell(0.6) |> thicken(length(p) / 40 - 0.3, 1) & cylinder(18, 36)"
+    report = porelang.compile(text).measure(voxel=1.0)
+    assert report["envelope_volume"] == pytest.approx(math.pi * 18**2 * 36, rel=1e-3)
+    assert 0.8 < report["porosity"] < 0.9
+
+
+def test_what_another_output_asks_is_not_found() -> None:
+    text = "out part = sphere(3)\nout hole = sphere(3) - solve(t => porosity(sphere(t), sphere(4)), 2, 1..3)"
+    assert porelang.compile(text).measure("part", voxel=1.0)["reduced"] == {}

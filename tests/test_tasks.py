@@ -20,7 +20,7 @@ import pytest
 
 import porelang
 from porelang import store
-from porelang.checks import failed_checks
+from porelang.checks import broken_checks, failed_checks
 from porelang.data import Reduced
 from porelang.gpu import shared_gpu
 from porelang.ir import NUMBERS, TASKS
@@ -174,6 +174,80 @@ def test_a_program_reads_its_files_from_wherever_it_is_asked(tmp_path: Path, mon
     assert program.field()([[0, 0, 0]])[0] == pytest.approx(0)
 
 
+def test_a_design_goes_on_with_the_data_that_it_read(tmp_path: Path) -> None:
+    """And what it finds is not kept as what another file would give."""
+    text = 'let g = load("g.npz", "v")\nout a = g\nout m = sphere(5) - mean(g, sphere(5))'
+    path = tmp_path / "p.pore"
+    path.write_text(text)
+
+    def write(value: float) -> None:
+        np.savez(tmp_path / "g.npz", v=np.full((3, 3, 3), value), origin=[-6] * 3, spacing=6.0)
+
+    write(1)
+    program = porelang.compile(path=path)
+    old = program.design()
+    assert old.field("a")([[0, 0, 0]])[0] == 1
+    write(2)
+    assert old.field("m")([[0, 0, 0]])[0] == -6
+    assert program.design().field("m")([[0, 0, 0]])[0] == -7
+    (tmp_path / "g.npz").unlink()
+    store.forget()
+    assert old.field("m")([[0, 0, 0]])[0] == -6
+    write(2)
+    assert program.design().field("m")([[0, 0, 0]])[0] == -7
+
+
+def test_a_file_that_changes_while_a_number_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def write(value: float) -> None:
+        np.savez(tmp_path / "g.npz", v=np.full((3, 3, 3), value), origin=[-6] * 3, spacing=6.0)
+
+    run = RUN["volume"]
+
+    def changes_it(asked: Any) -> Any:
+        write(2)
+        return run(asked)
+
+    write(1)
+    (tmp_path / "p.pore").write_text(
+        'out m = sphere(5) - mean(bare(volume(sphere(2))) * 1e-12 + load("g.npz", "v"), sphere(5))'
+    )
+    monkeypatch.setitem(resolve.RUN, "volume", changes_it)  # type: ignore[arg-type]  # a mapping for readers
+    program = porelang.compile(path=tmp_path / "p.pore")
+    assert program.field("m")([[0, 0, 0]])[0] == pytest.approx(-6)
+    assert program.field("m")([[0, 0, 0]])[0] == pytest.approx(-7)
+    write(1)
+    assert program.field("m")([[0, 0, 0]])[0] == pytest.approx(-6)
+
+
+def test_what_was_pickled_reads_the_files_of_its_own_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in (("one", 11.0), ("two", 22.0)):
+        (tmp_path / name).mkdir()
+        np.savez(tmp_path / name / "g.npz", v=np.full((3, 3, 3), value), origin=[-6] * 3, spacing=6.0)
+        (tmp_path / name / "p.pore").write_text('load("g.npz", "v")')
+    monkeypatch.chdir(tmp_path / "one")
+    program = porelang.compile(path="p.pore")
+    sent = pickle.dumps((program, program.design()))
+    monkeypatch.chdir(tmp_path / "two")
+    for again in pickle.loads(sent):
+        assert again.field()([[0, 0, 0]])[0] == 11
+
+
+def test_a_number_that_is_moved_is_not_kept_as_what_it_is(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Where nothing is remembered, each is found anew beside numbers that are moved to see what their errors change."""
+    text = """let a = porosity(sphere(3), sphere(5))
+let b = mean(x*0 + a*1000, sphere(2))
+out b1 = sphere(9) - b
+out c1 = sphere(9) - mean(x*0 + a + b, sphere(2))
+"""
+    monkeypatch.setattr(store, "get", lambda key: None)
+    kept: dict[str, list[float]] = {}
+    monkeypatch.setattr(store, "put", lambda key, found, **_: kept.setdefault(key, []).append(found.value))
+    porelang.compile(text).field("c1")
+    porelang.compile(text).field("b1")
+    assert len(kept) == 3
+    assert all(np.ptp(values) == 0 for values in kept.values())
+
+
 def test_what_is_different_is_computed(computed: list[str]) -> None:
     program = porelang.compile(TEXT)
     program.reduced(r=4)
@@ -284,6 +358,34 @@ out other = solve(t => t * bare(volume(ball(r))), 50, 0.001..100) + x
         with pytest.raises(porelang.PoreError) as caught:
             program.field(name, v=2000)
         assert caught.value.diagnostics[0].code == "E064"
+
+
+def test_a_contract_is_about_whoever_reads_its_numbers() -> None:
+    text = """def f(r, s where s < r) = sphere(r*9)
+def g(r where r < 0.5) = sphere(5)
+out half = f(porosity(sphere(5), sphere(6)), porosity(sphere(2), sphere(6)))
+out unread = g(porosity(sphere(2), sphere(6)))
+out free = sphere(1)
+"""
+    program = porelang.compile(text)
+    with pytest.raises(porelang.PoreError) as caught:  # `s` is read by the contract alone
+        program.field("half")
+    assert caught.value.diagnostics[0].code == "E064"
+    assert program.field("free")([[0, 0, 0]])[0] == -1  # whatever was asked before
+    with pytest.raises(porelang.PoreError) as caught:  # no output reads it: who measures is told
+        broken_checks(program.design(), measure=True)
+    assert [d.code for d in caught.value.diagnostics] == ["E064", "E064"]
+
+
+def test_calls_that_bind_different_parameters_are_different() -> None:
+    text = """param u = 1 in 0..3
+def f(a or b = a*2, c or d = c*2) = sphere(1) + b*10 + d*100
+out q = f(a=u, d=u*2*2)
+out r = f(b=u, c=u*2)
+"""
+    program = porelang.compile(text)
+    assert program.field("q")([[0, 0, 0]])[0] == -1 + 20 + 400
+    assert program.field("r")([[0, 0, 0]])[0] == -1 + 10 + 400
 
 
 def test_a_contract_on_a_field_inside_a_solve_does_not_end_measuring() -> None:

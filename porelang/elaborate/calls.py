@@ -156,7 +156,7 @@ def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], si
     if not sound and not any(isinstance(v, Poison) for v in bound.values()):
         return POISON
     ctx.record(function, bound, site.span)
-    memo = (function, *(memo_key(v) for v in bound.values()))
+    memo = (function, *((k, memo_key(v)) for k, v in bound.items()))
     known = ctx.memo.get(memo)
     if known is not None:
         value, required = known

@@ -45,11 +45,13 @@ class Context:
     """The state of one elaboration. It belongs to one thread; nothing in it is shared with another elaboration.
 
     `found` is what is handed on, `call_stack` the calls in progress (name and place, the outermost first), `memo` the
-    results of calls by function and arguments, `called` the defs that something refers to.
+    results of calls by function and arguments, `called` the defs that something refers to, `folder` where relative
+    paths of data begin.
     """
 
-    def __init__(self, evaluate: Callable[[Context, tree.Expr, Scope], Value]) -> None:
+    def __init__(self, evaluate: Callable[[Context, tree.Expr, Scope], Value], folder: str = "") -> None:
         self._evaluate = evaluate
+        self.folder = folder
         self.found = Elaborated()
         self.call_stack: list[tuple[str, Span]] = []
         self.memo: dict[object, tuple[Value, tuple[Requirement, ...]]] = {}

@@ -52,13 +52,14 @@ class _Files:
 
 
 def elaborate_file(
-    file: tree.File, base: Scope, load: Loader | None = None, lost: frozenset[str] = frozenset()
+    file: tree.File, base: Scope, load: Loader | None = None, lost: frozenset[str] = frozenset(), folder: str = ""
 ) -> Elaborated:
     """All statements of a main file, over the names of `base`. `load` finds the files that it uses.
 
     `lost` are the names of statements that could not be read: whoever uses one is not told that it is unknown.
+    `folder` is where paths that do not begin at the root begin.
     """
-    ctx = Context(evaluate)
+    ctx = Context(evaluate, folder)
     around = Scope(dict.fromkeys(lost, POISON), base) if lost else base
     with room_to_compile(), suppress(TooBig):
         _members(ctx, _Files(around, load, (file.source.name,)), file, "")

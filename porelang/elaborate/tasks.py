@@ -157,7 +157,7 @@ def _beside(site: tree.Call, path: str, ctx: Context) -> tuple[str, str]:
     """The path of a file that a program names: beside the program, unless it begins at the root. As a person would
     write it from where the program was named, and whole: a program means the same wherever it is used from then on."""
     shown = os.path.normpath(os.path.join(os.path.dirname(ctx.users_place(site.span).source.name), path))
-    return shown, os.path.abspath(shown)
+    return shown, os.path.normpath(os.path.join(ctx.folder, shown))
 
 
 def looked_up(grid: Node, component: int, smooth: bool, outside: Node | None) -> Node:

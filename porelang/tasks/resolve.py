@@ -7,12 +7,13 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from typing import cast
 
 from porelang import store
 from porelang.data import Data, Reduced
 from porelang.diagnostics import PoreError
 from porelang.formula import Bindings, Formula, Slot
-from porelang.ir import TASKS, Node, unknown
+from porelang.ir import TASKS, Node, order, unknown
 from porelang.ops import TASK_TABLE
 from porelang.progress import activity, checkpoint
 from porelang.source import Span
@@ -33,6 +34,12 @@ def tasks_read(roots: Sequence[Node]) -> list[Node]:
     return [tape.nodes[i] for i in tape.slots if tape.ops[i] in TASKS]
 
 
+def bind_files(roots: Sequence[Node], bindings: Bindings, places: Places) -> Bindings:
+    """The bindings with the data of every file that the roots read, directly or through tasks."""
+    read = {n: slot_value(find(n, bindings, places)) for n in order(roots) if n.op in OUTSIDE and n not in bindings}
+    return {**bindings, **read} if read else bindings
+
+
 def bind_tasks(roots: Sequence[Node], bindings: Bindings, places: Places) -> Bindings:
     """The bindings with what every task that the roots read has found."""
     found = {n: slot_value(find(n, bindings, places)) for n in tasks_read(roots) if n not in bindings}
@@ -47,13 +54,17 @@ def slot_value(found: Result) -> float | Data:
 def find(n: Node, bindings: Bindings, places: Places) -> Result:
     """What a task finds with these bindings: remembered, or computed now. An error is never kept.
 
-    Threads that want the same at the same time wait for the one that computes it.
+    Files are read first, so that the name of a result and the result are of the same data. What else is bound to tasks
+    is left out: a number that somebody moves, to see what its error changes, is moved for him alone. Threads that want
+    the same at the same time wait for the one that computes it.
     Errors: those of the task, at the place in the program that asks for it.
     """
     try:
         if n.op in OUTSIDE:
-            return OUTSIDE[n.op](n)
-        key = identity(n, bindings, lambda m: _content(m, places))
+            return cast(Data, bindings[n]) if n in bindings else OUTSIDE[n.op](n)
+        bindings = {m: v for m, v in bindings.items() if m.op not in TASKS or m.op in OUTSIDE}
+        bindings = bind_files([n], bindings, places)
+        key = identity(n, bindings, lambda m: cast(Data, bindings[m]).digest if m.op in OUTSIDE else "")
         with _alone(key):
             found = store.get(key)
             if found is None:
@@ -91,15 +102,6 @@ def _alone(key: str) -> Iterator[None]:
                 del _flights[key]
             else:
                 _flights[key] = (lock, waiting - 1)
-
-
-def _content(n: Node, places: Places) -> str:
-    """The digest of what a task reads from outside the program."""
-    if n.op not in OUTSIDE:
-        return ""
-    found = find(n, {}, places)
-    assert not isinstance(found, Reduced)
-    return found.digest
 
 
 def _label(n: Node, places: Places) -> str:
