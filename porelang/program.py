@@ -310,7 +310,7 @@ class Design:
         """Refuse what breaks a contract about settings, or about any of the tasks `read` (None: all). Errors: E064."""
         broken: list[Requirement] = []
         for i, root in enumerate(self.program.graph.requirements):
-            if i not in self._kept and self._concerned(root, read):
+            if i not in self._kept and self._concerned(i, root, read):
                 bindings = bind_tasks([root], self._with_files([root]), self.program.places)
                 if Formula((root,), bindings).numbers[0]:
                     self._kept.add(i)
@@ -321,8 +321,11 @@ class Design:
                 [Diagnostic("E064", r.message, r.span, "not with these settings", r.others) for r in broken]
             )
 
-    def _concerned(self, root: Node, read: frozenset[Node] | None) -> bool:
+    def _concerned(self, i: int, root: Node, read: frozenset[Node] | None) -> bool:
         """Whether a condition is about settings alone or about what was read, and not about a guess of a `solve`."""
+        solve = self.program.elaborated.requirements[i].solve  # a condition may be on a number of what it finds
+        if solve is not None and read is not None and self.program.graph.tasks[solve] in read:
+            return root.depends < UNKNOWN
         about = [n for n in order([root], within) if n.op in TASKS]
         return root.depends < UNKNOWN and (read is None or not about or any(n in read for n in about))
 

@@ -377,6 +377,28 @@ out free = sphere(1)
     assert [d.code for d in caught.value.diagnostics] == ["E064", "E064"]
 
 
+@pytest.mark.parametrize(
+    ("declared", "asked", "well"),
+    [
+        ("def f(r where r < 0.5) = r", "solve(t => f(porosity(sphere(t), sphere(4))), {}, 0.1..3.9)", 0.3),
+        (
+            "def f(t where t < 2) = sphere(t)",
+            "solve(s => solve(t => porosity(f(t), sphere(4)), 1 - (s/4)^3, 0.1..3.5), {} * 3, 0.3..3)",
+            0.6,
+        ),
+    ],
+)
+def test_a_contract_inside_a_solve_is_about_what_it_finds(declared: str, asked: str, well: float) -> None:
+    """On a number of what is found, and of a `solve` inside: the guesses may break it, the solution may not."""
+    sound = porelang.compile(f"{declared}\nout a = sphere(9) - {asked.format(well)}\nout b = sphere(1)")
+    assert np.isfinite(sound.field("a")([[0, 0, 0]])).all()
+    broken = porelang.compile(f"{declared}\nout a = sphere(9) - {asked.format(0.8)}\nout b = sphere(1)")
+    assert broken.field("b")([[0, 0, 0]])[0] == -1
+    with pytest.raises(porelang.PoreError) as caught:
+        broken.field("a")
+    assert {d.code for d in caught.value.diagnostics} == {"E064"}
+
+
 def test_calls_that_bind_different_parameters_are_different() -> None:
     text = """param u = 1 in 0..3
 def f(a or b = a*2, c or d = c*2) = sphere(1) + b*10 + d*100

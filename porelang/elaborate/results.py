@@ -58,12 +58,16 @@ class Output:
 
 @dataclass(frozen=True, slots=True)
 class Requirement:
-    """A condition over params that must hold for every setting, or (a `check`) for the one in use."""
+    """A condition over params that must hold for every setting, or (a `check`) for the one in use.
+
+    `solve` is the number, among the tasks, of the `solve` that it is about what it finds for.
+    """
 
     condition: Node
     message: str
     span: Span
     others: tuple[Label, ...] = ()
+    solve: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -127,7 +127,10 @@ def _solve(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
         return ctx.error("E062", f"the function gives {value.dimension}, the target is {target.dimension}", places[1])
     asked = node("solve", value.node, target.node, ends.low.node, ends.high.node, value=level)
     ctx.found.requirements[known:] = [
-        replace(r, condition=_with(r.condition, sought.node, asked)) for r in ctx.found.requirements[known:]
+        replace(r, condition=_with(r.condition, sought.node, asked), solve=len(ctx.found.tasks))
+        if r.condition.depends & sought.node.depends
+        else r
+        for r in ctx.found.requirements[known:]
     ]
     return Scalar(ctx.task(asked, site.span), dimension)
 
