@@ -107,7 +107,8 @@ def test_ctrl_c_in_the_first_moments_has_no_traceback(work: Path) -> None:
         time.sleep(chance.random() * 0.15)
         running.send_signal(signal.SIGINT)
         _, said = running.communicate(timeout=60)
-        assert (running.returncode in (0, 130, -2), said) == (True, "")
+        assert said == ""
+        assert running.returncode in (0, 130, -2)  # the number tells which signal, should it be another
 
 
 def test_a_signal_that_falls_into_a_callback_is_not_lost() -> None:
