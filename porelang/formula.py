@@ -15,7 +15,7 @@ import numpy as np
 
 from porelang.data import Data, SampledField, Segments
 from porelang.interval import Interval
-from porelang.ir import SLOTS, Node, Stage, order, param, within
+from porelang.ir import SLOTS, Node, Stage, constant, order, param, within
 from porelang.ir import node as make
 from porelang.ops import TABLE
 from porelang.tape import PICK, Tape, lower
@@ -68,7 +68,8 @@ class Formula:
     def _value(self, i: int, n: Node, found: Mapping[int, Any]) -> Any:
         tape = self.tape
         if n.op == "const":
-            return n.value if isinstance(n.value, bool) else np.float64(n.value or 0.0)  # type: ignore[arg-type]  # a number
+            held = constant(n)
+            return held if isinstance(held, bool) else np.float64(held)
         if n.op in SLOTS:
             value = self.bindings[n]
             return value if isinstance(value, SampledField | Segments) else np.float64(value)  # type: ignore[arg-type]  # bound

@@ -147,6 +147,12 @@ def const(value: float | bool) -> Node:
     return node("const", value=value if isinstance(value, bool) else float(value))
 
 
+def constant(n: Node) -> float | bool:
+    """What a `const` node holds, to the sign of a zero."""
+    assert isinstance(n.value, float | bool)
+    return n.value
+
+
 def lift(value: Node | float) -> Node:
     return value if isinstance(value, Node) else const(value)
 

@@ -336,7 +336,7 @@ def _arrays(file: BinaryIO, listed: Sequence[Any]) -> list[NDArray[Any]] | None:
     for kind, shape in shapes:
         array = np.empty(shape, kind)
         flat = array.reshape(-1).view(np.uint8)
-        if file.readinto(flat.data) != flat.size:  # type: ignore[attr-defined]
+        if file.readinto(flat.data) != flat.size:  # type: ignore[attr-defined]  # BinaryIO leaves it out
             return None  # cut short since
         array = array.astype(kind.newbyteorder("="), copy=False)
         array.setflags(write=False)

@@ -20,7 +20,7 @@ from porelang import resources
 from porelang.analysis.enclose import F32, enclose, everywhere
 from porelang.formula import Bindings, Formula, ranges
 from porelang.interval import Interval
-from porelang.ir import Node, Stage
+from porelang.ir import Node, Stage, constant
 from porelang.ops import TABLE
 from porelang.tape import AXES, PICK, Tape, lower
 
@@ -104,7 +104,7 @@ def field_function(
         if op in AXES:
             names[i] = f"p.{op}"
         elif op == "const":
-            names[i] = literal(n.value)  # type: ignore[arg-type]  # a const holds a number
+            names[i] = literal(constant(n))
         elif tape.kinds[i] not in ("real", "bool"):
             names[i] = str(len(data))
             data.append(n)

@@ -59,4 +59,4 @@ def on_signals(answer: object) -> None:
     for name in _ENDINGS:
         number = getattr(signal, name, None)  # Windows has few of them
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, answer)  # type: ignore[arg-type]
+            signal.signal(number, answer)  # type: ignore[arg-type]  # to name its type takes an import

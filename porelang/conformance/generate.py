@@ -18,7 +18,7 @@ from porelang.ops import OPERATORS, TABLE, kind
 
 #: The params that random graphs may read, and their ranges.
 RANGES: dict[str, tuple[float, float]] = {"a": (0.5, 4.0), "b": (-2.0, 2.0)}
-_CONSTANTS = (0.0, 1.0, 2.0, -1.0, 0.5, 3.0, 0.25, 10.0, -0.75, 1 / 3, np.pi, 0.1, 1e-3, 100.0)
+_CONSTANTS = (0.0, -0.0, 1.0, 2.0, -1.0, 0.5, 3.0, 0.25, 10.0, -0.75, 1 / 3, np.pi, 0.1, 1e-3, 100.0)
 _WHOLE = (-2.0, -1.0, 0.0, 2.0, 3.0, 5.0)
 
 

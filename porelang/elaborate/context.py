@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from porelang.diagnostics import Diagnostic, Edit, Label, Severity
 from porelang.elaborate.results import CallRecord, Elaborated, Requirement
 from porelang.elaborate.values import POISON, Function, Poison, Scalar, Scope, Value, describe
-from porelang.ir import UNKNOWN, Node, Stage, const, order
+from porelang.ir import UNKNOWN, Node, Stage, const, constant, order
 from porelang.ops import TABLE
 from porelang.rewrites import Graph, run
 from porelang.rewrites.simplify import computed
@@ -130,17 +130,17 @@ class Context:
         if n.stage is not Stage.CONST:
             return None
         if n.op == "const":
-            return n.value  # type: ignore[return-value]  # a const holds a number
+            return constant(n)
         known = self._constants
         for m in order([n], lambda m: () if m in known or m.op not in TABLE else m.args):
             if m in known:
                 continue
             if m.op == "const":
-                known[m] = m.value  # type: ignore[assignment]  # a const holds a number
+                known[m] = constant(m)
             elif m.op in TABLE:
                 known[m] = computed(m.op, [known[a] for a in m.args])
             else:  # a field at a fixed point
-                known[m] = run(Graph({"": (m,)}), after="fold").outputs[""][0].value  # type: ignore[assignment]  # folded
+                known[m] = constant(run(Graph({"": (m,)}), after="fold").outputs[""][0])
         return known[n]
 
     def need_constant(self, value: Value, span: Span, what: str) -> float | None:

@@ -22,7 +22,7 @@ from porelang.elaborate.values import (
     Vector,
     describe,
 )
-from porelang.ir import Node, Stage, const, node
+from porelang.ir import Node, Stage, const, constant, node
 from porelang.ops import OPERATORS, TABLE, Op
 from porelang.source import Span
 
@@ -51,7 +51,7 @@ def unary(ctx: Context, op: str, a: Value, span: Span, at: Span) -> Value:
             "E060", "`~` turns a solid inside out; a condition is turned with `not`", span, edit=(span, "not ")
         )
     if isinstance(a, Scalar):
-        n = const(-a.node.value) if a.node.op == "const" and a.literal else -a.node  # type: ignore[operator]  # a literal is a number
+        n = const(-constant(a.node)) if a.node.op == "const" and a.literal else -a.node
         return Scalar(n, a.dimension, a.literal)
     if isinstance(a, Vector):
         return Vector(-a.x, -a.y, -a.z, a.dimension)

@@ -230,8 +230,9 @@ def _sample(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
         return ctx.error("E063", "`voxel` of `sample` must be one number", places[1], label="this varies in space")
     if voxel.dimension not in (None, LENGTH):
         return ctx.error("E062", f"`voxel` of `sample` is a length, not {voxel.dimension}", places[1])
-    if voxel.node.op == "const" and not voxel.node.value > 0:  # type: ignore[operator]  # a number
-        return ctx.error("E096", f"a voxel of {voxel.node.value:g} mm cannot be sampled at", places[1],
+    known = ctx.constant(voxel.node)
+    if known is not None and not known > 0:
+        return ctx.error("E096", f"a voxel of {known:g} mm cannot be sampled at", places[1],
                          hint="give a length above 0, as in 1mm")  # fmt: skip
     first = values[0]
     fields: Sequence[Node] = vector.nodes if vector is not None else (first.node,)  # type: ignore[union-attr]  # a field

@@ -24,4 +24,4 @@ def derived(data: Data, key: Hashable, make: Callable[[], Made]) -> Made:
         kept = _KEPT.setdefault(data, {})
         if key not in kept:
             kept[key] = make()
-        return kept[key]  # type: ignore[no-any-return]
+        return kept[key]  # type: ignore[no-any-return]  # as above

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from porelang.ir import ZERO, Into, Node, Stage, const, is_const, node, rebuild, whole, within
+from porelang.ir import ZERO, Into, Node, Stage, const, constant, is_const, node, rebuild, whole, within
 from porelang.ops import TABLE
 from porelang.rewrite import Rule, rewrite
 
@@ -27,7 +27,7 @@ def fold(roots: Sequence[Node]) -> list[Node]:
 def _fold(n: Node) -> Node | None:
     if any(a.op != "const" for a in n.args):
         return None
-    return const(computed(n.op, [a.value for a in n.args]))  # type: ignore[misc]  # a const holds a number
+    return const(computed(n.op, [constant(a) for a in n.args]))
 
 
 def simplify(roots: Sequence[Node], into: Into = whole) -> list[Node]:

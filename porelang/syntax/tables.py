@@ -40,7 +40,7 @@ def unpack(grammar: str, **objects: Any) -> lark.Lark | None:
         return None
     if kept["made_of"] != _made_of(grammar):
         return None
-    parser: lark.Lark = lark.Lark._load_from_dict(kept["data"], kept["memo"], **objects)  # type: ignore[no-untyped-call]
+    parser: lark.Lark = lark.Lark._load_from_dict(kept["data"], kept["memo"], **objects)  # type: ignore[no-untyped-call]  # lark has no types there
     return parser
 
 

@@ -41,7 +41,8 @@ def _identity(n: Node, bindings: Bindings, content: Callable[[Node], str], known
         known[n] = _digest(n.op, outside)
         return known[n]
     if n.op == "solve":  # what it looks for is not what is being tried around it
-        sought = unknown(int(n.value))  # type: ignore[arg-type]  # the level
+        assert isinstance(n.value, int)
+        sought = unknown(n.value)
         bindings, inside = {m: v for m, v in bindings.items() if m is not sought}, dict[Node, str]()
     else:
         inside = known
