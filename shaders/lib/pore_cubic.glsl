@@ -8,30 +8,10 @@ float pore_cubic@(float x, float y, float z, int c, int kx, int ky, int kz) {
     float rx = uintBitsToFloat(pore_word@(7));
     float ry = uintBitsToFloat(pore_word@(8));
     float rz = uintBitsToFloat(pore_word@(9));
-    precise float u = (x - uintBitsToFloat(pore_word@(4))) * rx;
-    precise float v = (y - uintBitsToFloat(pore_word@(5))) * ry;
-    precise float w = (z - uintBitsToFloat(pore_word@(6))) * rz;
-    float tx = float(nx - 1);
-    float ty = float(ny - 1);
-    float tz = float(nz - 1);
-    bool bad = pore_is_nan(u) || pore_is_nan(v) || pore_is_nan(w);
-    bool outside = (kx > 0 && (u < 0.0 || u > tx)) || (ky > 0 && (v < 0.0 || v > ty)) || (kz > 0 && (w < 0.0 || w > tz));
-    u = u > 0.0 ? u : 0.0;
-    v = v > 0.0 ? v : 0.0;
-    w = w > 0.0 ? w : 0.0;
-    u = u < tx ? u : tx;
-    v = v < ty ? v : ty;
-    w = w < tz ? w : tz;
-    if (bad) { u = 0.0; v = 0.0; w = 0.0; }
-    int i = int(u) < nx - 2 ? int(u) : nx - 2;
-    int j = int(v) < ny - 2 ? int(v) : ny - 2;
-    int k = int(w) < nz - 2 ? int(w) : nz - 2;
-    precise float f = u - float(i);
-    precise float g = v - float(j);
-    precise float h = w - float(k);
-    vec3 wx = pore_catmull(f, i, nx, kx);
-    vec3 wy = pore_catmull(g, j, ny, ky);
-    vec3 wz = pore_catmull(h, k, nz, kz);
+    PoreCell at = pore_cell@(x, y, z, kx, ky, kz);
+    vec3 wx = pore_catmull(at.f, at.i, nx, kx);
+    vec3 wy = pore_catmull(at.g, at.j, ny, ky);
+    vec3 wz = pore_catmull(at.h, at.k, nz, kz);
     precise float sx = 1.0;
     precise float sy = 1.0;
     precise float sz = 1.0;
@@ -40,18 +20,18 @@ float pore_cubic@(float x, float y, float z, int c, int kx, int ky, int kz) {
     for (int n = 0; n < kz; n++) sz = sz * rz;
     int row = nz * step;
     int plane = ny * row;
-    int k0 = (k > 0 ? k - 1 : 0) * step + c;
-    int k1 = k * step + c;
+    int k0 = (at.k > 0 ? at.k - 1 : 0) * step + c;
+    int k1 = at.k * step + c;
     int k2 = k1 + step;
-    int k3 = (k + 2 < nz ? k + 2 : k + 1) * step + c;
+    int k3 = (at.k + 2 < nz ? at.k + 2 : at.k + 1) * step + c;
     vec4 planes = vec4(0.0);
     for (int m = 0; m < 4; m++) {
-        int a = i - 1 + m;
+        int a = at.i - 1 + m;
         a = a > 0 ? a : 0;
         a = a < nx ? a : nx - 1;
         vec4 rows = vec4(0.0);
         for (int n = 0; n < 4; n++) {
-            int b = j - 1 + n;
+            int b = at.j - 1 + n;
             b = b > 0 ? b : 0;
             b = b < ny ? b : ny - 1;
             int q = 16 + a * plane + b * row;
@@ -64,6 +44,6 @@ float pore_cubic@(float x, float y, float z, int c, int kx, int ky, int kz) {
         planes = vec4(planes.yzw, r);
     }
     precise float s = pore_blend(planes, wx, kx) * sx;
-    if (outside) s = 0.0;
-    return bad ? pore_nan() : s;
+    if (at.outside) s = 0.0;
+    return at.bad ? pore_nan() : s;
 }

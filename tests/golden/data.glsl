@@ -10,27 +10,31 @@ layout(std430, binding = 2) readonly buffer Data0 { uint data0[]; };
 uint pore_word0(int i) { return data0[i]; }
 layout(std430, binding = 3) readonly buffer Data1 { uint data1[]; };
 uint pore_word1(int i) { return data1[i]; }
+// Where a point lies in a sampled field: the lower node of its cell, the part of the cell on each axis, whether a
+// coordinate is not a number, and whether the derivative that is asked for is 0 there.
+struct PoreCell {
+    int i;
+    int j;
+    int k;
+    float f;
+    float g;
+    float h;
+    bool bad;
+    bool outside;
+};
 // Whether x is not a number, by its bits: a driver may assume that x != x is never true.
 bool pore_is_nan(float x) {
     return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u;
 }
-// Not a number, from its bits: 0.0 / 0.0 is folded to 0 by some drivers.
-float pore_nan() {
-    return uintBitsToFloat(0x7fc00000u);
-}
-// Trilinear interpolation of component c of a sampled field (porelang/ops/words.py), or its derivative of the orders
-// kx, ky, kz (0 or 1). Equal to NumPy's in float32, bit for bit (porelang/ops/grid_loops.py).
-float pore_lookup0(float x, float y, float z, int c, int kx, int ky, int kz) {
+// Where a point lies in a sampled field (porelang/ops/words.py), beyond it the nearest place; kx, ky and kz are the orders
+// of the derivative that is asked for. Equal to NumPy's in float32 (porelang/ops/grid_loops.py).
+PoreCell pore_cell0(float x, float y, float z, int kx, int ky, int kz) {
     int nx = int(pore_word0(0));
     int ny = int(pore_word0(1));
     int nz = int(pore_word0(2));
-    int step = int(pore_word0(3));
-    float rx = uintBitsToFloat(pore_word0(7));
-    float ry = uintBitsToFloat(pore_word0(8));
-    float rz = uintBitsToFloat(pore_word0(9));
-    precise float u = (x - uintBitsToFloat(pore_word0(4))) * rx;
-    precise float v = (y - uintBitsToFloat(pore_word0(5))) * ry;
-    precise float w = (z - uintBitsToFloat(pore_word0(6))) * rz;
+    precise float u = (x - uintBitsToFloat(pore_word0(4))) * uintBitsToFloat(pore_word0(7));
+    precise float v = (y - uintBitsToFloat(pore_word0(5))) * uintBitsToFloat(pore_word0(8));
+    precise float w = (z - uintBitsToFloat(pore_word0(6))) * uintBitsToFloat(pore_word0(9));
     float tx = float(nx - 1);
     float ty = float(ny - 1);
     float tz = float(nz - 1);
@@ -49,27 +53,43 @@ float pore_lookup0(float x, float y, float z, int c, int kx, int ky, int kz) {
     precise float f = u - float(i);
     precise float g = v - float(j);
     precise float h = w - float(k);
+    return PoreCell(i, j, k, f, g, h, bad, outside);
+}
+// Not a number, from its bits: 0.0 / 0.0 is folded to 0 by some drivers.
+float pore_nan() {
+    return uintBitsToFloat(0x7fc00000u);
+}
+// Trilinear interpolation of component c of a sampled field (porelang/ops/words.py), or its derivative of the orders
+// kx, ky, kz (0 or 1). Equal to NumPy's in float32, bit for bit (porelang/ops/grid_loops.py).
+float pore_lookup0(float x, float y, float z, int c, int kx, int ky, int kz) {
+    int ny = int(pore_word0(1));
+    int nz = int(pore_word0(2));
+    int step = int(pore_word0(3));
+    float rx = uintBitsToFloat(pore_word0(7));
+    float ry = uintBitsToFloat(pore_word0(8));
+    float rz = uintBitsToFloat(pore_word0(9));
+    PoreCell at = pore_cell0(x, y, z, kx, ky, kz);
     int row = nz * step;
     int plane = ny * row;
-    int at = 16 + i * plane + j * row + k * step + c;
+    int first = 16 + at.i * plane + at.j * row + at.k * step + c;
     precise float p0 = 0.0;
     precise float p1 = 0.0;
     for (int n = 0; n < 2; n++) {
-        int q = at + n * plane;
+        int q = first + n * plane;
         float a0 = uintBitsToFloat(pore_word0(q));
         float a1 = uintBitsToFloat(pore_word0(q + row));
         precise float d0 = uintBitsToFloat(pore_word0(q + step)) - a0;
         precise float d1 = uintBitsToFloat(pore_word0(q + row + step)) - a1;
-        precise float s0 = kz == 0 ? a0 + d0 * h : d0 * rz;
-        precise float s1 = kz == 0 ? a1 + d1 * h : d1 * rz;
+        precise float s0 = kz == 0 ? a0 + d0 * at.h : d0 * rz;
+        precise float s1 = kz == 0 ? a1 + d1 * at.h : d1 * rz;
         precise float d = s1 - s0;
         p0 = p1;
-        p1 = ky == 0 ? s0 + d * g : d * ry;
+        p1 = ky == 0 ? s0 + d * at.g : d * ry;
     }
     precise float d = p1 - p0;
-    precise float s = kx == 0 ? p0 + d * f : d * rx;
-    if (outside) s = 0.0;
-    return bad ? pore_nan() : s;
+    precise float s = kx == 0 ? p0 + d * at.f : d * rx;
+    if (at.outside) s = 0.0;
+    return at.bad ? pore_nan() : s;
 }
 // What one walk to the nearest bar finds (porelang/ops/segments.py).
 struct PoreNearest {
