@@ -1,14 +1,20 @@
 """Has every loop compiled once, so that no first use waits for it: `make` does this after it has installed porelang."""
 
+import tempfile
+from itertools import product
 from pathlib import Path
 
 import porelang
+from porelang.cli import main
 
-for name in ("frame", "bending"):
-    program = porelang.compile(path=Path(__file__).parent / f"{name}.pore")
-    for dtype in ("f32", "f64"):
-        program.mesh(resolution=8, dtype=dtype, sharp=True)
-        program.field(dtype=dtype)([[0.0, 0.0, 0.0]])
-smooth = porelang.compile("grad(sample(x * y, 1mm, sphere(3), smooth=true))")
-for dtype in ("f32", "f64"):
-    smooth.field(dtype=dtype)([[0.0, 0.0, 0.0]])
+EXAMPLES = Path(__file__).parent
+#: A data operation with its derivatives, which no example takes.
+SLOPES = ("grad(sample(x * y, 1mm, sphere(3), smooth=true))", 'grad(frame("truss.json"))')
+
+with tempfile.TemporaryDirectory() as folder:
+    for name, dtype in product(("frame", "bending"), ("f32", "f64")):
+        program, out = str(EXAMPLES / f"{name}.pore"), f"{folder}/{name}.stl"
+        asked = ["--resolution", "8", "--sharp", "--simplify", "1mm", "--backend", "numpy", "--dtype", dtype]
+        main(["mesh", program, "-o", out, "--quiet", *asked])
+for text, dtype in product(SLOPES, ("f32", "f64")):
+    porelang.compile(text, name=str(EXAMPLES / "warm.pore")).field(dtype=dtype)([[0.0, 0.0, 0.0]])

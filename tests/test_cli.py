@@ -50,6 +50,8 @@ class Pore:
 @pytest.fixture
 def pore(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pore:
     monkeypatch.chdir(tmp_path)
+    # that loops are compiled is told once after an installation: which test meets it depends on their order
+    monkeypatch.setattr("porelang.cli.commands.on_compiling", lambda say: None)
     return Pore(capsys, tmp_path)
 
 

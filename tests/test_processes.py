@@ -130,6 +130,27 @@ sys.exit(main())
     assert (done.returncode, done.stderr) == (129, "")
 
 
+def test_a_signal_that_falls_into_the_last_callback_ends_nothing_else() -> None:
+    """It would be raised again by an alarm, which kills a process whose Python has already gone."""
+    code = """
+import os, signal, sys, time, weakref
+from porelang.cli import commands, main
+class Thing: pass
+def run(argv):
+    thing = Thing()
+    seen = weakref.ref(thing, lambda _: [signal.raise_signal(signal.SIGHUP), sum(range(1000))])
+    del thing
+    return 0
+commands.run = run
+status = main()
+signal.signal(signal.SIGALRM, signal.SIG_DFL)  # as Python does when it ends
+time.sleep(0.1)
+sys.exit(status)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment(), check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_signal_that_is_ignored_stays_ignored(work: Path) -> None:
     """`nohup pore mesh ... &` goes on when the terminal is closed."""
     running = start(*COMMANDS["eval"], cwd=work, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))

@@ -33,14 +33,15 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         return 128 + int(signal.args[0])
     finally:
-        if argv is None:  # what is left to do is to end
-            on_signals(lambda number, frame: None)
+        if argv is None:
+            ender.rest()
 
 
 def _main(argv: Sequence[str] | None) -> int:
     # NumPy's linear algebra is not used, and starting its threads costs as much as compiling a program.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if argv is None:  # the process is ours
+        ender.resting = False
         on_signals(ender)
         sys.unraisablehook = ender.lost
     from porelang.cli.streams import open_streams, silence
