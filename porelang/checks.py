@@ -11,7 +11,6 @@ from porelang.interval import interval
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, within
 from porelang.ops import TASK_TABLE
 from porelang.program import Design, Program
-from porelang.tasks import tasks_read
 
 
 def _slow(root: Node) -> bool:
@@ -45,7 +44,7 @@ def broken_checks(design: Design, measure: bool = False) -> list[Diagnostic]:
     for i in failed_checks(design, measure):
         check, root = program.elaborated.checks[i], program.graph.checks[i]
         params = sorted({str(n.value) for n in order([root], within) if n.op == "param"})
-        numbers = [n for n in tasks_read([root]) if n.op in NUMBERS]
+        numbers = [n for n in design.reads(root) if n.op in NUMBERS]
         label = ", ".join(sorted(_told(program.numbers[n], design.number(n)) for n in numbers)) or "does not hold"
         with_these = ", ".join(f"{name} = {program.params[name].shown(design.settings[name])}" for name in params)
         label += f" with {with_these}" if params else ""
@@ -58,7 +57,7 @@ def undecided_checks(design: Design) -> list[Diagnostic]:
     program, found = design.program, []
     failed = set(failed_checks(design))
     for i, root in enumerate(program.graph.checks):
-        numbers = {n: design.number(n) for n in tasks_read([root]) if n.op in NUMBERS}
+        numbers = {n: design.number(n) for n in design.reads(root) if n.op in NUMBERS}
         if not numbers or i in failed:
             continue
         ranges = {n: interval(r.value - r.error, r.value + r.error) for n, r in numbers.items()}
@@ -77,7 +76,11 @@ def late_doubts(design: Design) -> list[Diagnostic]:
     """Warnings about contracts on fields that need what tasks find; all others are among the program's warnings."""
     program = design.program
     # one about what a `solve` looks for is not about what is there
-    late = [(which, n) for which, n in program.graph.contracts if n.depends < UNKNOWN and tasks_read([n])]
+    late = [
+        (which, n)
+        for which, n in program.graph.contracts
+        if n.depends < UNKNOWN and any(m.op in TASKS for m in order([n]))
+    ]
     if not late:
         return []
     solids = [root for roots in program.graph.outputs.values() for root in roots]

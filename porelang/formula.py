@@ -20,7 +20,8 @@ from porelang.ir import node as make
 from porelang.ops import TABLE
 from porelang.tape import PICK, Tape, lower
 
-#: What a slot can be bound to. Where a whole range of settings is looked at, a number's range; None: anything.
+#: What a slot can be bound to. Where a whole range of settings is looked at, a number's range; None: anything, as
+#: where nothing is known, or where only a branch reads the slot that is not taken.
 Slot = float | Interval | Data | None
 Bindings = Mapping[Node, Slot]
 
@@ -72,8 +73,13 @@ class Formula:
             return held if isinstance(held, bool) else np.float64(held)
         if n.op in SLOTS:
             value = self.bindings[n]
+            if value is None:
+                return np.float64(np.nan) if tape.kinds[i] == "real" else None
             return value if isinstance(value, SampledField | Segments) else np.float64(value)  # type: ignore[arg-type]  # bound
-        return perform(tape, i, [found[a] for a in tape.inputs[i]])
+        arguments = [found[a] for a in tape.inputs[i]]
+        if any(a is None for a in arguments):  # data that no branch which is taken reads
+            return (np.float64(np.nan),) * len(TABLE[n.op].results) or np.float64(np.nan)
+        return perform(tape, i, arguments)
 
     @cached_property
     def numbers(self) -> tuple[Any, ...]:

@@ -31,7 +31,7 @@ from porelang.ops import TASK_TABLE
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, settle
 from porelang.source import Source, Span
-from porelang.tasks import bind_files, bind_tasks, find
+from porelang.tasks import all_reached, bind_files, bind_tasks, find, tasks_reached
 from porelang.tasks.run import OUTSIDE
 
 Settings = Mapping[str, Setting]
@@ -271,9 +271,9 @@ class Design:
         Errors: those of the tasks, at the place in the program that asks; E064 where what was found breaks a contract.
         """
         found = bind_tasks(roots, self._with_files(roots), self.program.places)
-        with self._lock:
-            self._bindings = {**self._bindings, **found}
-        self._keep_contracts(frozenset(n for n in order(roots) if n.op in TASKS))
+        with self._lock:  # what only a branch reads that is not taken is bound to nothing, here alone
+            self._bindings = {**self._bindings, **{n: v for n, v in found.items() if v is not None}}
+        self._keep_contracts(frozenset(all_reached(roots, found, self.program.places)))
         return Formula(roots, {**self._bindings, **found})
 
     def _with_files(self, roots: Sequence[Node]) -> Bindings:
@@ -328,6 +328,10 @@ class Design:
             return root.depends < UNKNOWN
         about = [n for n in order([root], within) if n.op in TASKS]
         return root.depends < UNKNOWN and (read is None or not about or any(n in read for n in about))
+
+    def reads(self, root: Node) -> list[Node]:
+        """The tasks that a root reads with these settings: none of a branch that is not taken."""
+        return tasks_reached([root], self._with_files([root]), self.program.places)
 
     def holds(self, root: Node) -> bool:
         """Whether a condition on settings and numbers holds; what it reads is found first."""

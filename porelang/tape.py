@@ -60,6 +60,12 @@ class Tape:
         return tuple(i for i, op in enumerate(self.ops) if op in SLOTS)
 
     @cached_property
+    def choices(self) -> frozenset[int]:
+        """The positions of choices that settings decide, so that one branch alone is read."""
+        positions = (i for i, op in enumerate(self.ops) if op == "select")
+        return frozenset(i for i in positions if self.stages[self.inputs[i][0]] is not Stage.FIELD)
+
+    @cached_property
     def position(self) -> dict[Node, int]:
         """Where a node stands."""
         return {n: i for i, n in enumerate(self.nodes)}

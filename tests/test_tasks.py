@@ -314,6 +314,56 @@ check porosity(part, envelope) > 60%, "porous"
     assert computed == ["shell_to_porosity"]
 
 
+CHOICES = """param k = 0 in 0..9
+let slow = area(gyroid(5) & sphere(4))
+let field = if k > 5 then load("missing.npz", "x") else if k > 2 then sample(sin(y), 0.5mm, sphere(8)) else x
+let bars = if k > 5 then frame("missing.json") else sphere(3)
+out part = (if volume(sphere(k + 1)) > 20 then bare(slow) else 2) + field + bars
+"""
+
+
+def test_what_a_branch_reads_that_is_not_taken_is_not_found(computed: list[str], engine: str) -> None:
+    """The settings decide, and what they read themselves: a number may decide too. The shader has all branches."""
+    program = porelang.compile(CHOICES)
+    points = np.random.default_rng(1).uniform(-3, 3, (50, 3))
+    x, y, _ = points.T
+    ball = np.linalg.norm(points, axis=1) - 3
+    np.testing.assert_allclose(program.field(backend=engine)(points), 2 + x + ball, atol=1e-5)  # type: ignore[arg-type]
+    assert computed == ["volume"]
+    before = shared_gpu().compiled if engine == "glsl" else 0
+    wide = program.design(k=3)
+    found = wide.field(backend=engine)(points)  # type: ignore[arg-type]
+    assert sorted(computed) == ["area", "sample", "volume", "volume"]
+    area = next(r.value for n, r in wide.program.reduced(k=3).items() if n.startswith("area"))
+    np.testing.assert_allclose(found, area + np.sin(y) + ball, rtol=1e-5, atol=0.04)  # trilinear: 0.5^2 / 8 an axis
+    if engine == "glsl":
+        assert shared_gpu().compiled == before
+    with pytest.raises(porelang.PoreError, match=r"no file `missing.npz`"):
+        program.field(k=6)
+
+
+def test_the_box_and_the_mesh_are_of_the_branch_that_is_taken() -> None:
+    program = porelang.compile('param k = 0 in 0..9\nif k > 5 then frame("missing.json") else sphere(3)')
+    np.testing.assert_allclose(program.bounds().size, [6, 6, 6], rtol=1e-3)
+    assert program.mesh(resolution=40).volume == pytest.approx(4 / 3 * np.pi * 27, rel=0.01)
+
+
+def test_a_number_of_a_branch_that_is_not_taken_adds_no_error() -> None:
+    text = "param k = 0 in 0..9\nvolume(sphere(if k > 5 then 3mm + 0.1mm * {} else 3mm))"
+    (plain,) = porelang.compile(text.format("0")).reduced().values()
+    found = porelang.compile(text.format("porosity(gyroid(3), sphere(8))")).reduced()
+    assert next(r for n, r in found.items() if n.startswith("volume")) == plain
+    moved = porelang.compile(text.format("porosity(gyroid(3), sphere(8))")).reduced(k=6)
+    assert next(r for n, r in moved.items() if n.startswith("volume")).error > plain.error
+
+
+def test_a_search_may_choose_by_what_it_looks_for() -> None:
+    """volume(sphere(t)) where t < 2, 10 * t^3 from there on: 640 at t = 4."""
+    text = "solve(t => if t < 2mm then volume(sphere(t)) else volume(cube(t)) * 10, 640, 1mm..9mm)"
+    (found,) = (r for n, r in porelang.compile(text).reduced().items() if n.startswith("solve"))
+    assert found.value == pytest.approx(4, abs=found.error)
+
+
 def test_a_let_that_reads_a_number_can_be_an_envelope() -> None:
     text = "let r = solve(t => volume(sphere(t)), 1000, 1..20)\nlet ball = sphere(r)\ngyroid(4) & ball"
     found = porelang.compile(text).measure(within="ball", resolution=24)

@@ -62,6 +62,7 @@ def part_box(formula: Formula) -> Box | None:
     shapes along the axes, and to a few percent for rotated ones. A union is taken apart: each member gets a rough box
     by reading its formula backwards, and only those that reach the ends of the whole are looked at closely.
     """
+    formula = formula.taken
     seen: dict[tuple[Node, float], Rough | None] = {}
     found_rough = {m: _backwards(formula.but(m), 0.0, seen, 0) for m in _members(formula.root)}
     rough = {m: box for m, box in found_rough.items() if box is not None}

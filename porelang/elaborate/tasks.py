@@ -150,7 +150,9 @@ def _with(condition: Node, sought: Node, found: Node) -> Node:
 
 def _text(ctx: Context, value: Value, place: Span, what: str, example: str = "stress.npz") -> str | None:
     if isinstance(value, Text):
-        return value.value
+        if not value.value:
+            ctx.error("E060", f"{what} is an empty text", place, hint=f'as in "{example}"')
+        return value.value or None
     ctx.error("E060", f"{what} is a text, not {describe(value)}", place, label=f"this is {describe(value)}",
               hint=f'write it in quotes: "{example}"')  # fmt: skip
     return None
@@ -182,7 +184,7 @@ def _smooth(ctx: Context, value: Value, place: Span) -> bool | None:
 def _grid_of(ctx: Context, site: tree.Call, values: list[Value], called: str, components: int) -> Node | None:
     """The slot of what is loaded; its file has to hold so many numbers at each node."""
     places = argument_places(site, 2)
-    path = _text(ctx, values[0], places[0], f"the file that `{called}` reads")
+    path = _text(ctx, values[0], places[0], f"the path of the file that `{called}` reads")
     name = _text(ctx, values[1], places[1], f"the name of what `{called}` takes from a file", "von_mises")
     if path is None or name is None:
         return None
@@ -245,7 +247,7 @@ def _sample(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
 
 def _bars(ctx: Context, site: tree.Call, values: list[Value]) -> Node | None:
     (place,) = argument_places(site, 1)
-    path = _text(ctx, values[0], place, "the file of a frame", "truss.json")
+    path = _text(ctx, values[0], place, "the path of a frame's file", "truss.json")
     return None if path is None else ctx.task(node("frame", value=_beside(site, path, ctx)), site.span)
 
 

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.backends.glsl import Form, Shader, shader
-from porelang.data import SampledField, Segments
+from porelang.data import Data, SampledField, Segments
 from porelang.diagnostics import PoreError, fail
 from porelang.formula import Formula
 from porelang.gpu import Gpu, GpuFailed, GpuMissing, Lane, shared_gpu
 from porelang.ir import Node
-from porelang.ops import kind
+from porelang.ops import Kind, kind
 from porelang.ops.words import words
 from porelang.progress import cancelled
 from porelang.tape import operations
@@ -131,9 +131,18 @@ def resident(formula: Formula, made: Shader) -> list[tuple[str, Callable[[], NDA
     found: list[tuple[str, Callable[[], NDArray[np.uint32]]]] = []
     for n in made.data:
         data = formula.bindings[n]
+        if data is None:
+            data = _UNREAD[kind(n)]
         assert isinstance(data, SampledField | Segments)
         found.append((data.digest, partial(words, data)))
     return found
+
+
+#: What a shader is given for data that only a branch reads which is not taken: its text has the branch all the same.
+_UNREAD: Mapping[Kind, Data] = {
+    "grid": SampledField.from_array(np.zeros((2, 2, 2, 9)), (0, 0, 0), 1.0),
+    "segments": Segments(np.zeros((1, 3)), np.ones((1, 3)), np.ones(1)),
+}
 
 
 @lru_cache(maxsize=256)

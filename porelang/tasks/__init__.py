@@ -5,6 +5,6 @@ the table of tasks (`porelang.ops.tasks`): `numbers/` from whole fields, `bake` 
 from files.
 """
 
-from porelang.tasks.resolve import Places, bind_files, bind_tasks, find, tasks_read
+from porelang.tasks.resolve import Places, all_reached, bind_files, bind_tasks, find, tasks_reached
 
-__all__ = ["Places", "bind_files", "bind_tasks", "find", "tasks_read"]
+__all__ = ["Places", "all_reached", "bind_files", "bind_tasks", "find", "tasks_reached"]

@@ -1,4 +1,8 @@
-"""Tasks found when a root reads them, those they read themselves first, and nothing that no root reads."""
+"""Tasks found when a root reads them, those they read themselves first, and nothing that no root reads.
+
+Of an `if` that settings decide only the branch that is taken is read; what only the other one reads is bound to None,
+which stands for anything.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +11,14 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import cast
 
 from porelang import store
 from porelang.data import Data, Reduced
 from porelang.diagnostics import PoreError
 from porelang.formula import Bindings, Formula, Slot
-from porelang.ir import TASKS, Node, order, unknown
+from porelang.ir import TASKS, Node, order, unknown, within
 from porelang.ops import TASK_TABLE
 from porelang.progress import activity, checkpoint
 from porelang.source import Span
@@ -34,15 +39,54 @@ def tasks_read(roots: Sequence[Node]) -> list[Node]:
     return [tape.nodes[i] for i in tape.slots if tape.ops[i] in TASKS]
 
 
+def tasks_reached(roots: Sequence[Node], bindings: Bindings, places: Places) -> list[Node]:
+    """The tasks that roots read with these bindings: none of a branch that is not taken."""
+    tape = lower(tuple(roots))
+    if not tape.choices or not any(tape.ops[i] in TASKS for i in tape.slots):
+        return tasks_read(roots)
+    reached = set(tape.roots)
+    for i in reversed(range(len(tape))):
+        if i not in reached:
+            continue
+        inputs = tape.inputs[i]
+        if i in tape.choices:
+            chosen = _decided(tape.nodes[inputs[0]], bindings, places)
+            inputs = inputs if chosen is None else (inputs[0], inputs[1] if chosen else inputs[2])
+        reached.update(inputs)
+    return [tape.nodes[i] for i in tape.slots if i in reached and tape.ops[i] in TASKS]
+
+
+def _decided(condition: Node, bindings: Bindings, places: Places) -> bool | None:
+    """Whether a condition on settings and numbers holds; None where it is on the unknown of a `solve` around it."""
+    if any(n.op == "unknown" and n not in bindings for n in order([condition], within)):
+        return None
+    return bool(Formula((condition,), bind_tasks([condition], bindings, places)).numbers[0])
+
+
+def all_reached(roots: Sequence[Node], bindings: Bindings, places: Places) -> list[Node]:
+    """The tasks that roots read with these bindings, and those that these read in turn."""
+    found: dict[Node, None] = {}
+    new = tasks_reached(roots, bindings, places)
+    while new:
+        found.update(dict.fromkeys(new))
+        inner = [m for n in new if n.args for m in tasks_reached(n.args, bindings, places)]
+        new = [m for m in dict.fromkeys(inner) if m not in found]
+    return list(found)
+
+
 def bind_files(roots: Sequence[Node], bindings: Bindings, places: Places) -> Bindings:
     """The bindings with the data of every file that the roots read, directly or through tasks."""
-    read = {n: slot_value(find(n, bindings, places)) for n in order(roots) if n.op in OUTSIDE and n not in bindings}
-    return {**bindings, **read} if read else bindings
+    if not any(n.op in OUTSIDE and n not in bindings for n in order(roots)):
+        return bindings
+    read = [n for n in all_reached(roots, bindings, places) if n.op in OUTSIDE and n not in bindings]
+    return {**bindings, **{n: slot_value(find(n, bindings, places)) for n in read}}
 
 
 def bind_tasks(roots: Sequence[Node], bindings: Bindings, places: Places) -> Bindings:
-    """The bindings with what every task that the roots read has found."""
-    found = {n: slot_value(find(n, bindings, places)) for n in tasks_read(roots) if n not in bindings}
+    """The bindings with what every task that the roots read has found, and None for those of branches not taken."""
+    reached = [n for n in tasks_reached(roots, bindings, places) if n not in bindings]
+    found: dict[Node, Slot] = {n: slot_value(find(n, bindings, places)) for n in reached}
+    found |= {n: None for n in tasks_read(roots) if n not in bindings and n not in found}
     return {**bindings, **found} if found else bindings
 
 
@@ -64,7 +108,7 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
             return cast(Data, bindings[n]) if n in bindings else OUTSIDE[n.op](n)
         bindings = {m: v for m, v in bindings.items() if m.op not in TASKS or m.op in OUTSIDE}
         bindings = bind_files([n], bindings, places)
-        key = identity(n, bindings, lambda m: cast(Data, bindings[m]).digest if m.op in OUTSIDE else "")
+        key = identity(n, bindings, partial(_content, bindings))
         with _alone(key):
             found = store.get(key)
             if found is None:
@@ -76,6 +120,14 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
     except PoreError as error:
         place = places.get(n)
         raise PoreError([replace(d, span=d.span or place) for d in error.diagnostics]) from None
+
+
+def _content(bindings: Bindings, n: Node) -> str:
+    """The digest of what a task has read from outside; of what no branch that is taken reads, that it has not."""
+    if n.op not in OUTSIDE:
+        return ""
+    data = bindings.get(n)
+    return "not read" if data is None else cast(Data, data).digest
 
 
 _flights: dict[str, tuple[threading.RLock, int]] = {}
@@ -113,7 +165,7 @@ def _computed(n: Node, bindings: Bindings, places: Places) -> Result:
     """A task with those that it reads found first; what their errors may change is added to its own."""
     if n.op == "solve":
         return _solved(n, bindings, places)
-    return _with_errors(n.args, bindings, places, lambda filled: RUN[n.op](Formula(n.args, filled)))
+    return _with_errors(n.args, bindings, places, lambda filled: RUN[n.op](Formula(n.args, filled).taken))
 
 
 def _with_errors(
@@ -128,7 +180,7 @@ def _with_errors(
     if not isinstance(out, Reduced):
         return out
     error = out.error
-    for source in _sources(roots):
+    for source in _sources(roots, bindings, places):
         known = find(source, bindings, places)
         assert isinstance(known, Reduced)
         if not known.error:
@@ -145,25 +197,25 @@ def _with_errors(
     return Reduced(out.value, error)
 
 
-def _sources(roots: Sequence[Node]) -> list[Node]:
+def _sources(roots: Sequence[Node], bindings: Bindings, places: Places) -> list[Node]:
     """The numbers that roots read, directly or through data."""
     out: dict[Node, None] = {}
-    for m in tasks_read(roots):
+    for m in tasks_reached(roots, bindings, places):
         if TASK_TABLE[m.op].result == "real":
             out[m] = None
         else:
-            out.update(dict.fromkeys(_sources(m.args)) if m.args else {})
+            out.update(dict.fromkeys(_sources(m.args, bindings, places)) if m.args else {})
     return list(out)
 
 
 def _moved(roots: Sequence[Node], bindings: Bindings, places: Places, source: Node) -> Bindings:
     """The bindings of all that roots read where `source` is already bound to another value than it has."""
-    values: dict[Node, Slot] = {}
-    for m in tasks_read(roots):
+    values: dict[Node, Slot] = dict.fromkeys(tasks_read(roots))
+    for m in tasks_reached(roots, bindings, places):
         if m is source:
-            continue
-        if TASK_TABLE[m.op].result != "real" and m.args and source in _sources(m.args):
-            values[m] = slot_value(RUN[m.op](Formula(m.args, _moved(m.args, bindings, places, source))))
+            values[m] = bindings[m]
+        elif TASK_TABLE[m.op].result != "real" and m.args and source in _sources(m.args, bindings, places):
+            values[m] = slot_value(RUN[m.op](Formula(m.args, _moved(m.args, bindings, places, source)).taken))
         else:
             values[m] = slot_value(find(m, bindings, places))
     return {**bindings, **values}
