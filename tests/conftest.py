@@ -7,6 +7,7 @@ there is none. With PORELANG_TEST_GL=required, which `make test` sets on Linux, 
 from __future__ import annotations
 
 import os
+import signal
 import tempfile
 from collections.abc import Callable
 from functools import cache
@@ -21,6 +22,9 @@ from porelang.gpu import Gpu, GpuMissing, open_gpu, shared_gpu
 def pytest_configure(config: pytest.Config) -> None:
     folder = tempfile.TemporaryDirectory(prefix="porelang-tests-")
     os.environ["PORELANG_CACHE"] = folder.name
+    # what a script starts in its background ignores Ctrl-C, and so would all that the tests start and interrupt
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     config.add_cleanup(folder.cleanup)
 
 
