@@ -129,7 +129,7 @@ class Program:
         let = self.elaborated.lets.get(name)
         return None if let is None else flatten(let.node)[0]
 
-    def design(self, settings: Settings | None = None, /, **more: Setting) -> Design:
+    def design(self, settings: Settings | None = None, **more: Setting) -> Design:
         """The program with settings bound: numbers in base units, or texts with a unit; the others are the defaults.
 
         A param that is called like an option of some method is set in the mapping. Errors: E083-E085 about settings,
@@ -219,9 +219,10 @@ class Program:
         """
         return self.design(settings, **more).measure(name, within, voxel, resolution)
 
-    def reduced(self, settings: Settings | None = None, /, **more: Setting) -> dict[str, Reduced]:
+    def reduced(self, settings: Settings | None = None, **more: Setting) -> dict[str, Reduced]:
         """The numbers found from whole fields (`porosity(...)`, ...), by the text that asks for them, with their
-        errors. What one text in a def asks for in several calls is counted: `porosity(f, c)`, `porosity(f, c) #2`."""
+        errors, whether or not the contracts hold that are about them. What one text in a def asks for in several calls
+        is counted: `porosity(f, c)`, `porosity(f, c) #2`."""
         design = self.design(settings, **more)
         return {text: design.number(n) for n, text in design.program.numbers.items()}
 
@@ -247,10 +248,11 @@ class Design:
     `settings` has the number of every param in base units. A design never changes; threads may share it.
     """
 
-    def __init__(self, program: Program, settings: Mapping[str, float]):
+    def __init__(self, program: Program, settings: Mapping[str, float], files: Mapping[Node, Data] | None = None):
+        """`files` is what has been read already, by the tasks that read it: a design goes on with that."""
         self.program = program
         self.settings: Mapping[str, float] = MappingProxyType(dict(settings))
-        self._bindings: Bindings = {param(name): value for name, value in self.settings.items()}
+        self._bindings: Bindings = {**{param(name): value for name, value in self.settings.items()}, **(files or {})}
         self._boxes: dict[str, Box] = {}
         self._kept: set[int] = set()  # contracts that were found to hold
         self._lock = threading.RLock()
@@ -260,8 +262,9 @@ class Design:
         set_to = ", ".join(f"{name} = {self.program.params[name].shown(v)}" for name, v in self.settings.items())
         return f"<design of {self.program.source.name}{': ' if set_to else ''}{set_to}>"
 
-    def __reduce__(self) -> tuple[type[Design], tuple[Program, dict[str, float]]]:
-        return Design, (self.program, dict(self.settings))
+    def __reduce__(self) -> tuple[type[Design], tuple[Program, dict[str, float], dict[Node, Any]]]:
+        files = {n: v for n, v in self._bindings.items() if n.op in OUTSIDE}
+        return Design, (self.program, dict(self.settings), files)
 
     # ---- what is bound ----------------------------------------------------------------------------------------------
 
@@ -293,7 +296,7 @@ class Design:
                 self.task(n)
 
     def task(self, n: Node) -> Reduced | Data:
-        """What a task of the flat graph finds."""
+        """What a task of the flat graph finds, whether or not contracts hold that are about it."""
         return find(n, self._with_files([n]), self.program.places)
 
     def number(self, n: Node) -> Reduced:

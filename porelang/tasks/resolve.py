@@ -18,7 +18,7 @@ from porelang import store
 from porelang.data import Data, Reduced
 from porelang.diagnostics import PoreError
 from porelang.formula import Bindings, Formula, Slot
-from porelang.ir import TASKS, Node, order, unknown, within
+from porelang.ir import TASKS, UNKNOWN, Node, order, unknown, within
 from porelang.ops import TASK_TABLE
 from porelang.progress import activity, checkpoint
 from porelang.source import Span
@@ -98,15 +98,16 @@ def slot_value(found: Result) -> float | Data:
 def find(n: Node, bindings: Bindings, places: Places) -> Result:
     """What a task finds with these bindings: remembered, or computed now. An error is never kept.
 
-    Files are read first, so that the name of a result and the result are of the same data. What else is bound to tasks
-    is left out: a number that somebody moves, to see what its error changes, is moved for him alone. Threads that want
-    the same at the same time wait for the one that computes it.
+    Files are read first, so that the name of a result and the result are of the same data. Numbers that are bound to
+    tasks, moved to see what their errors change, are left out: no other task may find them so. Threads that want the
+    same at the same time wait for the one that computes it.
     Errors: those of the task, at the place in the program that asks for it.
     """
     try:
         if n.op in OUTSIDE:
             return cast(Data, bindings[n]) if n in bindings else OUTSIDE[n.op](n)
-        bindings = {m: v for m, v in bindings.items() if m.op not in TASKS or m.op in OUTSIDE}
+        guessed = n.depends >= UNKNOWN  # it reads what a `solve` tries: the answer of the search is kept, not this
+        bindings = {m: v for m, v in bindings.items() if _settled(m) or (guessed and m.op == "unknown")}
         bindings = bind_files([n], bindings, places)
         key = identity(n, bindings, partial(_content, bindings))
         with _alone(key):
@@ -114,12 +115,16 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
             if found is None:
                 with activity(TASK_TABLE[n.op].activity):
                     found = _computed(n, bindings, places)
-                trial = any(m.op == "unknown" for m in bindings)  # a guess of a `solve`, whose answer is kept
-                store.put(key, found, label=_label(n, places), disk=not trial)
+                store.put(key, found, label=_label(n, places), disk=not guessed)
         return found
     except PoreError as error:
         place = places.get(n)
         raise PoreError([replace(d, span=d.span or place) for d in error.diagnostics]) from None
+
+
+def _settled(m: Node) -> bool:
+    """Whether a slot holds what the design has: a setting or a file, and no number that somebody moves."""
+    return m.op == "param" or m.op in OUTSIDE
 
 
 def _content(bindings: Bindings, n: Node) -> str:
