@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from porelang.elaborate import tasks
-from porelang.elaborate.calls import Given, argument_places, call
+from porelang.elaborate.calls import Given, call
 from porelang.elaborate.context import Context
 from porelang.elaborate.operators import apply
 from porelang.elaborate.values import (
@@ -30,12 +28,10 @@ from porelang.units import LENGTH
 LONGEST = 100_000
 _NAMES = ("a", "b")
 
-Call = Callable[[Context, tree.Call, list[Value]], Value]
-
 
 def _kernel(row: Op, name: str) -> Builtin:
-    def call_it(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
-        return apply(ctx, row, values, argument_places(site, len(values)), site.span, f"`{name}`")
+    def call_it(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
+        return apply(ctx, row, values, places, site.span, f"`{name}`")
 
     count = len(row.args)
     signature = ("y", "x") if name == "atan2" else _NAMES[:count]
@@ -43,8 +39,7 @@ def _kernel(row: Op, name: str) -> Builtin:
 
 
 def _extreme(row: Op, name: str) -> Builtin:
-    def call_it(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
-        places = argument_places(site, len(values))
+    def call_it(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
         if len(values) == 1:
             items = as_list(values[0])
             if not items:
@@ -75,29 +70,29 @@ def _extreme(row: Op, name: str) -> Builtin:
     return Builtin(name, ("a", "b", "..."), call_it, 1, None, row.doc + " Takes any number of arguments, or a list.")
 
 
-def _grad(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+def _grad(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     (f,) = values
     if not isinstance(f, Scalar):
-        return ctx.error("E060", f"`grad` needs a field, not {describe(f)}", argument_places(site, 1)[0])
+        return ctx.error("E060", f"`grad` needs a field, not {describe(f)}", places[0])
     dx, dy, dz = (node("d", f.node, value=i) for i in range(3))
     return Vector(dx, dy, dz, None if f.dimension is None else f.dimension / LENGTH)
 
 
-def _items(ctx: Context, site: tree.Call, value: Value, index: int, name: str) -> tuple[Value, ...] | None:
+def _items(ctx: Context, place: Span, value: Value, name: str) -> tuple[Value, ...] | None:
     items = as_list(value)
     if items is None:
-        ctx.error("E060", f"`{name}` needs a list, not {describe(value)}", argument_places(site, index + 1)[index])
+        ctx.error("E060", f"`{name}` needs a list, not {describe(value)}", place)
     return items
 
 
-def _len(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
-    items = _items(ctx, site, values[0], 0, "len")
+def _len(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
+    items = _items(ctx, places[0], values[0], "len")
     return POISON if items is None else Scalar(const(float(len(items))))
 
 
-def _range(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+def _range(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     numbers: list[float] = []
-    for v, place in zip(values, argument_places(site, len(values)), strict=True):
+    for v, place in zip(values, places, strict=True):
         number = ctx.need_constant(v, place, "a bound of `range`")
         if number is None:
             return POISON
@@ -118,15 +113,15 @@ def _range(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
     return ListValue(tuple(Scalar(const(start + i * step)) for i in range(int(count))))
 
 
-def _map(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
-    items = _items(ctx, site, values[0], 0, "map")
+def _map(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
+    items = _items(ctx, places[0], values[0], "map")
     if items is None:
         return POISON
     return ListValue(tuple(call(ctx, values[1], [Given(None, i, site.span)], site) for i in items))
 
 
-def _reduce(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
-    items = _items(ctx, site, values[0], 0, "reduce")
+def _reduce(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
+    items = _items(ctx, places[0], values[0], "reduce")
     if items is None:
         return POISON
     if not items:
@@ -138,10 +133,10 @@ def _reduce(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
     return out
 
 
-def _concat(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+def _concat(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     joined: list[Value] = []
-    for i, v in enumerate(values):
-        items = _items(ctx, site, v, i, "concat")
+    for v, place in zip(values, places, strict=True):
+        items = _items(ctx, place, v, "concat")
         if items is None:
             return POISON
         ctx.spend(len(items), site.span)
@@ -149,7 +144,7 @@ def _concat(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
     return ListValue(tuple(joined))
 
 
-def _vector(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+def _vector(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     made = as_vector(values[0])
     return made or ctx.error("E060", f"{describe(values[0])} is not three numbers", site.span)
 

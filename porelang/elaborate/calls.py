@@ -3,7 +3,7 @@ values."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from porelang.diagnostics import Edit, Label, suggest
@@ -31,6 +31,8 @@ from porelang.source import Span
 from porelang.syntax import tree
 
 DEEPEST = 150
+#: What a builtin does: of the place of the call, the values of its arguments, and the place of each.
+Call = Callable[[Context, tree.Call, list[Value], list[Span]], Value]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,18 +64,14 @@ def call(ctx: Context, function: Value, arguments: Sequence[Given], site: tree.C
     )
 
 
-def argument_places(site: tree.Call, count: int) -> list[Span]:
-    """The places of the arguments; in `a |> f(b)` the first stands before the call, so the call stands for it."""
-    spans = [a.span for a in site.arguments]
-    return [site.span] * max(0, count - len(spans)) + spans[:count]
-
-
 def _call_builtin(ctx: Context, function: Builtin, arguments: Sequence[Given], site: tree.Call) -> Value:
     values: list[Value] = []
+    places: list[Span] = []
     slots: dict[str, Given] = {}
     for a in arguments:
         if a.name is None:
             values.append(a.value)
+            places.append(a.span)
             continue
         if a.name not in function.signature or function.most is None:
             return _no_such_parameter(ctx, function.name, a, function.signature)
@@ -85,7 +83,9 @@ def _call_builtin(ctx: Context, function: Builtin, arguments: Sequence[Given], s
     for i, name in enumerate(function.signature[len(values) :], len(values)):
         if name not in slots and not (slots and i >= function.least):
             break
-        values.append(slots.pop(name).value if name in slots else ABSENT)
+        found = slots.pop(name, Given(name, ABSENT, site.span))
+        values.append(found.value)
+        places.append(found.span)
     if len(values) < function.least or slots:
         missing = function.signature[min(len(values), len(function.signature) - 1)]
         return ctx.error(
@@ -100,8 +100,9 @@ def _call_builtin(ctx: Context, function: Builtin, arguments: Sequence[Given], s
     if any(isinstance(v, Poison) and v is not ABSENT for v in values):
         return POISON
     if function.optional:
-        values += [ABSENT] * (len(function.signature) - len(values))
-    return function.call(ctx, site, values)
+        left_out = len(function.signature) - len(values)
+        values, places = values + [ABSENT] * left_out, places + [site.span] * left_out
+    return function.call(ctx, site, values, places)
 
 
 def _call_choice(ctx: Context, choice: Choice, arguments: Sequence[Given], site: tree.Call) -> Value:

@@ -7,10 +7,10 @@ it up, a frame the distance from its bars.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
-from porelang.elaborate.calls import Given, argument_places, call
+from porelang.elaborate.calls import Call, Given, call
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import (
     ABSENT,
@@ -35,7 +35,6 @@ from porelang.source import Span
 from porelang.syntax import tree
 from porelang.units import LENGTH, RATIO, Dimension
 
-Call = Callable[[Context, tree.Call, list[Value]], Value]
 _HERE = (X, Y, Z)
 
 
@@ -56,9 +55,9 @@ def _field(ctx: Context, value: Value, place: Span, of: str) -> Scalar | None:
 def _number(row: Task) -> Call:
     """The call of a task that finds a number from fields."""
 
-    def ask(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+    def ask(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
         fields: list[Scalar] = []
-        for value, parameter, place in zip(values, row.parameters, argument_places(site, len(values)), strict=True):
+        for value, parameter, place in zip(values, row.parameters, places, strict=True):
             found = _field(ctx, value, place, f"`{parameter}` of `{row.name}`")
             if found is None:
                 return POISON
@@ -87,9 +86,8 @@ def _dimension(row: Task, field: Dimension | None) -> Dimension | None:
     return field if row.dimension == SAME else row.dimension  # type: ignore[return-value]  # SAME is the only text
 
 
-def _solve(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
+def _solve(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     function, target, ends = values
-    places = argument_places(site, 3)
     if not isinstance(ends, Range):
         return ctx.error(
             "E060",
@@ -181,9 +179,10 @@ def _smooth(ctx: Context, value: Value, place: Span) -> bool | None:
     return None
 
 
-def _grid_of(ctx: Context, site: tree.Call, values: list[Value], called: str, components: int) -> Node | None:
+def _grid_of(
+    ctx: Context, site: tree.Call, values: list[Value], places: list[Span], called: str, components: int
+) -> Node | None:
     """The slot of what is loaded; its file has to hold so many numbers at each node."""
-    places = argument_places(site, 2)
     path = _text(ctx, values[0], places[0], f"the path of the file that `{called}` reads")
     name = _text(ctx, values[1], places[1], f"the name of what `{called}` takes from a file", "von_mises")
     if path is None or name is None:
@@ -191,10 +190,10 @@ def _grid_of(ctx: Context, site: tree.Call, values: list[Value], called: str, co
     return ctx.task(node("load", value=(*_beside(site, path, ctx), name, components)), site.span)
 
 
-def _load(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
-    smooth = _smooth(ctx, values[3], site.span)
-    outside = None if values[2] is ABSENT else _field(ctx, values[2], site.span, "`outside` of `load`")
-    grid = _grid_of(ctx, site, values, "load", 1)
+def _load(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
+    smooth = _smooth(ctx, values[3], places[3])
+    outside = None if values[2] is ABSENT else _field(ctx, values[2], places[2], "`outside` of `load`")
+    grid = _grid_of(ctx, site, values, places, "load", 1)
     if grid is None or smooth is None or (outside is None and values[2] is not ABSENT):
         return POISON
     if outside is None:
@@ -202,15 +201,15 @@ def _load(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
     return Scalar(looked_up(grid, 0, smooth, outside.node), outside.dimension)
 
 
-def _load_vector(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
-    smooth = _smooth(ctx, values[3], site.span)
+def _load_vector(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
+    smooth = _smooth(ctx, values[3], places[3])
     outside = None if values[2] is ABSENT else as_vector(values[2])
     if outside is None and values[2] is not ABSENT:
         return ctx.error(
-            "E060", f"`outside` of `load_vector` is a vector, not {describe(values[2])}", site.span,
+            "E060", f"`outside` of `load_vector` is a vector, not {describe(values[2])}", places[2],
             hint="write three numbers: `outside=[0, 0, 0]`",
         )  # fmt: skip
-    grid = _grid_of(ctx, site, values, "load_vector", 3)
+    grid = _grid_of(ctx, site, values, places, "load_vector", 3)
     if grid is None or smooth is None:
         return POISON
     beyond: Sequence[Node | None] = outside.nodes if outside is not None else (None,) * 3
@@ -218,14 +217,13 @@ def _load_vector(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
     return Vector(x, y, z, outside.dimension if outside is not None else None)
 
 
-def _sample(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
-    places = argument_places(site, 3)
+def _sample(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     vector = as_vector(values[0])
     if vector is None and _field(ctx, values[0], places[0], "`f` of `sample`") is None:
         return POISON
     voxel = _field(ctx, values[1], places[1], "`voxel` of `sample`")
     within = _field(ctx, values[2], places[2], "`within` of `sample`")
-    smooth = _smooth(ctx, values[3], site.span)
+    smooth = _smooth(ctx, values[3], places[3])
     if voxel is None or within is None or smooth is None:
         return POISON
     if voxel.node.stage is Stage.FIELD:
@@ -245,9 +243,8 @@ def _sample(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
     return Scalar(found[0], _dimension(TASK_TABLE["sample"], first.dimension))  # type: ignore[union-attr]  # a field
 
 
-def _bars(ctx: Context, site: tree.Call, values: list[Value]) -> Node | None:
-    (place,) = argument_places(site, 1)
-    path = _text(ctx, values[0], place, "the path of a frame's file", "truss.json")
+def _bars(ctx: Context, site: tree.Call, path_given: Value, place: Span) -> Node | None:
+    path = _text(ctx, path_given, place, "the path of a frame's file", "truss.json")
     return None if path is None else ctx.task(node("frame", value=_beside(site, path, ctx)), site.span)
 
 
@@ -255,13 +252,13 @@ def _nearest(bars: Node, result: str) -> Node:
     return node("nearest", bars, *_HERE, value=result)
 
 
-def _frame(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
-    bars = _bars(ctx, site, values)
+def _frame(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
+    bars = _bars(ctx, site, values[0], places[0])
     return POISON if bars is None else Scalar(_nearest(bars, "distance"))
 
 
-def _nearest_bar(ctx: Context, site: tree.Call, values: list[Value]) -> Value:
-    bars = _bars(ctx, site, values)
+def _nearest_bar(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
+    bars = _bars(ctx, site, values[0], places[0])
     if bars is None:
         return POISON
     return Record(

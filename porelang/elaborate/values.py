@@ -75,8 +75,8 @@ class Builtin:
     """A function that cannot be written in Pore: a kernel operation, or one over lists and fields.
 
     `signature` lists its parameter names; `call` receives the `Context` of the elaboration, the place of the call (a
-    `tree.Call`) and the list of the arguments' values. (Its type is spelled out in `builtins.Call`: to import the
-    context here would close a circle.)
+    `tree.Call`), the list of the arguments' values, and that of their places. (Its type is spelled out in `calls.Call`:
+    to import the context here would close a circle.)
     """
 
     name: str
