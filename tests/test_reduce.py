@@ -70,6 +70,12 @@ THIN = 5.005**3 - 4.995**3
         ("area(box([100, 100, 0.1]))", 20040.0, 4e-3),
         ("area(sphere(1) | (sphere(1) |> translate([300, 0, 0])))", 8 * math.pi, 4e-3),
         ("area(if sphere(5) < 0 then -1 else 1)", 100 * math.pi, 0.5),
+        ("area(if z > 0 then sphere(5) else sphere(4))", math.pi * (2 * 41 + 9), 4e-3),  # a ring where it jumps
+        ("volume(shell(sphere(10), 1e-4))", 4 / 3 * math.pi * (10.00005**3 - 9.99995**3), 1e-2),
+        ("area(shell(sphere(10), 1e-4))", 4 * math.pi * (10.00005**2 + 9.99995**2), 4e-3),
+        ("area(box([20, 20, 1e-5]) |> rotate([1, 2, 3], 33deg))", 800.0008, 4e-3),
+        ("volume(shell(sphere(10), 1e-6))", 4e-4 * math.pi, 1e-2),
+        ("porosity(sphere(10), shell(sphere(10), 1e-5))", 0.5, 2e-2),
         ("porosity(sphere(0.1), sphere(10))", 1 - 1e-6, 1e-6),
         ("mean(x^20, sphere(100))", 3 * 100.0**20 / (21 * 23), 4e-3),
         ("mean(x + 1e7, sphere(1))", 1e7, 1e-9),
@@ -94,6 +100,34 @@ def test_hard_ones_lie_within_the_stated_error(call: str, exact: float | None, m
     else:
         assert abs(value - exact) <= error
     assert error <= most * abs(exact)
+
+
+def test_a_spike_that_no_sample_meets_is_in_the_error_of_a_mean() -> None:
+    """A thousand in a ball of 0.3 mm within 8000 mm^3; and a wall of which hardly a sample is met."""
+    exact = 1000 * 4 / 3 * math.pi * 0.3**3 / 8000
+    ((value, error),) = numbers("x + mean(if x^2 + y^2 + z^2 < 0.09 then 1000 else 0, box([20, 20, 20]))")
+    assert abs(value - exact) <= error
+    ((value, error),) = numbers("x + mean(abs(x), box([20, 20, 1e-5]) |> rotate([1, 2, 3], 33deg))")
+    assert error > 0.5
+    assert 0 <= value <= 10 * math.sqrt(2)
+
+
+def test_an_envelope_is_known_by_the_bits_of_its_numbers() -> None:
+    text = "param s = 0 in -1..1\nx + porosity(sphere(3), sphere(if 1 / s > 0 then 10 else 5))"
+    porelang.compile(text).reduced(s=0.0)
+    assert numbers(text, s=-0.0)[0][0] == pytest.approx(1 - 0.6**3, abs=1e-3)
+
+
+def test_what_is_computed_once_asks_in_which_order_it_stands() -> None:
+    """The greater of two zeros is the first: with 0 and -0 the other way round it is another question."""
+    text = "param a = 1 in -1..1\nparam b = 1 in -1..1\nx + volume(sphere(if 1 / max(a, b) > 0 then 10 else 5))"
+    found = []
+    for a, b in ((0.0, -0.0), (-0.0, 0.0)):
+        store.forget()
+        alone = numbers(text, a=a, b=b)
+        found.append(alone)
+    store.forget()
+    assert [numbers(text, a=a, b=b) for a, b in ((0.0, -0.0), (-0.0, 0.0))] == found
 
 
 def fraction(lattice: str, d: float) -> float:
@@ -313,6 +347,9 @@ def test_the_same_on_both_backends() -> None:
         ("x + solve(t => t, 1, 3..2)", "E095", "empty range"),
         ("param phi = 0.5 in 0..1\nx + to_porosity(x, phi, sphere(3))", "E090", "between 0 and 1"),
         ("x + maximum(sqrt(x), sphere(3))", "E093", "not a number"),
+        ("x + solve(t => sqrt(t - 3), 0.5, 0..5)", "E093", "not a number at 0"),
+        ("x + solve(t => t, sqrt(volume(sphere(1)) - 9), 0..5)", "E093", "target"),
+        ("x + mean(1e200 * x, sphere(3))", "E093", "too large"),
     ],
 )
 @pytest.mark.slow
@@ -326,7 +363,7 @@ def test_what_cannot_be_found_says_why_and_where(text: str, code: str, words: st
     assert words in str(d)
     assert d.span is not None
     assert d.span.text in text
-    assert d.span.text.startswith(("solve", "porosity", "to_porosity", "maximum"))
+    assert d.span.text.startswith(("solve", "porosity", "to_porosity", "maximum", "mean"))
 
 
 @pytest.mark.parametrize(

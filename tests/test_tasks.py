@@ -219,6 +219,17 @@ def test_a_file_that_changes_while_a_number_is_found(tmp_path: Path, monkeypatch
     assert program.field("m")([[0, 0, 0]])[0] == pytest.approx(-6)
 
 
+def test_a_pickled_design_goes_on_with_the_data_that_it_read(tmp_path: Path) -> None:
+    data_files(tmp_path)
+    (tmp_path / "a.pore").write_text('load("grid.npz", "x")')
+    design = porelang.compile(path=tmp_path / "a.pore").design()
+    assert design.field()([[3, 0, 0]])[0] == 3
+    kept = pickle.dumps(design)
+    np.savez(tmp_path / "grid.npz", x=np.full((2, 2, 2), 7.0), origin=[-12.0] * 3, spacing=24.0)
+    assert pickle.loads(kept).field()([[3, 0, 0]])[0] == 3
+    assert pickle.loads(pickle.dumps(design.program)).field()([[3, 0, 0]])[0] == 7
+
+
 def test_what_was_pickled_reads_the_files_of_its_own_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in (("one", 11.0), ("two", 22.0)):
         (tmp_path / name).mkdir()
@@ -268,6 +279,29 @@ def test_solves_within_each_other_do_not_take_each_others_unknown(computed: list
     nested = "x + solve(s => s + solve(t => t * s, 6, 0.1..100), 5, 2.5..4.5)"
     (outer,) = porelang.compile(nested).reduced().values()
     assert outer.value == pytest.approx(3.0, rel=1e-6)  # 3 + 6/3 = 5
+
+
+def test_a_search_is_the_same_one_within_another(computed: list[str]) -> None:
+    inner = "solve(t => volume(sphere(t)), 100, 1..9)"
+    porelang.compile(inner).reduced()
+    once = computed.count("volume")
+    porelang.compile(f"solve(u => u * {inner}, 8, 1..9)").reduced()
+    assert computed.count("volume") == once
+    assert computed.count("solve") == 2
+
+
+def test_what_a_search_does_not_try_is_kept_for_others(tmp_path: Path, computed: list[str]) -> None:
+    big = "volume(sphere(3))"
+    porelang.compile(f"solve(t => t * bare({big}), 500, 1..9)").reduced()
+    store.forget()
+    porelang.compile(big).reduced()
+    assert computed.count("volume") == 1
+
+
+def test_a_param_is_the_number_that_it_has(computed: list[str]) -> None:
+    porelang.compile("param w = 3 in 1..9\nx + volume(max(sphere(4), x - w))").reduced()
+    porelang.compile("x + volume(max(sphere(4), x - 3))").reduced()
+    assert computed == ["volume"]
 
 
 def test_another_version_of_the_code_computes_again(computed: list[str], monkeypatch: pytest.MonkeyPatch) -> None:

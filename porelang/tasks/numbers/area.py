@@ -4,6 +4,10 @@ A surface element dA with unit normal n shows |n_i| dA to a line along axis i, a
 the axes of the integral, over lines, of |n_i| at their crossings (after Cauchy and Crofton, whose lines run anywhere):
 weights between 0 and 1 that vanish where the line touches, so that no silhouette, rim or thin wall is special. Lines
 are stratified in pairs, as points are for volumes; the error is four standard deviations.
+
+Where the field jumps, its slope is not the normal of the surface, and all that is known is how much of it each axis
+sees, A_i, the integral of |n_i| dA. The area lies between the length of the vector A, which it is where all of that
+surface faces one way, and the sum of its components.
 """
 
 from __future__ import annotations
@@ -23,9 +27,6 @@ ACCURACY = 1e-3
 #: Pairs of lines differ little or by a whole crossing: their spread has longer tails than that of points.
 _DEVIATIONS = 4
 _CHEAP, _MOST = 300_000, 1_500_000  # pieces of lines; beyond the most, the error says what was reached
-#: Where the field jumps the surface has no normal: |n_x| + |n_y| + |n_z| lies between 1 and sqrt(3), and the
-#: crossings along all axes together count between 1 / sqrt(3) and 1 each.
-_NO_NORMAL, _DOUBT = (1 + 1 / math.sqrt(3)) / 2, (1 - 1 / math.sqrt(3)) / 2
 
 
 def area(solid: Formula, accuracy: float = ACCURACY) -> Reduced:
@@ -38,22 +39,23 @@ def area(solid: Formula, accuracy: float = ACCURACY) -> Reduced:
     m = 1
     while True:
         found = [along(rods, where, sure, axis, m, _shown(rods, axis)) for axis in range(3)]
-        without = sum(f.uncounted for f in found)
-        value, doubt = sum(f.total for f in found) + _NO_NORMAL * without, _DOUBT * without
+        least, most = math.hypot(*(f.uncounted for f in found)), sum(f.uncounted for f in found)
+        value, doubt = sum(f.total for f in found) + (least + most) / 2, (most - least) / 2
+        doubt += 2 * sum(f.touches for f in found)  # a touch may be a wall, whose two sides count 1 each at most
         spread = _DEVIATIONS * math.sqrt(sum(f.variance for f in found))
         pieces = 6 * len(where.undecided)
-        most = max(1, int(math.sqrt(_MOST / pieces)))
-        wanted = math.ceil(1.1 * m * math.sqrt(spread / (accuracy * value))) if value > 0 else most
+        finest = max(1, int(math.sqrt(_MOST / pieces)))
+        wanted = math.ceil(1.1 * m * math.sqrt(spread / (accuracy * value))) if value > 0 else finest
         enough = accuracy if pieces * wanted**2 <= _CHEAP else 3 * accuracy
-        if spread <= enough * value or m >= most:
+        if spread <= enough * value or m >= finest:
             return Reduced(value, spread + doubt)
-        m = min(max(m + 1, math.ceil(1.1 * m * math.sqrt(spread / (enough * value))) if value > 0 else most), most)
+        m = min(max(m + 1, math.ceil(1.1 * m * math.sqrt(spread / (enough * value))) if value > 0 else finest), finest)
 
 
 def _shown(rods: Rods, axis: int) -> Count:
     """Of each crossing how much of the surface the line along an axis sees."""
 
     def count(met: Crossings, starts: Points) -> tuple[Values, Values]:
-        return np.zeros(len(starts)), np.abs(rods.normals(met.points)[:, axis])
+        return np.zeros(len(starts)), np.where(met.jumps, np.nan, np.abs(rods.normals(met.points)[:, axis]))
 
     return count

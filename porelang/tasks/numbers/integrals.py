@@ -9,17 +9,19 @@ deviations.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.bounds import Points
+from porelang.analysis.bounds import Points, box_test
+from porelang.analysis.enclose import EXACT
 from porelang.backends.numpy import NumpyField
 from porelang.data import Reduced
 from porelang.diagnostics import fail
 from porelang.formula import Formula
-from porelang.ir import Node, node
+from porelang.ir import node
 from porelang.tasks.numbers.region import (
     Region,
     empty,
@@ -68,14 +70,15 @@ def _share(solid: Formula, where: Region, relative: float, goal: float) -> Reduc
         more = more_strata(m, error, wanted, len(where.undecided))
         if more is None:
             return by_lines if by_lines is not None and by_lines.error < error else Reduced(value, error)
-        if by_lines is None and 2 * len(where.undecided) * (m * math.sqrt(error / wanted)) ** 3 > _MOST:
-            by_lines = _by_lines(solid, where, certain, wanted)
-            if by_lines.error <= wanted:
+        finest = m * math.sqrt(error / wanted) if wanted > 0 else math.inf
+        if by_lines is None and 2 * len(where.undecided) * finest**3 > _MOST:
+            by_lines = _by_lines(solid, where, certain, relative, goal)
+            if by_lines.error <= max(goal, relative * by_lines.value):
                 return by_lines
         m = more
 
 
-def _by_lines(solid: Formula, where: Region, certain: float, goal: float) -> Reduced:
+def _by_lines(solid: Formula, where: Region, certain: float, relative: float, goal: float) -> Reduced:
     """The volume from how long lines along an axis are inside: of walls that random points hardly ever hit."""
     rods = Rods(solid)
     sure = rods.rising(where.undecided, where.size)
@@ -83,9 +86,10 @@ def _by_lines(solid: Formula, where: Region, certain: float, goal: float) -> Red
     m = 1
     while True:
         found = along(rods, where, sure, axis, m, _lengths(axis, float(where.size[axis])))
-        error = 3 * math.sqrt(found.variance)
-        if error <= goal or 2 * len(where.undecided) * (2 * m) ** 2 > _MOST_PIECES:
-            return Reduced(certain + found.total, error)
+        error = 3 * math.sqrt(found.variance) + found.touched
+        value = certain + found.total
+        if error <= max(goal, relative * value) or 2 * len(where.undecided) * (2 * m) ** 2 > _MOST_PIECES:
+            return Reduced(value, error)
         m *= 2
 
 
@@ -121,32 +125,58 @@ def porosity(solid: Formula, within: Formula, accuracy: float = ACCURACY) -> Red
     return Reduced(1 - share, error)
 
 
-_Read = tuple[tuple[Node, object], ...]
+@dataclass(frozen=True, slots=True)
+class _Envelope:
+    """A solid and the accuracy of its volume, the same as another of equal formula and bits: 0 and -0 are two."""
+
+    within: Formula
+    accuracy: float
+    key: tuple[object, ...]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Envelope) and self.key == other.key
+
+    def __hash__(self) -> int:
+        return hash(self.key)
 
 
 def _envelope(within: Formula, accuracy: float) -> tuple[Region, Reduced]:
     """Where a solid is, and its volume: a `solve` asks for the same many times."""
-    read = tuple((n, within.bindings[n]) for i in within.tape.slots if (n := within.tape.nodes[i]))
-    return _remembered(within.root, read, accuracy)
+    bound = (within.bindings[within.tape.nodes[i]] for i in within.tape.slots)
+    read = tuple(v.hex() if isinstance(v, float) else v for v in bound)
+    return _remembered(_Envelope(within, accuracy, (within.root, accuracy, read)))
 
 
 @lru_cache(maxsize=16)
-def _remembered(root: Node, read: _Read, accuracy: float) -> tuple[Region, Reduced]:
-    within = Formula((root,), dict(read))  # type: ignore[arg-type]  # they are bindings
-    where = region(within, "the region `within`")
-    return where, _share(within, finer(within, where), accuracy, 0.0)
+def _remembered(asked: _Envelope) -> tuple[Region, Reduced]:
+    where = region(asked.within, "the region `within`")
+    return where, _share(asked.within, finer(asked.within, where), asked.accuracy, 0.0)
 
 
 def mean(field: Formula, within: Formula, accuracy: float = MEAN_ACCURACY) -> Reduced:
-    """The mean of a field within a solid; the accuracy is relative to the field's standard deviation there."""
+    """The mean of a field within a solid; the accuracy is relative to the field's standard deviation there.
+
+    Where all of `n` samples missed, less than a share of 9 / n has other values, by as much as the enclosures of the
+    field allow: a spike that no sample met is in the error.
+    """
     where = finer_throughout(within, region(within, "the region `within`"))
+    lows, highs = box_test(field, EXACT)(where.cells, where.cells + where.size)
+    lowest, highest = float(lows.min()), float(highs.max())
     m = _PILOT
     while True:
         values, inside = sampled(field, within, where, m)
         here = values[inside]
-        middle, scatter = float(np.mean(here)), float(np.std(here))
+        with np.errstate(over="ignore", invalid="ignore"):
+            middle, scatter = float(np.mean(here)), float(np.std(here))
+        if not math.isfinite(scatter):
+            raise fail("E093", "the values of this number are too large to be squared", hint="scale the field down")
         rest = np.where(inside, values - middle, 0.0)
         error = 3 * math.sqrt(float(np.sum((rest[0] - rest[1]) ** 2))) / len(here)
+        if math.isfinite(lowest) and math.isfinite(highest):
+            beyond = max(0.0, highest - float(here.max()), float(here.min()) - lowest)
+            error += min(1.0, 9 / len(here)) * beyond
+        elif not scatter:  # all samples are alike, and there is no telling what lies between
+            error = math.inf
         rounding = 2.0**-50 * float(np.abs(here).max())
         more = more_strata(m, error, accuracy * scatter + rounding, len(where.cells), MOST_VALUES)
         if more is None:

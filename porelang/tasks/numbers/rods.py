@@ -1,12 +1,15 @@
 """Where lines along an axis meet a solid's surface, within its undecided cells: crossings proven, not seen.
 
 A piece of a line holds one crossing if the field changes its sign there and is proven to rise or fall throughout; none
-if it is proven to keep its sign. Any other piece is halved, up to `_HALVINGS` times and while no more than `_MOST` are
-open; what is open then and has the same sign at both ends is taken for a touch. So walls thinner than any grid are met.
+if it is proven to keep its sign. Any other piece is halved until it is shorter than `_SHORTEST`, so that walls far
+thinner than any grid are met. What is open then and has the same sign at both ends is taken for a touch, which counts
+nothing. Where halving proves next to nothing, so that more than `_MOST` times as many are open as there were pieces,
+they are counted as they are; those that may be touches are told.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -22,9 +25,10 @@ from porelang.parallel import parallel_for, workers
 from porelang.progress import tell
 from porelang.tasks.numbers.region import Region, seed
 
-_HALVINGS = 10  # of a piece of which nothing is proven; what is left is a touch, where the surface runs along the line
+_SHORTEST = 1e-6  # mm, or `_HALVINGS` halvings of the lines through a part that is tiny itself
+_HALVINGS = 10
 _BISECTIONS = 14
-_MOST = 2_000_000  # pieces at once
+_MOST = 8  # open parts of a piece, on average
 _AT_ONCE = 8192
 _PIECES = 1 << 17
 Values = NDArray[np.float64]
@@ -33,15 +37,20 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Crossings:
-    """Points (n, 3) where pieces of lines meet the surface, the piece each lies on, and whether the line leaves there.
+    """Points (n, 3) where pieces of lines meet the surface, the piece each lies on, whether the line leaves there, and
+    whether the field may jump there, so that its slope says nothing of the surface.
 
-    `ends_inside` says of each piece whether its far end lies in the solid.
+    `ends_inside` says of each piece whether its far end lies in the solid. `open_` counts the parts of pieces, each of
+    `open_length` mm, that may hold a wall for all that is proven.
     """
 
     points: Points
     piece: Indices
     leaves: NDArray[np.bool_]
+    jumps: NDArray[np.bool_]
     ends_inside: NDArray[np.bool_]
+    open_: int
+    open_length: float
 
 
 class Rods:
@@ -75,20 +84,27 @@ class Rods:
         at_low, at_high = self.field.at(low) <= 0, self.field.at(high) <= 0
         ends_inside = at_high
         line = np.arange(len(low))
-        found: list[tuple[Points, Points, NDArray[np.bool_], Indices]] = []
-        changes = at_low != at_high
-        found.append((low[sure & changes], high[sure & changes], at_low[sure & changes], line[sure & changes]))
+        found: list[tuple[Points, Points, NDArray[np.bool_], Indices, NDArray[np.bool_]]] = []
+        once = (at_low != at_high) & sure
+        found.append((low[once], high[once], at_low[once], line[once], np.zeros(np.count_nonzero(once), np.bool_)))
         low, high, line = low[~sure], high[~sure], line[~sure]
         at_low, at_high = at_low[~sure], at_high[~sure]
-        for halving in range(_HALVINGS + 1):
+        unproven = 0
+        most = max(_MOST * len(at_low), _AT_ONCE)
+        halvings = max(_HALVINGS, math.ceil(math.log2(length / _SHORTEST)))
+        for halving in range(halvings + 1):
             if not len(low):
                 break
-            one_way, none = self._proven(low, high, axis)
-            last = halving == _HALVINGS or len(low) > _MOST
+            # slopes of which the first halvings prove nothing are hardly proven by more, and are the longer formulas
+            one_way, none, jumps = self._proven(low, high, axis, slopes=halving <= _HALVINGS)
+            last = halving == halvings or len(low) > most
             changes = at_low != at_high
             once = changes & (one_way | last)
-            found.append((low[once], high[once], at_low[once], line[once]))
+            found.append((low[once], high[once], at_low[once], line[once], jumps[once]))
             open_ = ~none & ~one_way & (not last)
+            if last and halving < halvings:
+                unproven = int(np.count_nonzero(~none & ~one_way & ~changes))
+                length /= 2**halving
             low, high, line = low[open_], high[open_], line[open_]
             at_low, at_high = at_low[open_], at_high[open_]
             middle = (low + high) / 2
@@ -96,25 +112,29 @@ class Rods:
             low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
             at_low, at_high = np.concatenate([at_low, at_middle]), np.concatenate([at_middle, at_high])
             line = np.concatenate([line, line])
-        inside = np.concatenate([f[2] for f in found])
-        met = self._met(np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found]), inside)
-        return Crossings(met, np.concatenate([f[3] for f in found]), inside, ends_inside)
+        low, high, inside, line, jumps = (np.concatenate([f[k] for f in found]) for k in range(5))
+        met = self._met(low, high, inside)
+        return Crossings(met, line, inside, jumps, ends_inside, unproven, length)
 
-    def _proven(self, low: Points, high: Points, axis: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Which pieces are crossed once at most, and which not at all."""
-        one_way, none = np.zeros((2, len(low)), np.bool_)
+    def _proven(
+        self, low: Points, high: Points, axis: int, slopes: bool
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+        """Which pieces are crossed once at most, which not at all, and in which the field may jump."""
+        one_way, none, jumps = np.zeros((3, len(low)), np.bool_)
 
         def kept_sign(some: Indices) -> None:
-            r = enclose(self.solid, boxes(low[some], high[some]))[0].range
-            none[some] = ((r.lo > 0) | (r.hi < 0)) & ~r.nan
+            value = enclose(self.solid, boxes(low[some], high[some]))[0]
+            none[some] = ((value.range.lo > 0) | (value.range.hi < 0)) & ~value.range.nan
+            jumps[some] = value.jumps
 
         def kept_slope(some: Indices) -> None:
             value, slope = enclose(self.along[axis], boxes(low[some], high[some]))
             one_way[some] = _signed(slope.range) & ~value.jumps
 
         _threaded(kept_sign, np.arange(len(low)))
-        _threaded(kept_slope, np.nonzero(~none)[0])  # the slopes are the longer formulas
-        return one_way, none
+        if slopes:
+            _threaded(kept_slope, np.nonzero(~none)[0])
+        return one_way, none, jumps
 
     def _met(self, low: Points, high: Points, inside: NDArray[np.bool_]) -> Points:
         """The crossing of each piece, by halving it."""
@@ -133,11 +153,18 @@ class Rods:
 
 @dataclass(frozen=True, slots=True)
 class Met:
-    """Sums over all lines along an axis: of what was counted of each, its variance, and the crossings left out."""
+    """Sums over all lines along an axis: of what was counted of each, and the crossings left out, with the variance of
+    both together.
+
+    `touches` counts the parts of lines of which nothing was proven, `touched` sums their lengths; both stand for areas
+    as the others do.
+    """
 
     total: float
     variance: float
     uncounted: float
+    touches: float
+    touched: float
 
 
 #: What a batch of pieces adds: to each piece, and to the piece of each crossing; NaN where that is not known.
@@ -159,7 +186,7 @@ def along(rods: Rods, where: Region, sure: NDArray[np.bool_], axis: int, m: int,
     at = np.array(where.box.lo)[across] + (columns[:, None, None, :] + (strata + random) / m) * size[across]
     at = at.reshape(len(columns), -1, 2)
     lines = at.shape[1]
-    sums, uncounted = np.zeros(len(columns) * lines), 0
+    sums, varied, uncounted, touches, touched = *np.zeros((2, len(columns) * lines)), 0, 0, 0.0
     each = max(1, _PIECES // lines)
     for start in range(0, len(low), each):
         tell(start, len(low))
@@ -170,13 +197,17 @@ def along(rods: Rods, where: Region, sure: NDArray[np.bool_], axis: int, m: int,
         of_piece, of_crossing = count(met, starts)
         unknown = np.isnan(of_crossing)
         uncounted += int(np.count_nonzero(unknown))
+        touches += met.open_
+        touched += met.open_ * met.open_length
         line = (column[part, None] * lines + np.arange(lines)).reshape(-1)
         sums += np.bincount(line, of_piece, len(sums))
         sums += np.bincount(line[met.piece], np.where(unknown, 0.0, of_crossing), len(sums))
+        varied += np.bincount(line[met.piece], unknown, len(sums))
     stands_for = float(np.prod(size[across])) / (2 * m * m)
-    pairs = sums.reshape(-1, 2)
+    pairs = (sums + varied).reshape(-1, 2)
     squares = float(((pairs[:, 0] - pairs[:, 1]) ** 2).sum())
-    return Met(stands_for * float(sums.sum()), stands_for**2 * squares, stands_for * uncounted)
+    total, without, open_, length = (stands_for * n for n in (float(sums.sum()), uncounted, touches, touched))
+    return Met(total, stands_for**2 * squares, without, open_, length)
 
 
 def _signed(r: Interval) -> NDArray[np.bool_]:

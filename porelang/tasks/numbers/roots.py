@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -24,6 +25,12 @@ class _Search:
 
     def at(self, t: float) -> tuple[float, float]:
         found = self.function(t)
+        if math.isnan(found.value):
+            raise fail(
+                "E093",
+                f"the function of `solve` is not a number at {t:g}",
+                hint="narrow the range to where it is one: a root, a logarithm or a power of a negative number is none",
+            )
         self.seen.append((t, found.value - self.target, found.error))
         return found.value - self.target, found.error
 
@@ -40,8 +47,13 @@ def root_of(function: Callable[[float], Reduced], target: float, low: float, hig
 
     The error is the distance to the nearest t on either side where the function is off its target by more than its own
     error: it holds for every function that rises or falls throughout, however steep or flat it is near the root.
-    Errors: E095 for an empty range, E094 for a target out of reach, which says what is in reach.
+    Errors: E095 for an empty range, E094 for a target out of reach, which says what is in reach, E093 where the target
+    or the function is not a number.
     """
+    if math.isnan(target):
+        raise fail(
+            "E093", "the target of `solve` is not a number", hint="look for a root or logarithm of a negative one"
+        )
     if not low < high:
         raise fail("E095", f"`solve` looks in an empty range: {low:g}..{high:g}", hint="the lower end comes first")
     search = _Search(function, target)
