@@ -16,6 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 Triple = tuple[float, float, float]
+#: Farther than this from the origin, in mm, there are no parts: a hundred metres.
+FARTHEST = 1e5
+#: Nearer to each other than this, in mm, two places are one: a nanometre.
+NEAREST = 1e-6
+#: The largest value at a node: float32, and so a shader, has room for some sums of such.
+LARGEST_VALUE = 1e37
+#: Nodes along an axis, and bars: float32 counts no further.
+MOST_COUNTED = 2**24
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,11 +3,43 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
 from functools import wraps
 from typing import TypeVar
 
+from porelang.progress import checkpoint
+
 T = TypeVar("T")
+_POLL = 0.05  # seconds between two looks at whether what another thread makes is still wanted
+#: The keys that some thread is at, each with its lock and how many have come to it.
+_held: dict[Hashable, tuple[threading.RLock, int]] = {}
+_holding = threading.Lock()
+
+
+@contextmanager
+def alone(key: Hashable) -> Iterator[None]:
+    """While this lasts no other thread is in it with the same key: who comes second finds what the first has made.
+
+    Errors: CancelledError where it is no longer wanted before it is this thread's turn.
+    """
+    with _holding:
+        lock, count = _held.get(key, (threading.RLock(), 0))
+        _held[key] = (lock, count + 1)
+    try:
+        while not lock.acquire(timeout=_POLL):
+            checkpoint()
+        try:
+            yield
+        finally:
+            lock.release()
+    finally:
+        with _holding:
+            lock, count = _held[key]
+            if count == 1:
+                del _held[key]
+            else:
+                _held[key] = (lock, count - 1)
 
 
 def once(make: Callable[[], T]) -> Callable[[], T]:

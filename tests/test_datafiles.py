@@ -176,6 +176,7 @@ HOSTILE: dict[str, tuple[str, Callable[[Path], object], str]] = {
     "one number as origin": ("E133", lambda p: grid(p, origin=1), "three numbers"),
     "a claim of 10^12": ("E135", lambda p: raw(p, "stress", claim((10**4,) * 3)), "8,000,000,000,000 bytes"),
     "a claim of 10^4000": ("E135", lambda p: raw(p, "stress", claim((10**1300,) * 3)), "too large"),
+    "too many to count": ("E135", lambda p: raw(p, "stress", claim((2**24 + 1, 2, 2))), "16,777,217 nodes"),
     "a claim of 1 GB": ("E131", lambda p: raw(p, "stress", claim((500, 500, 500))), "1,000,000,000 bytes"),
     "a large origin": ("E133", lambda p: raw(p, "origin", claim((10**9,))), "three numbers"),
     "negative sizes": ("E131", lambda p: raw(p, "stress", claim((-2, -3, 4))), "shape"),

@@ -13,9 +13,14 @@ from scipy.ndimage import map_coordinates
 from slots import ES, at_points
 
 import porelang
+from porelang.analysis.enclose import F32, boxes, enclose
+from porelang.backends.numpy import NumpyField
+from porelang.conformance.samples import GRID
 from porelang.data import SampledField
+from porelang.formula import Formula
 from porelang.gpu import Gpu, GpuMissing, open_gpu
 from porelang.interval import Interval, interval
+from porelang.ir import X, Y, Z, node
 from porelang.ops import grid as ops
 
 Values = NDArray[Any]
@@ -371,3 +376,15 @@ def test_a_solid_within_its_smooth_samples_has_an_end(region: str, voxel: str) -
     solid = points[program.field()(points) <= 0]
     assert ((solid >= box.lo) & (solid <= box.hi)).all()
     assert max(box.hi) < 13
+
+
+def test_a_bound_knows_where_float32_has_no_room_on_the_way() -> None:
+    """Values of 1e36 at every 0.01 mm: differences of sums that overflow are no numbers."""
+    grid = SampledField.from_array(np.random.default_rng(0).uniform(-1e36, 1e36, (6, 6, 6)), (0, 0, 0), 0.01)
+    root = node("lookup_cubic", GRID, X, Y, Z, value=(0, 0, 0, 1))
+    formula = Formula((root,), {GRID: grid})
+    points = np.random.default_rng(1).uniform(0, 0.05, (2000, 3)).astype(np.float32).astype(np.float64)
+    with np.errstate(all="ignore"):
+        found = np.isnan(NumpyField(formula, "f32").at(points))
+    assert found.any()
+    assert enclose(formula, boxes(points, points), F32)[0].range.nan[found].all()

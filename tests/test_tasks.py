@@ -26,7 +26,7 @@ from porelang.gpu import shared_gpu
 from porelang.ir import NUMBERS, TASKS
 from porelang.ops import TASK_TABLE
 from porelang.progress import watching
-from porelang.tasks import identity, resolve
+from porelang.tasks import datafile, identity, load, resolve
 from porelang.tasks.resolve import RUN
 from porelang.tasks.run import OUTSIDE
 
@@ -529,6 +529,53 @@ def test_a_number_that_cannot_be_moved_below_nothing_has_an_error_still() -> Non
 
 
 # ---- data
+
+
+@pytest.mark.parametrize(
+    ("call", "code", "words"),
+    [
+        ("sample(1e38 * x, 1mm, sphere(3))", "E097", "beyond 1e+37"),
+        ("sample(x, k * 1mm, sphere(5))", "E096", "voxel of 9.99989e-321"),
+        ("sample(x, 1mm / k, sphere(5))", "E096", "voxel of inf"),
+        ("sample(x, 1e40 * 1mm, sphere(5))", "E096", "voxel of 1e+40"),
+    ],
+)
+def test_samples_keep_to_what_shaders_and_places_can_be(call: str, code: str, words: str) -> None:
+    with pytest.raises(porelang.PoreError) as caught:
+        porelang.compile(f"param k = 1 in 0..1\nx + {call}").field(k=1e-320)
+    (d,) = caught.value.diagnostics
+    assert d.code == code
+    assert words in d.message
+
+
+@pytest.mark.parametrize("call", ['load("grid.npz", "x")', 'frame("truss.json")'])
+def test_reading_a_file_is_told_and_can_be_ended(call: str, tmp_path: Path) -> None:
+    data_files(tmp_path)
+    (tmp_path / "a.pore").write_text(call)
+    program = porelang.compile(path=tmp_path / "a.pore")
+    told: list[str] = []
+    with watching(lambda what, done, total: told.append(what), lambda: True), pytest.raises(CancelledError):
+        program.field()
+    assert told
+    assert set(told) == {"reading data"}
+
+
+def test_threads_that_want_a_file_read_it_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    data_files(tmp_path)
+    os.utime(tmp_path / "grid.npz", (1e9, 1e9))
+    reads: list[int] = []
+    values = load._values
+
+    def slowly(*args: Any) -> Any:
+        reads.append(1)
+        threading.Event().wait(0.1)
+        return values(*args)
+
+    monkeypatch.setattr(load, "_values", slowly)
+    monkeypatch.setattr(datafile, "_TICK", -1e10)
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda _: load.read_grid(str(tmp_path / "grid.npz"), "x"), range(4)))
+    assert len(reads) == 1
 
 
 @pytest.mark.parametrize("smooth", ["", ", smooth=true"])

@@ -194,10 +194,11 @@ def _widen(
     if not t.absolute and extra is None:  # what is wrong by a part of itself, or counts as 0, keeps its sign
         lo = np.where(r.lo >= 0, np.maximum(lo, 0.0), lo)
         hi = np.where(r.hi <= 0, np.minimum(hi, 0.0), hi)
+    unbounded = np.isposinf(more) & ~np.isinf(r.lo) & ~np.isinf(r.hi)  # it overflows on the way: inf - inf may follow
     empty = r.empty
     lo = np.where(empty, r.lo, np.where(lo < -precision.huge, -INF, np.minimum(lo, precision.huge)))
     hi = np.where(empty, r.hi, np.where(hi > precision.huge, INF, np.maximum(hi, -precision.huge)))
-    return Interval(lo, hi, r.nan)
+    return Interval(lo, hi, r.nan | (unbounded & ~empty))
 
 
 def at_points(points: Points, precision: Precision) -> list[Interval]:

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from porelang.data import Data, SampledField, Segments
+from porelang.data import NEAREST, Data, SampledField, Segments
 from porelang.formula import Bindings
 from porelang.ir import Node, node
-from porelang.tasks.datafile import NEAREST
 
 #: The files that generated programs name, and the slots that stand for them in graphs.
 GRID_FILE, GRID_NAME, FRAME_FILE = "grid.npz", "value", "frame.json"

@@ -8,11 +8,12 @@ from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
 from porelang.data import Data
+from porelang.once import alone
 
 Made = TypeVar("Made")
 # beside the data and not on them: what is derived is not pickled along
 _KEPT: WeakKeyDictionary[Data, dict[Hashable, Any]] = WeakKeyDictionary()
-_LOCK = threading.RLock()
+_LOCK = threading.Lock()
 
 
 def derived(data: Data, key: Hashable, make: Callable[[], Made]) -> Made:
@@ -22,6 +23,7 @@ def derived(data: Data, key: Hashable, make: Callable[[], Made]) -> Made:
         return kept[key]  # type: ignore[no-any-return]  # a key always names the same kind of thing
     with _LOCK:
         kept = _KEPT.setdefault(data, {})
+    with alone(("derived", id(data), key)):
         if key not in kept:
             kept[key] = make()
         return kept[key]  # type: ignore[no-any-return]  # as above

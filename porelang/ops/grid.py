@@ -190,8 +190,14 @@ def rounding(grid: SampledField, x: Interval, y: Interval, z: Interval, payload:
         else:
             error = power * (2.0 * error + 1.5 * difference)
             scale *= power
+    # a sum of weighted values that float32 may not hold on the way
+    if cubic and 4 * _largest(grid, component, (0, 0, 0)) * scale > _LARGEST_SINGLE:
+        error = np.full_like(error, np.inf)
     # second-order terms; and numbers that a shader may take for 0
     return np.asarray(np.where(np.isnan(error), np.inf, 1.01 * error + 1e-30))
+
+
+_LARGEST_SINGLE = float(np.finfo(np.float32).max)
 
 
 #: For each order of a cubic: what an error of the nodes is multiplied by (the sum of the weights' magnitudes), what a

@@ -57,13 +57,14 @@ _ROWS = (
          'A field from samples in a file: `load("stress.npz", "von_mises")`. The file, beside the program, is what '
          "`numpy.savez` writes: the array of that name, of shape (nx, ny, nz), `origin` and `spacing` in mm. Between "
          "samples the field is trilinear, or with `smooth=true` tricubic with a smooth gradient; beyond them it is "
-         "`outside`, or goes on as at the boundary where that is not given.", 2),
+         "`outside`, or goes on as at the boundary where that is not given.", 2, "reading data"),
     Task("sample", ("f", "voxel", "within", "smooth"), "grid", SAME, "seconds",
          "The field f sampled every `voxel` over the box of a solid, once, and read from the samples from then on: for "
          "what is costly to evaluate. `smooth=true` reads them with a smooth gradient.", 1, "sampling a field"),
     Task("frame", ("path",), "segments", None, "instant",
          'The bars of a file as a solid, round at their ends: `frame("truss.json")`, which holds {"nodes": [[x, y, z], '
-         '...], "bars": [[i, j], ...], "radii": [...]}, in mm. Its value is the distance to the nearest surface.'),
+         '...], "bars": [[i, j], ...], "radii": [...]}, in mm. Its value is the distance to the nearest surface.',
+         0, "reading data"),
 )  # fmt: skip
 
 TASK_TABLE: dict[str, Task] = {row.name: row for row in _ROWS}

@@ -8,7 +8,7 @@ import numpy as np
 
 from porelang.analysis.box import part_box, unbounded_axes
 from porelang.backends.numpy import GridField, NumpyField
-from porelang.data import SampledField
+from porelang.data import FARTHEST, LARGEST_VALUE, MOST_COUNTED, NEAREST, SampledField
 from porelang.diagnostics import fail
 from porelang.formula import Formula
 from porelang.parallel import parallel_for, workers
@@ -26,10 +26,11 @@ def bake(fields: Formula, voxel: float, within: Formula) -> SampledField:
 
     The grid covers the box of the solid `within` and one layer of nodes more on each side.
     Errors: E091 where the solid has no end, E092 where it is empty, E096 for a voxel that is none or makes too many
-    samples, E097 where the field is not a finite number at a node.
+    samples, E097 where the field is not a finite number at a node, or one that float32 has no room for.
     """
-    if not (math.isfinite(voxel) and voxel > 0):
-        raise fail("E096", f"a voxel of {voxel:g} mm cannot be sampled at", hint="give a length above 0, as in 1mm")
+    if not NEAREST <= voxel <= FARTHEST:
+        hint = f"give a length above 0, as in 1mm: from a nanometre to {FARTHEST:,.0f} mm"
+        raise fail("E096", f"a voxel of {voxel:g} mm cannot be sampled at", hint=hint)
     box = part_box(within)
     if box is None or min(box.size) <= 0:
         raise fail(
@@ -39,8 +40,10 @@ def bake(fields: Formula, voxel: float, within: Formula) -> SampledField:
         raise fail("E091", f"the region `within` of these samples has no end along {axes}",
                    hint="intersect it with a shape: `... & cylinder(75, 300)`")  # fmt: skip
     counts = [math.ceil(size / voxel - 1e-9) + 1 + 2 * MARGIN for size in box.size]
-    if math.prod(counts) * len(fields.roots) > MOST_NODES:
-        enough = voxel * (math.prod(counts) * len(fields.roots) / MOST_NODES) ** (1 / 3)
+    if math.prod(counts) * len(fields.roots) > MOST_NODES or max(counts) > MOST_COUNTED:
+        enough = voxel * max(
+            (math.prod(counts) * len(fields.roots) / MOST_NODES) ** (1 / 3), max(counts) / MOST_COUNTED
+        )
         raise fail("E096", f"a voxel of {voxel:g} mm makes {math.prod(counts):.2g} samples of this region",
                    hint=f"a voxel of {1.05 * enough:.2g} mm would do")  # fmt: skip
     origin = np.array(box.lo) - MARGIN * voxel
@@ -59,11 +62,13 @@ def bake(fields: Formula, voxel: float, within: Formula) -> SampledField:
         for i in range(0, len(starts), threads):
             tell(k * len(starts) + i, len(fields.roots) * len(starts))
             parallel_for(fill, starts[i : i + threads], threads)
-    bad = ~np.isfinite(values)
+    bad = ~(np.abs(values) <= LARGEST_VALUE)
     if bad.any():
         i, j, l_, k = (int(v) for v in np.argwhere(bad)[0])
         place = origin + voxel * np.array([i, j, l_])
-        what = "not a number" if np.isnan(values[i, j, l_, k]) else "infinite"
+        value = float(values[i, j, l_, k])
+        beyond = f"{value:.3g}, beyond {LARGEST_VALUE:g}"
+        what = "not a number" if math.isnan(value) else "infinite" if math.isinf(value) else beyond
         raise fail("E097", f"the field of these samples is {what} at ({', '.join(f'{v:.4g}' for v in place)})",
                    hint="look for a division by zero, or a root or logarithm of a negative number there")  # fmt: skip
     return SampledField.from_array(values, origin.tolist(), voxel)

@@ -18,12 +18,9 @@ from typing import BinaryIO, TypeVar, cast
 
 from porelang.data import Data, SampledField
 from porelang.diagnostics import PoreError, fail, suggest
+from porelang.once import alone
 from porelang.source import Span
 
-#: Farther than this from the origin, in mm, there are no parts: a hundred metres.
-FARTHEST = 1e5
-#: Nearer to each other than this, in mm, two places are one: a nanometre.
-NEAREST = 1e-6
 _KINDS = (
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISCHR, "a device"),
@@ -34,7 +31,7 @@ _KINDS = (
 _OPEN = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
 #: What is remembered of the files read last: so many, and so many bytes of them, but the last in any case.
 _MOST, _MOST_BYTES = 16, 1_000_000_000
-_TICK = 2.0  # s: a file that changed this recently may change again without its times telling
+_TICK = 2.0  # s: a file that changed so recently may change again and keep its times
 
 Key = tuple[object, ...]
 Some = TypeVar("Some", bound=Data)
@@ -51,16 +48,17 @@ def remembered(
     Errors: E130 where it cannot be read, E131 for another ending, and those of `read`.
     """
     found = _looked_at(path, ending, what, span)
-    key: Key = (os.path.abspath(path), part, ending, *_identity(found))
-    with _lock:
-        if key in _read:
-            _read.move_to_end(key)
-            return cast(Some, _read[key])  # the ending is in the key, and says the type
-    with _opened(path, found, span) as file:
-        data = read(file, found.st_size)
-    if time.time() - max(found.st_mtime, found.st_ctime) > _TICK:
-        _remember(key, data)
-    return data
+    key: Key = (os.path.abspath(path), part, ending, *_stamp(found))
+    with alone(key):
+        with _lock:
+            if key in _read:
+                _read.move_to_end(key)
+                return cast(Some, _read[key])  # the ending is in the key, and says the type
+        with _opened(path, found, span) as file:
+            data = read(file, found.st_size)
+        if time.time() - max(found.st_mtime, found.st_ctime) > _TICK:
+            _remember(key, data)
+        return data
 
 
 def forget() -> None:
@@ -69,7 +67,7 @@ def forget() -> None:
         _read.clear()
 
 
-def _identity(found: os.stat_result) -> tuple[int, ...]:
+def _stamp(found: os.stat_result) -> tuple[int, ...]:
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
@@ -129,7 +127,7 @@ def _opened(path: str, found: os.stat_result, span: Span | None) -> Iterator[Bin
         with os.fdopen(os.open(path, _OPEN), "rb") as file:
 
             def same() -> bool:
-                return _identity(os.fstat(file.fileno())) == _identity(found)
+                return _stamp(os.fstat(file.fileno())) == _stamp(found)
 
             if not same():
                 raise _changed(path, span)

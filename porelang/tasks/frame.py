@@ -16,16 +16,18 @@ from typing import Any, BinaryIO, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.data import Segments
+from porelang.data import FARTHEST, MOST_COUNTED, NEAREST, Segments
 from porelang.diagnostics import PoreError, fail, suggest
+from porelang.progress import tell
 from porelang.source import Span
-from porelang.tasks.datafile import FARTHEST, NEAREST, remembered
+from porelang.tasks.datafile import remembered
 
-#: Bytes of a file: some two million bars, which take ten times that while they are read.
+#: Bytes of a file, which takes ten times that while it is read: some four million bars with radii of their own.
 LARGEST = 256_000_000
 #: Lists within lists: three are needed. The limit protects the stack of whoever parses the text.
 _DEEPEST = 100
 _CHUNK = 1 << 20
+_STEPS = 5  # of reading: the text, its lists, the nodes, the bars, the radii
 _FORM = '{"nodes": [[0, 0, 0], [10, 0, 0]], "bars": [[0, 1]], "radii": [1]}, lengths in mm'
 _NAMES = {bool: "true or false", str: "text", type(None): "null", list: "a list", dict: "an object"}
 
@@ -42,7 +44,7 @@ class _Asked:
 
 
 class _NotJsonError(ValueError):
-    """What a number or a name in the text is that JSON has not."""
+    """What is no JSON: a number or a name that stands there twice."""
 
 
 def read_frame(path: str, span: Span | None = None) -> Segments:
@@ -54,6 +56,7 @@ def _read(asked: _Asked, file: BinaryIO, size: int) -> Segments:
     if size > LARGEST:
         raise asked.fail("E135", f"`{asked.path}` is too large: {size:,} bytes of {LARGEST:,}", "split the frame")
     content = file.read(LARGEST + 1)
+    tell(1, _STEPS)
     if _depth(content) > _DEEPEST:
         raise asked.fail("E131", f"`{asked.path}` is no frame: its lists are nested over {_DEEPEST} deep")
     try:
@@ -69,6 +72,7 @@ def _read(asked: _Asked, file: BinaryIO, size: int) -> Segments:
         raise asked.fail("E134", f"`{asked.path}` holds a number that is too long to read") from None
     if not isinstance(found, dict):
         raise asked.fail("E133", f"`{asked.path}` is {_NAMES.get(type(found), 'a number')}, not a frame")
+    tell(2, _STEPS)
     return _segments(asked, found)
 
 
@@ -77,7 +81,12 @@ def _segments(asked: _Asked, found: dict[str, Any]) -> Segments:
     if len(nodes) == 0:
         raise asked.fail("E133", f"`{asked.path}` has no nodes")
     _near_enough(asked, nodes, "node")
+    tell(3, _STEPS)
     bars = _rows(asked, _list(asked, found, "bars"), "bars", "bar", 2)
+    if len(bars) > MOST_COUNTED:
+        text = f"`{asked.path}` has {len(bars):,} bars; float32 counts {MOST_COUNTED:,}"
+        raise asked.fail("E135", text, "split the frame")
+    tell(4, _STEPS)
     if len(bars) == 0:
         raise asked.fail("E133", f"`{asked.path}` has no bars")
     ends = _indices(asked, bars, len(nodes))

@@ -21,10 +21,11 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from porelang.data import SampledField, Triple
+from porelang.data import FARTHEST, LARGEST_VALUE, MOST_COUNTED, NEAREST, SampledField, Triple
 from porelang.diagnostics import PoreError, fail, suggest
+from porelang.progress import tell
 from porelang.source import Span
-from porelang.tasks.datafile import FARTHEST, NEAREST, remembered
+from porelang.tasks.datafile import remembered
 
 #: Bytes of an array in memory.
 LARGEST = 2_000_000_000
@@ -45,8 +46,6 @@ _BROKEN = (
     LookupError,
     SyntaxError,
 )
-#: The largest value that a field may have at a node: float32, and so a shader, has room for some sums of such.
-MOST = 1e37
 _WRITE = "write it with numpy.savez(path, {name}=values, origin=[0, 0, 0], spacing=0.5), lengths in mm"
 _NO_NUMBERS = {"O": "Python objects", "S": "text", "U": "text", "c": "complex numbers", "V": "records"}
 _NO_NUMBERS |= {"M": "dates", "m": "times"}
@@ -151,9 +150,11 @@ def _values(asked: _Asked, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> N
         )
         hint = "fill them before they are written: numpy.nan_to_num, or the nearest value that is known"
         raise asked.fail("E134", f"`{asked.name}` in `{asked.path}`: {are} node {where}", hint)
-    if (largest := max(float(array.max()), -float(array.min()))) > MOST:
+    if (largest := max(float(array.max()), -float(array.min()))) > LARGEST_VALUE:
         hint = "shaders and float32 have no room for more: store it in a larger unit"
-        raise asked.fail("E134", f"`{asked.name}` in `{asked.path}` goes to {largest:.2g}, beyond {MOST:g}", hint)
+        raise asked.fail(
+            "E134", f"`{asked.name}` in `{asked.path}` goes to {largest:.2g}, beyond {LARGEST_VALUE:g}", hint
+        )
     array.setflags(write=False)
     return array
 
@@ -223,6 +224,10 @@ def _array(
             raise asked.fail(
                 "E135", f"`{name}` in `{asked.path}` is too large: {shape} are {size:,} bytes of {most:,}", hint
             )
+        if (longest := max(shape, default=0)) > MOST_COUNTED:
+            hint = "keep every second node, or a part of the grid"
+            text = f"`{name}` in `{asked.path}` has {longest:,} nodes along an axis; float32 counts {MOST_COUNTED:,}"
+            raise asked.fail("E135", text, hint)
         if offset + count * kind.itemsize != info.file_size:
             claimed = f"{count * kind.itemsize:,} bytes of values where there are {info.file_size - offset:,}"
             raise asked.fail("E131", f"`{asked.path}` is damaged: `{name}` claims {claimed}")
@@ -262,6 +267,7 @@ def _fill(member: Any, flat: NDArray[Any]) -> None:
             raise ValueError("there is more in it than it claims")
         place[done : done + len(chunk)] = chunk
         done += len(chunk)
+        tell(done, max(len(place), 1))
     if done != len(place):
         raise EOFError(f"{done:,} bytes where {len(place):,} are claimed")
 

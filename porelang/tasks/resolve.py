@@ -7,9 +7,7 @@ which stands for anything.
 from __future__ import annotations
 
 import math
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import cast
@@ -19,8 +17,9 @@ from porelang.data import Data, Reduced
 from porelang.diagnostics import PoreError
 from porelang.formula import Bindings, Formula, Slot
 from porelang.ir import TASKS, UNKNOWN, Node, order, unknown, within
+from porelang.once import alone
 from porelang.ops import TASK_TABLE
-from porelang.progress import activity, checkpoint
+from porelang.progress import activity
 from porelang.source import Span
 from porelang.store import Result
 from porelang.tape import lower
@@ -30,7 +29,6 @@ from porelang.tasks.run import OUTSIDE, RUN
 
 #: Where each task is asked for, so that what goes wrong is told there.
 Places = Mapping[Node, Span]
-_POLL = 0.05  # seconds between two looks at whether a result that another thread computes is still wanted
 
 
 def tasks_read(roots: Sequence[Node]) -> list[Node]:
@@ -105,12 +103,12 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
     """
     try:
         if n.op in OUTSIDE:
-            return cast(Data, bindings[n]) if n in bindings else OUTSIDE[n.op](n)
+            return cast(Data, bindings[n]) if n in bindings else _read(n)
         guessed = n.depends >= UNKNOWN  # it reads what a `solve` tries: the answer of the search is kept, not this
         bindings = {m: v for m, v in bindings.items() if _settled(m) or (guessed and m.op == "unknown")}
         bindings = bind_files([n], bindings, places)
         key = identity(n, bindings, partial(_content, bindings))
-        with _alone(key):
+        with alone(key):
             found = store.get(key)
             if found is None:
                 with activity(TASK_TABLE[n.op].activity):
@@ -120,6 +118,11 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
     except PoreError as error:
         place = places.get(n)
         raise PoreError([replace(d, span=d.span or place) for d in error.diagnostics]) from None
+
+
+def _read(n: Node) -> Data:
+    with activity(TASK_TABLE[n.op].activity):
+        return OUTSIDE[n.op](n)
 
 
 def _settled(m: Node) -> bool:
@@ -133,32 +136,6 @@ def _content(bindings: Bindings, n: Node) -> str:
         return ""
     data = bindings.get(n)
     return "not read" if data is None else cast(Data, data).digest
-
-
-_flights: dict[str, tuple[threading.RLock, int]] = {}
-_flights_lock = threading.Lock()
-
-
-@contextmanager
-def _alone(key: str) -> Iterator[None]:
-    """While this lasts no other thread is in it with the same key."""
-    with _flights_lock:
-        lock, waiting = _flights.get(key, (threading.RLock(), 0))
-        _flights[key] = (lock, waiting + 1)
-    try:
-        while not lock.acquire(timeout=_POLL):
-            checkpoint()
-        try:
-            yield
-        finally:
-            lock.release()
-    finally:
-        with _flights_lock:
-            lock, waiting = _flights[key]
-            if waiting == 1:
-                del _flights[key]
-            else:
-                _flights[key] = (lock, waiting - 1)
 
 
 def _label(n: Node, places: Places) -> str:

@@ -55,7 +55,7 @@ def _sample(asked: Formula) -> Result:
     return bake(asked.but(*(asked.roots[i] for i in fields)), _number(asked, voxel), _field(asked, within))
 
 
-#: By the task's arguments as a formula with all that they read. `solve` is not here: it asks tasks itself (`resolve`).
+#: Each takes a formula of the task's arguments, fully bound. `solve` is not here: it asks tasks itself (`resolve`).
 RUN: Mapping[str, Callable[[Formula], Result]] = {
     "porosity": lambda asked: porosity(_field(asked, 0), _field(asked, 1)),
     "volume": lambda asked: volume(_field(asked, 0)),
@@ -93,8 +93,8 @@ def _as_named(shown: str, path: str, read: Callable[[str], Read]) -> Read:
     folder, as_shown = os.path.join(os.path.dirname(path), ""), os.path.dirname(shown)
     as_shown = os.path.join(as_shown, "") if as_shown else ""
 
-    def named(text: str) -> str:
-        return text.replace(path, shown).replace(folder, as_shown)
+    def named(text: str) -> str:  # paths stand between backquotes, as does much else
+        return text.replace(f"`{path}`", f"`{shown}`").replace(f"`{folder}", f"`{as_shown}")
 
     try:
         return read(path)
