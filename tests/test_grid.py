@@ -13,7 +13,7 @@ from scipy.ndimage import map_coordinates
 from slots import ES, at_points
 
 import porelang
-from porelang.analysis.enclose import F32, boxes, enclose
+from porelang.analysis.enclose import F32, enclose
 from porelang.backends.numpy import NumpyField
 from porelang.conformance.samples import GRID
 from porelang.data import SampledField
@@ -387,4 +387,4 @@ def test_a_bound_knows_where_float32_has_no_room_on_the_way() -> None:
     with np.errstate(all="ignore"):
         found = np.isnan(NumpyField(formula, "f32").at(points))
     assert found.any()
-    assert enclose(formula, boxes(points, points), F32)[0].range.nan[found].all()
+    assert enclose(formula, [interval(c) for c in points.T], F32)[0].range.nan[found].all()
