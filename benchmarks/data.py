@@ -1,4 +1,7 @@
-"""Lookup in a sampled field against SciPy's, and the nearest of 100 000 bars, in millions of points per second."""
+"""Lookup in a sampled field against SciPy's, and the nearest of 100 000 bars, in millions of points per second.
+
+Fields are called as a person calls them: with points (n, 3), through all the checks.
+"""
 
 from __future__ import annotations
 
@@ -8,59 +11,47 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 from timing import Case, in_turn
 
-from porelang.backends.numpy import PIECE
-from porelang.data import SampledField, Segments
-from porelang.ops import grid as lookups
-from porelang.ops import segments as walks
-from porelang.parallel import parallel_for, workers
+from porelang.conformance.samples import BARS, GRID
+from porelang.data import Data, SampledField, Segments
+from porelang.field import Field, make_field
+from porelang.formula import Formula
+from porelang.ir import Node, X, Y, Z, node
 
-NODES, POINTS, BARS, WALKS = 128, 20_000_000, 100_000, 1_000_000
+NODES, POINTS, COUNT, WALKS = 128, 20_000_000, 100_000, 1_000_000
 SIDE = 100.0  # mm
 SCIPY = "SciPy map_coordinates, order 1, {}"
+TYPES = {"float32": "f32", "float64": "f64"}
+NEAREST = ("distance", "dx", "dy", "dz", "nx", "ny", "nz", "along", "radius", "length", "index")
 
 
 def data(rounds: int) -> list[dict[str, Any]]:
     """Each case with its rate; lookup also as a ratio to SciPy's in the same type and run."""
-    rng, threads = np.random.default_rng(1), workers(None)
+    rng = np.random.default_rng(1)
     cases: dict[str, Case] = {}
     counts: dict[str, int] = {}
 
     def add(name: str, count: int, case: Case) -> None:
         cases[name], counts[name] = case, count
 
-    def lookup(grid: SampledField, points: Any, out: Any, cubic: bool) -> Case:
-        function = lookups.lookup_cubic if cubic else lookups.lookup
-        payload = (0, 0, 0, 0)
-
-        def piece(start: int) -> None:
-            x, y, z = points[:, start : start + PIECE]
-            function(grid, x, y, z, payload, out[start : start + PIECE])
-
-        return lambda: parallel_for(piece, range(0, points.shape[1], PIECE), threads)
-
-    def walk(bars: Segments, pieces: list[Any], wanted: tuple[str, ...]) -> Case:
-        return lambda: parallel_for(lambda p: void(walks.nearest(bars, *p, wanted)), pieces, threads)
-
-    for dtype in (np.float32, np.float64):
-        name = np.dtype(dtype).name
-        values = rng.normal(size=(NODES,) * 3).astype(dtype)
-        grid = SampledField.from_array(values, (0, 0, 0), 1.0)
-        points = rng.uniform(0, NODES - 1, (3, POINTS)).astype(dtype)
-        out = np.empty(POINTS, dtype)
-        add(SCIPY.format(name), POINTS, scipy(values, points, out))
-        add(f"lookup of {NODES}^3, {name}", POINTS, lookup(grid, points, out, False))
-        add(f"cubic lookup of {NODES}^3, {name}", POINTS, lookup(grid, points, out, True))
-    starts = rng.uniform(0, SIDE, (BARS, 3))
-    bars = Segments(starts, starts + rng.normal(size=(BARS, 3)) * 2, rng.uniform(0.1, 0.4, BARS))
-    for dtype in (np.float32, np.float64):
-        name = np.dtype(dtype).name
-        scattered = rng.uniform(-0.05 * SIDE, 1.05 * SIDE, (3, WALKS)).astype(dtype)
-        pieces = [scattered[:, i : i + PIECE] for i in range(0, WALKS, PIECE)]
-        add(f"nearest of {BARS:,} bars, scattered, {name}", WALKS, walk(bars, pieces, ("distance",)))
-        add(f"  all that one walk finds, {name}", WALKS, walk(bars, pieces, walks.RESULTS))
-        axis = np.linspace(-0.05 * SIDE, 1.05 * SIDE, round(WALKS ** (1 / 3))).astype(dtype)
-        rows = [(axis[i : i + 1, None, None], axis[None, :, None], axis[None, None, :]) for i in range(len(axis))]
-        add(f"  on a grid, {name}", len(axis) ** 3, walk(bars, rows, ("distance",)))
+    values = rng.normal(size=(NODES,) * 3)
+    points = rng.uniform(0, NODES - 1, (POINTS, 3))
+    for name in TYPES:
+        grid = SampledField.from_array(values.astype(name), (0, 0, 0), 1.0)
+        here = points.astype(name)
+        add(SCIPY.format(name), POINTS, scipy(grid.values[..., 0], np.ascontiguousarray(here.T)))
+        for kind in ("lookup", "lookup_cubic"):
+            field = made([node(kind, GRID, X, Y, Z, value=(0, 0, 0, 0))], grid, name)
+            add(f"{kind} of {NODES}^3, {name}", POINTS, at(field, here))
+    starts = rng.uniform(0, SIDE, (COUNT, 3))
+    bars = Segments(starts, starts + rng.normal(size=(COUNT, 3)) * 2, rng.uniform(0.1, 0.4, COUNT))
+    scattered = rng.uniform(-0.05 * SIDE, 1.05 * SIDE, (WALKS, 3))
+    axis = np.linspace(-0.05 * SIDE, 1.05 * SIDE, round(WALKS ** (1 / 3)))
+    for name in TYPES:
+        found = [node("nearest", BARS, X, Y, Z, value=result) for result in NEAREST]
+        nearest = made(found[:1], bars, name)
+        add(f"nearest of {COUNT:,} bars, scattered, {name}", WALKS, at(nearest, scattered.astype(name)))
+        add(f"  all that one walk finds, {name}", WALKS, at(made(found, bars, name), scattered.astype(name)))
+        add(f"  on a grid, {name}", len(axis) ** 3, on_grid(nearest, axis))
     times = in_turn(cases, rounds)
     rows_ = [
         {"case": n, "Mpoint/s": counts[n] / t.wall / 1e6, "Mpoint/CPU s": counts[n] / t.cpu / 1e6}
@@ -74,9 +65,19 @@ def data(rounds: int) -> list[dict[str, Any]]:
     return rows_
 
 
-def scipy(values: Any, points: Any, out: Any) -> Case:
-    return lambda: map_coordinates(values, points, output=out, order=1, mode="nearest")
+def made(roots: list[Node], read: Data, name: str) -> Field:
+    """The field of roots that read data, in a type by NumPy's name."""
+    formula = Formula(tuple(roots), {GRID if isinstance(read, SampledField) else BARS: read})
+    return make_field(formula, {}, "numpy", TYPES[name])  # type: ignore[arg-type]  # f32 or f64
 
 
-def void(_: object) -> None:
-    pass
+def at(field: Field, points: Any) -> Case:
+    return lambda: field(points)
+
+
+def on_grid(field: Field, axis: Any) -> Case:
+    return lambda: field.on_grid([axis] * 3).all()
+
+
+def scipy(values: Any, points: Any) -> Case:
+    return lambda: map_coordinates(values, points, order=1, mode="nearest")

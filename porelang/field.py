@@ -42,10 +42,13 @@ class Field:
 
 
 def checked_points(points: Any) -> Points:
-    """Points as a float64 array (n, 3). Errors: E104."""
+    """Points as an array (n, 3) of float64, or of float32 if they are. Errors: E104."""
     try:
-        array = np.atleast_2d(np.asarray(points, dtype=np.float64))
-    except (TypeError, ValueError):
+        given = np.asarray(points)
+        if given.dtype.kind == "c":
+            raise TypeError
+        array = np.atleast_2d(given.astype(np.float32 if given.dtype == np.float32 else np.float64, copy=False))
+    except (TypeError, ValueError, OverflowError):
         raise fail("E104", "points must be numbers", hint="give an array of shape (n, 3)") from None
     if array.size == 0:
         return np.empty((0, 3))
@@ -53,6 +56,8 @@ def checked_points(points: Any) -> Points:
         raise fail(
             "E104", f"points have the shape {array.shape}, not (n, 3)", hint="give x, y, z of each point in a row"
         )
+    if array.min() >= -FARTHEST and array.max() <= FARTHEST:  # what is no number fails both
+        return array
     bad = ~np.isfinite(array).all(axis=1)
     if bad.any():
         row = int(np.argmax(bad))
@@ -61,10 +66,8 @@ def checked_points(points: Any) -> Points:
             f"point {row} is ({', '.join(f'{v:g}' for v in array[row])}), which is no place",
             hint="coordinates are finite numbers, in mm",
         )
-    if array.size and np.abs(array).max() > FARTHEST:
-        row = int(np.argmax(np.abs(array).max(axis=1)))
-        raise fail("E104", f"point {row} lies more than 1000 km from the origin", hint="coordinates are in mm")
-    return array
+    row = int(np.argmax(np.abs(array).max(axis=1)))
+    raise fail("E104", f"point {row} lies more than 1000 km from the origin", hint="coordinates are in mm")
 
 
 def checked_bounds(bounds: Bounds) -> Box:

@@ -533,11 +533,14 @@ def test_an_ended_process_leaves_no_half_of_a_file(folder: Path) -> None:
             [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
         )
         assert running.stdout is not None
-        running.stdout.readline()
-        time.sleep(wait)
-        running.send_signal(signal.SIGINT)
-        running.wait(30)
-        running.stdout.close()
+        try:
+            running.stdout.readline()
+            time.sleep(wait)
+            running.send_signal(signal.SIGINT)
+            running.wait(30)
+        finally:
+            running.kill()
+            running.stdout.close()
         assert not [name for name in kept(folder) if name.startswith(".")]
 
 

@@ -153,14 +153,13 @@ class NumpyField:
         count, tape = len(points), self.tape
         several = len(tape.roots) > 1
         out = np.empty((count, len(tape.roots)) if several else count, np.bool_ if self.boolean else self.dtype)
-        columns = [np.ascontiguousarray(points[:, i], dtype=self.dtype) for i in range(3)]
         plan, local = self._points_plan, threading.local()
 
         def piece(start: int) -> None:
             stop = min(start + PIECE, count)
             if not hasattr(local, "buffers"):
                 local.buffers = [np.empty(min(PIECE, count), np.bool_ if b else self.dtype) for b in plan.boolean]
-            values = self._leaves([c[start:stop] for c in columns])
+            values = self._leaves([np.ascontiguousarray(points[start:stop, i], dtype=self.dtype) for i in range(3)])
             _run(plan, values, [b[: stop - start] for b in local.buffers])
             for k, root in enumerate(tape.roots):
                 (out[:, k] if several else out)[start:stop] = values[root]
