@@ -16,5 +16,6 @@ with tempfile.TemporaryDirectory() as folder:
         program, out = str(EXAMPLES / f"{name}.pore"), f"{folder}/{name}.stl"
         asked = ["--resolution", "8", "--sharp", "--simplify", "1mm", "--backend", "numpy", "--dtype", dtype]
         main(["mesh", program, "-o", out, "--quiet", *asked])
+        main(["check", program, "--measure", "--quiet"])
 for text, dtype in product(SLOPES, ("f32", "f64")):
     porelang.compile(text, name=str(EXAMPLES / "warm.pore")).field(dtype=dtype)([[0.0, 0.0, 0.0]])

@@ -88,6 +88,8 @@ def fail(code: str, message: str, span: Span | None = None, **more: Any) -> Pore
 
 def suggest(name: str, known: Iterable[str]) -> str | None:
     """The known name nearest to a misspelt one, if any is near."""
+    if not isinstance(name, str):  # from Python anything may come
+        return None
     names = list(known)
     lower = {n.lower(): n for n in names}
     if name.lower() in lower:

@@ -24,6 +24,7 @@ from porelang.field import Backend, Bounds, checked_bounds, make_field
 from porelang.formula import Formula
 from porelang.ir import Node, node, order
 from porelang.ir import within as below
+from porelang.mesh.grid import chosen_voxel
 from porelang.mesh.part import RESOLUTION, grid_of, surface_of
 from porelang.ops import kind
 from porelang.program import Design, Program
@@ -72,7 +73,7 @@ def measure(
     root = part.root
     if bounds is not None:
         root, envelope = node("max", root, block(box)), node("max", envelope, block(box))
-    h = voxel or max(box.size) / (resolution or RESOLUTION)
+    h = chosen_voxel(max(box.size), voxel, RESOLUTION if voxel is None and resolution is None else resolution)
     inside, whole, share, surface = (
         design.number(n)
         for n in (
@@ -169,6 +170,9 @@ def _named(program: Program, name: str) -> Node:
         near = suggest(name, known)
         hint = f"did you mean `{near}`?" if near else f"the file binds {', '.join(known) or 'nothing'}"
         raise fail("E109", f"there is no `{name}` to measure within", hint=hint)
+    if not found.axes:
+        hint = "name a solid: an output or a let"
+        raise fail("E109", f"`{name}` is one number, and no solid to measure within", hint=hint)
     return found
 
 

@@ -135,6 +135,8 @@ class Program:
         A param that is called like an option of some method is set in the mapping. Errors: E083-E085 about settings,
         E064 where a contract breaks.
         """
+        if twice := sorted(set(settings or {}) & set(more)):
+            raise fail("E084", f"`{twice[0]}` is set twice", hint="in the mapping or by its name, not both")
         values = settle(self.params, {**(settings or {}), **more})
         if self._reads_files:  # which may be others by now
             return Design(self, values)

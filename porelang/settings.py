@@ -39,9 +39,12 @@ def _number(info: ParamInfo, setting: Setting) -> float:
         raise fail(
             "E084", f"`{info.name}` cannot be {setting!r}", info.span, label="declared here", hint="give a number"
         )
-    value = _written(info, setting) if isinstance(setting, str) else float(setting)
+    try:
+        value = _written(info, setting) if isinstance(setting, str) else float(setting)
+    except OverflowError:
+        value = math.inf
     if not math.isfinite(value):
-        raise fail("E084", f"`{info.name}` cannot be {setting}", hint="give a finite number")
+        raise fail("E084", f"`{info.name}` cannot be {setting!s:.20}", hint="give a finite number")
     if info.numbers:
         nearest = min(info.numbers, key=lambda n: abs(n - value))
         if abs(nearest - value) > 1e-9 * max(1.0, abs(nearest)):
@@ -93,7 +96,7 @@ def _written(info: ParamInfo, text: str) -> float:
 def _choice(info: ParamInfo, setting: Setting) -> float:
     if isinstance(setting, bool):
         setting = str(setting).lower()
-    if isinstance(setting, int | float) and setting == int(setting) and 0 <= setting < len(info.choices):
+    if isinstance(setting, int | float) and 0 <= setting < len(info.choices) and setting == int(setting):
         return float(setting)
     if setting not in info.choices:
         near = suggest(str(setting), info.choices)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -376,3 +380,57 @@ def test_a_let_wins_over_an_output_of_its_name() -> None:
 def test_an_output_that_refers_to_itself_is_a_ring() -> None:
     assert codes("out a = b & x\nout b = a\n") == ["E033"]
     assert codes("part & sphere(5)") == ["E033"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"resolution": -5}, "resolution of -5"),
+        ({"resolution": 0}, "resolution of 0"),
+        ({"resolution": math.nan}, "resolution of nan"),
+        ({"resolution": "9"}, "'9' is no resolution"),
+        ({"voxel": -1.0}, "voxel of -1 mm"),
+        ({"voxel": 0}, "voxel of 0 mm"),
+        ({"voxel": 1e300}, "larger than any part"),
+        ({"voxel": "0.5"}, "'0.5' is no voxel"),
+        ({"voxel": 1.0, "resolution": 3}, "either a voxel or a resolution"),
+    ],
+)
+def test_what_cannot_be_sampled_at_is_said_by_mesh_and_measure(asked: dict[str, Any], words: str) -> None:
+    program = porelang.compile("sphere(3)")
+    for ask in (program.mesh, program.measure):
+        with pytest.raises(porelang.PoreError, match=words) as caught:
+            ask(**asked)
+        assert caught.value.diagnostics[0].code == "E114"
+
+
+@pytest.mark.parametrize("simplify", [math.nan, math.inf, "a", -1, 0])
+def test_a_deviation_is_a_length(simplify: Any) -> None:
+    with pytest.raises(porelang.PoreError, match="no deviation"):
+        porelang.compile("sphere(3)").mesh(resolution=8, simplify=simplify)
+
+
+def test_nonsense_from_python_is_said_in_words() -> None:
+    program = porelang.compile(
+        "param voxel = 3 in 1..9\nparam k = f in {f, g}\ndef f(s) = s\ndef g(s) = s\nk(sphere(voxel))"
+    )
+    wrong: list[tuple[str, Callable[[], object]]] = [
+        ("E084", lambda: program.design({"voxel": 10**400})),
+        ("E084", lambda: program.design({"voxel": 4}, voxel=5)),
+        ("E084", lambda: program.design(k=math.nan)),
+        ("E083", lambda: program.design({3: 4})),  # type: ignore[dict-item]  # as a user might
+        ("E100", lambda: program.field(3)),  # type: ignore[arg-type]  # as above
+        ("E109", lambda: program.measure(within=3)),  # type: ignore[arg-type]  # as above
+        ("E104", lambda: program.field()([[10**400, 0, 0]])),
+        ("E104", lambda: program.field()([[1j, 0, 0]])),
+    ]
+    for code, ask in wrong:
+        with pytest.raises(porelang.PoreError) as caught:
+            ask()
+        assert caught.value.diagnostics[0].code == code
+
+
+def test_a_field_comes_back_from_a_pickle_on_either_backend(engine: str) -> None:
+    field = porelang.compile("sphere(3)").field(backend=engine)  # type: ignore[arg-type]  # one of the two
+    for again in (pickle.loads(pickle.dumps(field)), copy.deepcopy(field)):
+        assert again([[5, 0, 0]])[0] == 2

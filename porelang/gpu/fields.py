@@ -44,6 +44,10 @@ class DeviceField:
         self.formula, self._device = formula, device
         self.params = tuple(sorted(params.items()))
 
+    def __reduce__(self) -> tuple[Callable[..., DeviceField], tuple[Formula, dict[str, tuple[float, float]]]]:
+        """Elsewhere it is computed by the GPU that is there. Errors: E120 where it is unpickled and there is none."""
+        return _here, (self.formula, dict(self.params))
+
     @property
     def device(self) -> Gpu:
         """The device, or this process's own where that has been closed since."""
@@ -92,6 +96,10 @@ class DeviceField:
             )
         except GpuFailed as failed:
             raise _failed(failed) from None
+
+
+def _here(formula: Formula, params: Mapping[str, tuple[float, float]]) -> DeviceField:
+    return DeviceField(formula, params, gpu())
 
 
 class DeviceGrid:

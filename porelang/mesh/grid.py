@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.data import FARTHEST
 from porelang.diagnostics import fail
 
 Index = tuple[int, int, int]
@@ -42,15 +43,7 @@ class Grid:
                 f"the bounds from {place(lo)} to {place(hi)} hold no volume",
                 hint="give the lower corner first, and three finite sides longer than zero",
             )
-        if (spacing is None) == (resolution is None):
-            raise ValueError("give either a spacing or a resolution")
-        if resolution is not None:
-            if resolution < 1:
-                raise fail("E114", f"a resolution of {resolution} is not a positive number of voxels")
-            spacing = max(size) / resolution
-        assert spacing is not None
-        if not (math.isfinite(spacing) and spacing > 0):
-            raise fail("E114", f"a voxel of {spacing:g} mm is not a positive length")
+        spacing = chosen_voxel(max(size), spacing, resolution)
         counts = [s / spacing + OFFSET for s in size]
         if math.prod(c + 2 for c in counts) > MOST_NODES:
             coarsest = spacing * (math.prod(c + 2 for c in counts) / MOST_NODES) ** (1 / 3)
@@ -78,6 +71,26 @@ class Grid:
         """The nodes `lo..hi` (half-open) as points, (n, 3) in mm; z runs fastest."""
         axes = self.axes(dtype, lo, hi)
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def chosen_voxel(side: float, voxel: float | None, resolution: int | None) -> float:
+    """The spacing of samples (mm): `voxel`, or so that `resolution` of them lie along a side. Errors: E114."""
+    if (voxel is None) == (resolution is None):
+        raise fail(
+            "E114", "give either a voxel or a resolution", hint="a voxel in mm, or how many along the longest side"
+        )
+    for what, given in (("voxel", voxel), ("resolution", resolution)):
+        if isinstance(given, bool) or not isinstance(given, int | float | np.number | None):
+            hint = "in Python lengths are in mm: voxel=0.5" if what == "voxel" else "give a whole number, as in 128"
+            raise fail("E114", f"{given!r} is no {what}", hint=hint)
+    if resolution is not None and not 1 <= resolution < math.inf:
+        raise fail("E114", f"a resolution of {resolution} is not a positive number of voxels")
+    found = float(voxel) if voxel is not None else side / resolution  # type: ignore[operator]  # one of them is given
+    if not (math.isfinite(found) and found > 0):
+        raise fail("E114", f"a voxel of {found:g} mm is not a positive length")
+    if found > FARTHEST:
+        raise fail("E114", f"a voxel of {found:g} mm is larger than any part", hint="it is in mm")
+    return found
 
 
 def place(point: Any) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from porelang.analysis.box import Box, block
 from porelang.analysis.branches import Branches
 from porelang.analysis.enclose import F32, F64
 from porelang.backends.numpy import Dtype
+from porelang.diagnostics import fail
 from porelang.field import Backend, Bounds, checked_bounds, make_field
 from porelang.ir import node
 from porelang.mesh import Grid, Surface, extract, project
@@ -40,6 +42,8 @@ def mesh(
     simplify: float | None = None,
 ) -> Any:
     """The surface of an output as a `trimesh.Trimesh` in mm; see `Program.mesh`."""
+    if simplify is not None and not (isinstance(simplify, int | float) and 0 < simplify < math.inf):
+        raise fail("E114", f"{simplify!r} is no deviation to simplify within", hint="give a number of mm above 0")
     placed = grid_of(design, name, voxel, resolution, bounds)
     surface = surface_of(design, name, placed, backend, dtype)
     if smooth or sharp or simplify is not None:
