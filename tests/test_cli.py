@@ -625,3 +625,12 @@ def test_a_run_that_is_ended_from_outside_leaves_nothing_behind(tmp_path: Path) 
 def test_bounds_beyond_the_world_are_refused(pore: Pore) -> None:
     assert pore("mesh", SPECIMEN, "-o", "a.stl", "--bounds", "0,0,0,1e308,1e308,1e308") == 2
     assert "E107" in pore.err
+
+
+def test_an_array_that_claims_more_than_it_holds_is_said_to(pore: Pore) -> None:
+    path = pore.write("sphere(3)")
+    head = b"{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000, 3), }".ljust(117) + b"\n"
+    (pore.folder / "points.npy").write_bytes(b"\x93NUMPY\x01\x00" + len(head).to_bytes(2, "little") + head + b"0" * 99)
+    assert pore("eval", path, "--points", "points.npy") == 2
+    assert "E104" in pore.err
+    assert "points.npy" in pore.err

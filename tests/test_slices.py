@@ -197,7 +197,7 @@ def test_names_sort_in_the_order_of_layers(tmp_path: Path, monkeypatch: pytest.M
     found = write_slices(program.design(), tmp_path / "layers", 1, pixel=0.5)
     assert json.loads((tmp_path / "layers" / "layers.json").read_text()) == found
     assert sorted(os.listdir(tmp_path / "layers")) == [*found["files"], "layers.json"]
-    monkeypatch.setattr("porelang.slices.write._png", lambda *_: 0.0)  # ten thousand files take long
+    monkeypatch.setattr("porelang.slices.write._png", lambda *_: 1.0)  # ten thousand files take long
     many = write_slices(program.design(), tmp_path / "layers", 0.01, pixel=0.5)
     assert many["layers"] == 10001
     assert sorted(set(many["files"])) == many["files"]
@@ -285,3 +285,12 @@ def test_stopped_it_says_that_nothing_is_written(
     assert main(["slices", str(path), "-o", str(tmp_path / "out"), "--step", "1"]) == 130
     assert "nothing is written" in capsys.readouterr().err
     assert os.listdir(tmp_path) == ["ball.pore"]
+
+
+def test_layers_that_hold_nothing_are_refused_and_replace_nothing(tmp_path: Path) -> None:
+    design = porelang.compile("gyroid(5) |> shell(0.8) & cube(20)").design()
+    write_slices(design, tmp_path / "layers", 2.0)
+    before = sorted(p.name for p in (tmp_path / "layers").iterdir())
+    with pytest.raises(porelang.PoreError, match="no layer holds material"):
+        write_slices(design, tmp_path / "layers", 1e9)
+    assert sorted(p.name for p in (tmp_path / "layers").iterdir()) == before

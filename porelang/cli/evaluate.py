@@ -107,7 +107,7 @@ def read_points(path: str) -> NDArray[np.float64]:
 def _from_npy(path: str) -> NDArray[Any]:
     try:
         array: NDArray[Any] = np.load(path, allow_pickle=False)
-    except (ValueError, EOFError) as error:
+    except (ValueError, EOFError, MemoryError) as error:  # the latter where a header claims what is not there
         raise fail(
             "E104", f"`{path}` cannot be read: {str(error).splitlines()[0]}", hint="write it with numpy.save"
         ) from None

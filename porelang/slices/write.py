@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from porelang.backends.numpy import Dtype
+from porelang.diagnostics import fail
 from porelang.field import Backend, Bounds, checked_bounds, make_field
 from porelang.program import Design
 from porelang.progress import activity, tell
@@ -37,7 +38,8 @@ def write_slices(
     PNG: white is solid, y points up, one pixel is `pixel` mm (by default the step). SVG: closed contours in mm, from
     samples as far apart. The manifest names each layer's file, height and area. The folder appears whole or not at
     all; an older folder of layers is replaced, one that holds anything else is left alone.
-    Errors: E113 for a folder that is in the way or cannot be written, E114 for too many layers, those of the output.
+    Errors: E111 where no layer holds anything, E113 for a folder that is in the way or cannot be written, E114 for too
+    many layers, those of the output.
     """
     layers_folder(folder)  # what is refused is refused before anything is computed
     formula = design.of(name)
@@ -52,6 +54,12 @@ def write_slices(
         for k, bands in layers(field, stack, frame=form == "svg"):
             areas.append(write(draft / files[k], bands, stack, k))
             tell(k + 1, len(stack.z))
+        if not any(areas):
+            raise fail(
+                "E111",
+                f"no layer holds material: pixels of {stack.pixel:g} mm, a layer every {step:g} mm",
+                hint="use a smaller --step or --voxel: a few to the thinnest wall",
+            )
         manifest = {
             "layers": len(stack.z),
             "format": form,
