@@ -24,7 +24,7 @@ def unmeasured_checks(program: Program) -> int:
 
 
 def failed_checks(design: Design, measure: bool = True) -> list[int]:
-    """The `check` statements that do not hold, by their number; those about whole fields only if `measure`."""
+    """The `check` statements that do not hold, by their index; those about whole fields only if `measure`."""
     return [
         i
         for i, root in enumerate(design.program.graph.checks)
@@ -61,7 +61,7 @@ def undecided_checks(design: Design) -> list[Diagnostic]:
         if not numbers or i in failed:
             continue
         ranges = {n: interval(r.value - r.error, r.value + r.error) for n, r in numbers.items()}
-        if bool((enclose(design.formula(root).bound(ranges))[0].range.lo < 1).any()):
+        if bool((enclose(design.formula(root).bind(ranges))[0].range.lo < 1).any()):
             check = program.elaborated.checks[i]
             label = ", ".join(
                 sorted(f"{program.numbers[n]} is {r.value:.6g} +- {r.error:.1g}" for n, r in numbers.items())

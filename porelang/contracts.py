@@ -103,7 +103,8 @@ def doubtful_contracts(
     for which, condition in known:
         if which in found:
             continue
-        if condition.stage is not Stage.FIELD:
+        in_space = condition.stage is Stage.FIELD
+        if not in_space:
             points = np.zeros((1, 3))
         else:
             sure = np.broadcast_to(
@@ -123,9 +124,9 @@ def doubtful_contracts(
             share = 1 - np.count_nonzero(holds) / len(holds)
             found[which] = Diagnostic(
                 "W201",
-                f"{r.message}, which does not hold everywhere",
+                f"{r.message}, which does not hold{' everywhere' if in_space else ''}",
                 r.span,
-                f"broken at ({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g})",
+                f"broken at ({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g})" if in_space else "broken with these settings",
                 r.others,
                 "clamp the field, `max(field, least)`, or shift it" if share < 1 else "check its sign",
                 severity="warning",

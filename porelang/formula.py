@@ -38,11 +38,11 @@ class Formula:
         """A formula of roots and params by name."""
         return cls(roots, {param(name): float(value) for name, value in params.items()})
 
-    def but(self, *roots: Node) -> Formula:
+    def with_roots(self, *roots: Node) -> Formula:
         """Other roots with the same bindings."""
         return Formula(roots, self.bindings)
 
-    def bound(self, more: Bindings) -> Formula:
+    def bind(self, more: Bindings) -> Formula:
         """The same roots with some bindings replaced or added."""
         return Formula(self.roots, {**self.bindings, **more})
 
@@ -93,7 +93,7 @@ class Formula:
         if not choices:
             return self
         conditions = tuple(dict.fromkeys(n.args[0] for n in choices))
-        chosen = dict(zip(conditions, self.but(*conditions).numbers, strict=True))
+        chosen = dict(zip(conditions, self.with_roots(*conditions).numbers, strict=True))
         new: dict[Node, Node] = {}
         for n in order(self.roots, within):
             if n.op == "select" and n.args[0] in chosen:
@@ -102,7 +102,7 @@ class Formula:
                 new[n] = make(n.op, *(new[a] for a in n.args), value=n.value)
             else:
                 new[n] = n
-        return self.but(*(new[r] for r in self.roots))
+        return self.with_roots(*(new[r] for r in self.roots))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickled without what can be lowered anew, and with no more bindings than are read."""

@@ -154,7 +154,7 @@ def _shapes(part: Formula, n: Node) -> list[Node]:
         return []
     if not n.axes or kind(n) != "real":
         return []
-    box = part_box(part.but(n))
+    box = part_box(part.with_roots(n))
     return [n] if box is not None and not unbounded_axes(box) else []
 
 

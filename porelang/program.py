@@ -32,7 +32,7 @@ from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, settle
 from porelang.source import Source, Span
 from porelang.tasks import all_reached, bind_files, bind_tasks, find, tasks_reached
-from porelang.tasks.run import OUTSIDE
+from porelang.tasks.run import READERS
 
 Settings = Mapping[str, Setting]
 #: Designs that a program remembers.
@@ -152,7 +152,7 @@ class Program:
 
     @cached_property
     def _reads_files(self) -> bool:
-        return any(n.op in OUTSIDE for n in order(self.graph.roots))
+        return any(n.op in READERS for n in order(self.graph.roots))
 
     def field(
         self,
@@ -258,14 +258,14 @@ class Design:
         self._boxes: dict[str, Box] = {}
         self._kept: set[int] = set()  # contracts that were found to hold
         self._lock = threading.RLock()
-        self._keep_contracts(frozenset())
+        self._keep_contracts(lambda i, root: not _about(root))
 
     def __repr__(self) -> str:
         set_to = ", ".join(f"{name} = {self.program.params[name].shown(v)}" for name, v in self.settings.items())
         return f"<design of {self.program.source.name}{': ' if set_to else ''}{set_to}>"
 
     def __reduce__(self) -> tuple[type[Design], tuple[Program, dict[str, float], dict[Node, Any]]]:
-        files = {n: v for n, v in self._bindings.items() if n.op in OUTSIDE}
+        files = {n: v for n, v in self._bindings.items() if n.op in READERS}
         return Design, (self.program, dict(self.settings), files)
 
     # ---- what is bound ----------------------------------------------------------------------------------------------
@@ -278,7 +278,8 @@ class Design:
         found = bind_tasks(roots, self._with_files(roots), self.program.places)
         with self._lock:  # what only a branch reads that is not taken is bound to nothing, here alone
             self._bindings = {**self._bindings, **{n: v for n, v in found.items() if v is not None}}
-        self._keep_contracts(frozenset(all_reached(roots, found, self.program.places)))
+        read = frozenset(all_reached(roots, found, self.program.places))
+        self._keep_contracts(lambda i, root: self._concerns(i, root, read))
         return Formula(roots, {**self._bindings, **found})
 
     def _with_files(self, roots: Sequence[Node]) -> Bindings:
@@ -309,30 +310,33 @@ class Design:
 
     def keep_contracts(self) -> None:
         """Refuse what breaks a contract about settings and numbers, whatever output reads them. Errors: E064."""
-        self._keep_contracts(None)
+        self._keep_contracts(lambda i, root: True)
 
-    def _keep_contracts(self, read: frozenset[Node] | None) -> None:
-        """Refuse what breaks a contract about settings, or about any of the tasks `read` (None: all). Errors: E064."""
+    def _keep_contracts(self, concerned: Callable[[int, Node], bool]) -> None:
+        """Refuse what breaks one of the contracts that are concerned, by index and condition. Errors: E064."""
         broken: list[Requirement] = []
         for i, root in enumerate(self.program.graph.requirements):
-            if i not in self._kept and self._concerned(i, root, read):
-                bindings = bind_tasks([root], self._with_files([root]), self.program.places)
-                if Formula((root,), bindings).numbers[0]:
+            # one that is about the guesses of a `solve` is about nothing that is there
+            if i in self._kept or root.depends >= UNKNOWN or not concerned(i, root):
+                continue
+            bindings = bind_tasks([root], self._with_files([root]), self.program.places)
+            if Formula((root,), bindings).numbers[0]:
+                with self._lock:
                     self._kept.add(i)
-                else:
-                    broken.append(self.program.elaborated.requirements[i])
+            else:
+                broken.append(self.program.elaborated.requirements[i])
         if broken:
             raise PoreError(
                 [Diagnostic("E064", r.message, r.span, "not with these settings", r.others) for r in broken]
             )
 
-    def _concerned(self, i: int, root: Node, read: frozenset[Node] | None) -> bool:
-        """Whether a condition is about settings alone or about what was read, and not about a guess of a `solve`."""
+    def _concerns(self, i: int, root: Node, read: frozenset[Node]) -> bool:
+        """Whether a condition is about settings alone, or about a task among those `read`."""
         solve = self.program.elaborated.requirements[i].solve  # a condition may be on a number of what it finds
-        if solve is not None and read is not None and self.program.graph.tasks[solve] in read:
-            return root.depends < UNKNOWN
-        about = [n for n in order([root], within) if n.op in TASKS]
-        return root.depends < UNKNOWN and (read is None or not about or any(n in read for n in about))
+        if solve is not None and self.program.graph.tasks[solve] in read:
+            return True
+        about = _about(root)
+        return not about or any(n in read for n in about)
 
     def reads(self, root: Node) -> list[Node]:
         """The tasks that a root reads with these settings: none of a branch that is not taken."""
@@ -394,6 +398,11 @@ class Design:
         from porelang.measure import measure
 
         return measure(self, *wishes, **more)
+
+
+def _about(root: Node) -> list[Node]:
+    """The tasks that a condition is about."""
+    return [n for n in order([root], within) if n.op in TASKS]
 
 
 def _empty(name: str, formula: Formula, span: Span) -> PoreError:

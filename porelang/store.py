@@ -121,7 +121,7 @@ def put(key: str, result: Result, label: str = "", disk: bool = True) -> None:
     if not disk:
         return
     where, most = _folder(), _limit_or_default()
-    if where is None or cache.distrust(where.parent) or not _sound(result):
+    if where is None or cache.distrust(where.parent) or not _plausible(result):
         return
     parts = _parts(result)
     about = {
@@ -139,7 +139,7 @@ def put(key: str, result: Result, label: str = "", disk: bool = True) -> None:
     name = f"{key}.result"
     # A flat view of the bytes: an array of no elements has no buffer that can be written.
     if cache.write(where, name, [head, header, *(part.reshape(-1).view(np.uint8).data for part in parts)]):
-        _grown(where, name, size, most)
+        _note_added(where, name, size, most)
 
 
 def forget() -> None:
@@ -256,7 +256,7 @@ def _parts(result: Result) -> list[NDArray[Any]]:
     return [np.ascontiguousarray(p, p.dtype.newbyteorder("<")) for p in parts]
 
 
-def _built(kind: str, parts: Sequence[NDArray[Any]]) -> Result | None:
+def _from_parts(kind: str, parts: Sequence[NDArray[Any]]) -> Result | None:
     """The result that arrays make up; None if they do not."""
     shapes = [p.shape for p in parts]
     if any(p.dtype != np.float64 for p in parts[: 2 if kind == "sampled field" else None]):
@@ -272,7 +272,7 @@ def _built(kind: str, parts: Sequence[NDArray[Any]]) -> Result | None:
     return None
 
 
-def _sound(result: Result) -> bool:
+def _plausible(result: Result) -> bool:
     """Whether a result is one that a task can have found."""
     match result:
         case Reduced():
@@ -305,8 +305,8 @@ def _from_disk(key: str) -> Result | None:
             parts = _arrays(file, about["arrays"]) if about is not None else None
             if about is None or parts is None:
                 return None
-            found = _built(about["kind"], parts)
-            if found is None or not _sound(found) or _digest(found) != about["digest"]:
+            found = _from_parts(about["kind"], parts)
+            if found is None or not _plausible(found) or _digest(found) != about["digest"]:
                 return None
             with suppress(OSError):
                 os.utime(file.fileno() if os.utime in os.supports_fd else path)
@@ -362,7 +362,7 @@ def _deleted(path: Path) -> bool:
     return True
 
 
-def _grown(where: Path, name: str, size: int, most: int) -> None:
+def _note_added(where: Path, name: str, size: int, most: int) -> None:
     """Note that a file was added, and delete the least recently used where the limit may have been passed.
 
     To list the folder at each file would cost more than the file, so it is listed when this process knows that it must,
@@ -380,12 +380,12 @@ def _grown(where: Path, name: str, size: int, most: int) -> None:
     if not due:
         return
     cache.sweep(where)
-    total, files = _shed(where, most, name)
+    total, files = _evict(where, most, name)
     with _lock:
         _memory.ledgers[where] = _Ledger(total, files)
 
 
-def _shed(where: Path, most: int, spare: str) -> tuple[int, int]:
+def _evict(where: Path, most: int, spare: str) -> tuple[int, int]:
     """Delete the least recently used files, but `spare`, while there are too many; bytes and files that are left."""
     listed = sorted(cache.entries(where, _NAME), key=lambda e: e[1].st_mtime_ns)
     total, files = sum(status.st_size for _, status in listed), len(listed)

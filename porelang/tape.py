@@ -29,9 +29,9 @@ class Tape:
     """Operations in order, arguments first. All tuples have an item for each position.
 
     `ops` are names from the table of operations, `const`, `x`, `y`, `z`, `pick` or a slot's (`param`, `unknown`, a
-    task's); `inputs` are positions; `values` are what the node holds beside: a constant, a payload, of a pick the name
-    of the result, of a walk the names of all that are picked. `nodes` are those of the graph, for who looks for one; a
-    walk has one of its own. `roots` are positions.
+    task's); `inputs` are positions; `values` are what the node holds besides its arguments: a constant, a payload, of a
+    pick the name of the result, of a walk the names of all that are picked. `nodes` are those of the graph, for whoever
+    needs one; a walk has one of its own. `roots` are positions.
     """
 
     ops: tuple[str, ...]

@@ -72,7 +72,7 @@ def _smallest(
     points = places(POINTS, seed, 30.0)
 
     def judged(root: Node, at: np.ndarray) -> str:  # type: ignore[type-arg]
-        formula = Formula.of(*flatten(root), **params).bound(samples.bindings())
+        formula = Formula.of(*flatten(root), **params).bind(samples.bindings())
         failure = put("", formula, at, backend, RANGES).failure
         return failure.example if failure else ""
 

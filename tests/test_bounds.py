@@ -96,7 +96,7 @@ def test_enclosures_hold_the_shapes() -> None:
 def test_enclosures_hold_random_programs() -> None:
     rng = np.random.default_rng(3)
     for root in random_graphs(150, 21):
-        formula = Formula.of(*flatten(root), **MIDDLE).bound(data.bindings())
+        formula = Formula.of(*flatten(root), **MIDDLE).bind(data.bindings())
         lo, hi = boxes(rng, 60, 10.0)
         natural = enclose(formula, [interval(lo[:, i], hi[:, i]) for i in range(3)], F64)[0].range
         low, high = box_test(formula, F64)(lo, hi)
@@ -116,7 +116,7 @@ def test_enclosures_hold_over_the_ranges_of_params() -> None:
         r = enclose(formula, [interval(lo[:, i], hi[:, i]) for i in range(3)], F64)[0].range
         for _ in range(4):
             settings = {name: float(rng.uniform(a, b)) for name, (a, b) in RANGES.items()}
-            got = values(Formula.of(formula.root, **settings).bound(data.bindings()), samples(rng, lo, hi, 8))
+            got = values(Formula.of(formula.root, **settings).bind(data.bindings()), samples(rng, lo, hi, 8))
             with np.errstate(invalid="ignore"):
                 assert np.all(((r.lo <= got) & (got <= r.hi)) | (np.isnan(got) & r.nan))
 
@@ -235,7 +235,7 @@ def test_slopes_are_the_finite_differences_of_whole_programs() -> None:
 
             coarse, fine = difference(2e-4), difference(1e-4)
             smooth = np.abs(fine - coarse) < 1e-6  # elsewhere an edge lies between the samples
-            got = values(root.but(found[axis]), points)
+            got = values(root.with_roots(found[axis]), points)
             assert smooth.sum() > 400, name
             assert np.all(np.abs(got - fine)[smooth] < 1e-5), name
 
@@ -256,7 +256,7 @@ def test_slopes_and_branches_leave_the_tasks_of_a_formula_as_they_are() -> None:
         "out part = x * volume(rod & slab([0, 0, 1], 10)) + abs(z) + 0 * exp(rod)"
     )
     formula = program.design().of()
-    sloped = formula.but(*slopes(formula.root))
+    sloped = formula.with_roots(*slopes(formula.root))
     points = np.array([[3.0, 4.0, 30.0]])
     assert NumpyField(sloped).at(points)[0] == pytest.approx((250 * np.pi, 0, 1), rel=0.01)
     low, high = box_test(formula, EXACT)(points - 0.1, points + 0.1)

@@ -181,7 +181,7 @@ def test_what_no_task_can_have_found_is_neither_written_nor_read(folder: Path, m
         store.put(key(i), result)
         assert not kept(folder)
         with monkeypatch.context() as m:
-            m.setattr(store, "_sound", lambda _: True)
+            m.setattr(store, "_plausible", lambda _: True)
             store.put(key(i), result)
         assert len(kept(folder)) == 1
         store.forget()

@@ -38,7 +38,7 @@ def agree(one: Node, other: Node, backend: Backend, params: dict[str, float] | N
     ranges = {name: (value, value) for name, value in params.items()}
 
     def bind(root: Node) -> Formula:
-        return Formula.of(root, **params).bound(samples.bindings())
+        return Formula.of(root, **params).bind(samples.bindings())
 
     for left, right in ((one, other), (other, one)):
         bound, own = (allowed(bind(root), POINTS, backend.precision) for root in (left, right))

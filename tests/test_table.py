@@ -414,13 +414,13 @@ def test_enclosure_of_data_holds_values(row: Op) -> None:
     formula = Formula(tuple(asked(row)), samples.bindings())
     boxes = [interval(lo[:, i], hi[:, i]) for i in range(3)]
     for root, known in zip(formula.roots, enclose(formula, boxes, F64), strict=True):
-        got = NUMPY[0].evaluate(formula.but(root), points.reshape(-1, 3), {}).reshape(each, count)
+        got = NUMPY[0].evaluate(formula.with_roots(root), points.reshape(-1, 3), {}).reshape(each, count)
         r = known.range
         bad = ~((got >= r.lo) & (got <= r.hi))
         k, i = np.argwhere(bad)[0] if bad.any() else (0, 0)
         assert not bad.any(), f"{root} at {points[k, i]} is {got[k, i]}, not in {r.lo[i]}..{r.hi[i]}"
         at_point = [interval(middle[:, i]) for i in range(3)]
-        tight = enclose(formula.but(root), at_point, F64)[0]
+        tight = enclose(formula.with_roots(root), at_point, F64)[0]
         still = ~np.broadcast_to(tight.jumps, count)
         if row.result == "real" and still.any():
             width = (tight.range.hi - tight.range.lo)[still]
@@ -457,7 +457,7 @@ def test_data_that_is_not_bound_can_be_anything() -> None:
     formula = Formula(roots, {samples.GRID: None, samples.BARS: None})
     box = [interval(np.array([-9.0, 1.0]), np.array([9.0, 1.0]))] * 3
     for root, known in zip(roots, enclose(formula, box), strict=True):
-        bound = formula.but(root).bound(samples.bindings())
+        bound = formula.with_roots(root).bind(samples.bindings())
         got = NUMPY[0].evaluate(bound, np.ones((1, 3)), {})
         assert np.all((known.range.lo <= got) & (got <= known.range.hi))
         assert np.all(known.jumps)
@@ -468,6 +468,6 @@ def test_data_that_is_not_bound_can_be_anything() -> None:
         for place in (wild, lost):
             box = [place if i == axis else ordinary for i in range(3)]
             for root, known in zip(roots, enclose(formula, box), strict=True):
-                real = enclose(formula.but(root).bound(samples.bindings()), box)[0].range
+                real = enclose(formula.with_roots(root).bind(samples.bindings()), box)[0].range
                 assert np.all(known.range.nan | ~real.nan), f"{root} may be no number"
                 assert np.all((known.range.lo <= real.lo) & (known.range.hi >= real.hi)), root

@@ -28,7 +28,7 @@ from porelang.ops import TASK_TABLE
 from porelang.progress import watching
 from porelang.tasks import datafile, identity, load, resolve
 from porelang.tasks.resolve import RUN
-from porelang.tasks.run import OUTSIDE
+from porelang.tasks.run import READERS
 
 TEXT = "param r = 3 in 1..9\nx + bare(volume(sphere(r))) + porosity(gyroid(3), sphere(r))"
 
@@ -69,7 +69,7 @@ def data_files(folder: Path) -> None:
 def test_the_table_says_what_the_graph_and_the_runners_know() -> None:
     assert TASK_TABLE.keys() == TASKS
     assert {n for n, row in TASK_TABLE.items() if row.result == "real"} == set(NUMBERS)
-    assert RUN.keys() | OUTSIDE.keys() | {"solve"} == TASK_TABLE.keys()
+    assert RUN.keys() | READERS.keys() | {"solve"} == TASK_TABLE.keys()
 
 
 # ---- identity

@@ -55,7 +55,7 @@ def box_test(formula: Formula, precision: Precision = F32) -> BoxTest:
         lo: Points, hi: Points, rounded_lo: NDArray[np.float64], rounded_hi: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         if not sloped:
-            sloped.append(formula.but(formula.root, *slopes(formula.root)))
+            sloped.append(formula.with_roots(formula.root, *slopes(formula.root)))
         value, *slope = enclose(sloped[0], boxes(lo, hi), EXACT)
         middle = (lo + hi) / 2
         at_centre = enclose(formula, boxes(middle, middle), precision)[0].range
@@ -102,5 +102,5 @@ def steepest(value: Enclosure, slope: Sequence[Enclosure]) -> NDArray[np.float64
 
 def lipschitz(formula: Formula, lo: Points, hi: Points) -> NDArray[np.float64]:
     """A bound on |grad f| over boxes (n, 3) .. (n, 3); infinite where the field may jump."""
-    value, *slope = enclose(formula.but(formula.root, *slopes(formula.root)), boxes(lo, hi))
+    value, *slope = enclose(formula.with_roots(formula.root, *slopes(formula.root)), boxes(lo, hi))
     return np.broadcast_to(steepest(value, slope), len(lo))

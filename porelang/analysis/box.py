@@ -64,7 +64,7 @@ def part_box(formula: Formula) -> Box | None:
     """
     formula = formula.taken
     seen: dict[tuple[Node, float], Rough | None] = {}
-    found_rough = {m: _backwards(formula.but(m), 0.0, seen, 0) for m in _members(formula.root)}
+    found_rough = {m: _backwards(formula.with_roots(m), 0.0, seen, 0) for m in _members(formula.root)}
     rough = {m: box for m, box in found_rough.items() if box is not None}
     close: dict[Node, None] = {}
     while rough:
@@ -92,7 +92,7 @@ def part_box(formula: Formula) -> Box | None:
         if not todo:
             return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
         member = todo[0]
-        found = _search(formula.but(member), *rough.pop(member))
+        found = _search(formula.with_roots(member), *rough.pop(member))
         if found is not None:
             rough[member] = found
             close[member] = None
@@ -232,7 +232,7 @@ def _by_branches(
         most = float(known[i].hi.max())
         if not np.isfinite(most) or most >= UNIVERSE:
             continue
-        branches = (formula.but(a) for a in tape.nodes[i].args)
+        branches = (formula.with_roots(a) for a in tape.nodes[i].args)
         parts = [box for branch in branches if (box := _backwards(branch, most, seen, depth + 1)) is not None]
         if not parts:
             return None

@@ -38,7 +38,7 @@ class Branches:
 
     def __init__(self, formula: Formula, threads: int | None = None):
         taken = formula.taken
-        self.formula = taken.but(*tidy([taken.root]))
+        self.formula = taken.with_roots(*tidy([taken.root]))
         self.root = self.formula.root
         self.threads = workers(threads)
         self.alone = NumpyField(self.formula, "f64", self.threads)
@@ -61,7 +61,7 @@ class Branches:
 
     def _sloped(self, root: Node) -> NumpyField:
         """A root and its gradient, with the bindings of the formula."""
-        return NumpyField(self.formula.but(root, *slopes(root)), "f64", self.threads)
+        return NumpyField(self.formula.with_roots(root, *slopes(root)), "f64", self.threads)
 
     def value(self, points: Floats) -> Floats:
         """The field (n,)."""
@@ -151,7 +151,7 @@ class Branches:
         surface u is below 0, and |u| would have a kink there.
         """
         nodes = order([root], lambda n: n.args if n.stage is Stage.FIELD else ())
-        formula = self.formula.but(root)
+        formula = self.formula.with_roots(root)
         with np.errstate(all="ignore"):
             values = dict(zip(formula.tape.nodes, every_position(formula, point), strict=True))
         new: dict[Node, Node] = {}

@@ -48,13 +48,13 @@ def over_phases(formula: Formula) -> Formula | None:
     waves = [n for n in reached if n.op in _WAVES and n.stage is Stage.FIELD]
     forms = {
         n: f.times(1 / _WAVES[n.op])
-        for n, f in zip(waves, _linear(formula.but(*(n.args[0] for n in waves))), strict=True)
+        for n, f in zip(waves, _linear(formula.with_roots(*(n.args[0] for n in waves))), strict=True)
     }
     phases = _phases(forms)
     if phases is None:
         return None
     by = {n: node(n.op.removesuffix("_turns") + "_turns", phase) for n, phase in phases.items()}
-    return formula.but(*tidy(substitute(formula.roots, by)))
+    return formula.with_roots(*tidy(substitute(formula.roots, by)))
 
 
 def _phases(forms: Mapping[Node, _Linear]) -> dict[Node, Node] | None:

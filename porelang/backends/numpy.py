@@ -121,7 +121,7 @@ def _share_reduction(formula: Formula) -> Formula:
             new[n] = node(_SPLIT[n.op], node("reduced", *args))
         else:
             new[n] = node(n.op, *args, value=n.value) if args else n
-    return formula.but(*(new[r] for r in formula.roots))
+    return formula.with_roots(*(new[r] for r in formula.roots))
 
 
 class NumpyField:

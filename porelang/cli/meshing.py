@@ -67,7 +67,7 @@ def too_coarse(design: Design, options: Namespace, surface: Surface) -> list[Dia
     """A warning where the mesh does not hold the part's volume: walls thinner than a voxel come out as specks."""
     part = design.of(options.out)
     if options.bounds:
-        part = part.but(node("max", part.root, block(checked_bounds(options.bounds))))
+        part = part.with_roots(node("max", part.root, block(checked_bounds(options.bounds))))
     true = volume(part, accuracy=2e-3)
     off = abs(surface.volume - true.value)
     if off <= COARSE * true.value + true.error:

@@ -57,7 +57,7 @@ def put(where: str, formula: Formula, points: Points, backend: Backend, ranges: 
 def blame(where: str, formula: Formula, points: Points, backend: Backend, ranges: Ranges) -> Failure:
     """The first operation, arguments first, whose own value breaks the law, at the first point where it does."""
     for n in order(formula.roots, within):
-        part = formula.but(n)
+        part = formula.with_roots(n)
         if not n.args or n.stage is Stage.CONST or n.op in TASKS:
             continue
         if n.stage is Stage.UNIFORM:  # computed before any backend is asked

@@ -97,7 +97,7 @@ def check_graph(where: str, root: Node, backend: Backend, points: int, seed: int
     """A random graph (over the params of `generate.RANGES`) through all passes and before the law."""
     rng = np.random.default_rng(seed)
     params = {name: float(rng.uniform(lo, hi)) for name, (lo, hi) in RANGES.items()}
-    formula = Formula.of(*flatten(root), **params).bound(samples.bindings())
+    formula = Formula.of(*flatten(root), **params).bind(samples.bindings())
     return put(where, formula, places(points, seed, 30.0), backend, RANGES)
 
 

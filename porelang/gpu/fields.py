@@ -82,7 +82,7 @@ class DeviceField:
     ) -> Values:
         if made.uniforms:
             with np.errstate(over="ignore"):
-                uniforms["u"] = np.array(self.formula.but(*made.uniforms).numbers, dtype=np.float32)
+                uniforms["u"] = np.array(self.formula.with_roots(*made.uniforms).numbers, dtype=np.float32)
         try:
             return self.device.compute(
                 made.text,

@@ -149,7 +149,7 @@ def refine(
             facts |= {"off_surface": smoothed.off, "kept": smoothed.kept}
             if sharp:
                 if project.capped(raw, layers).any():  # caps are surfaces too, and have rims
-                    field = Branches(formula.but(node("max", formula.root, block(Box(*placed.cut)))))
+                    field = Branches(formula.with_roots(node("max", formula.root, block(Box(*placed.cut)))))
                 sharpened = sharpen(surface, raw, layers, field)
                 surface = sharpened.surface
                 facts |= {"off_surface": sharpened.off, "kept": sharpened.kept}

@@ -46,7 +46,7 @@ class Cells:
 def bound_cells(part: Formula, box: Box) -> Cells:
     """The cells of a box, as fine as the length of the program allows."""
     part = part.taken
-    sloped = part.but(part.root, *slopes(part.root))
+    sloped = part.with_roots(part.root, *slopes(part.root))
     test = box_test(part)
     longest = max(box.size)
     counts = tuple(max(1, round(COARSEST * s / longest)) for s in box.size)

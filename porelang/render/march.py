@@ -70,7 +70,7 @@ class Marcher:
         self.nearest = max(0.2 * pixel, 1e-6 * farthest, 4 * rounded)
         self.finest = max(FINEST * pixel, 1e-7 * farthest, rounded)
         with np.errstate(over="ignore"):
-            numbers = np.array(scene.part.but(*self.shader.uniforms).numbers, dtype=np.float32)
+            numbers = np.array(scene.part.with_roots(*self.shader.uniforms).numbers, dtype=np.float32)
         corners = np.zeros((2, MOST_NOTCHES, 3))
         for i, notch in enumerate(scene.shown.notches):
             corners[:, i] = notch.lo, notch.hi

@@ -29,7 +29,7 @@ def bake(fields: Formula, voxel: float, within: Formula) -> SampledField:
     samples, E097 where the field is not a finite number at a node, or one that float32 has no room for.
     """
     if not NEAREST <= voxel <= FARTHEST:
-        hint = f"give a length above 0, as in 1mm: from a nanometre to {FARTHEST:,.0f} mm"
+        hint = f"voxels go from a nanometre to {FARTHEST:,.0f} mm" if voxel > 0 else "give a length above 0, as in 1mm"
         raise fail("E096", f"a voxel of {voxel:g} mm cannot be sampled at", hint=hint)
     box = part_box(within)
     if box is None or min(box.size) <= 0:
@@ -53,7 +53,7 @@ def bake(fields: Formula, voxel: float, within: Formula) -> SampledField:
     slab = max(1, AT_ONCE // (counts[1] * counts[2]))
     starts = range(0, counts[0], slab)
     for k, root in enumerate(fields.roots):
-        grid = NumpyField(fields.but(root), "f64", 1).on_grid(axes_of)
+        grid = NumpyField(fields.with_roots(root), "f64", 1).on_grid(axes_of)
 
         def fill(start: int, k: int = k, grid: GridField = grid) -> None:
             stop = min(start + slab, counts[0])

@@ -1,4 +1,4 @@
-"""Tasks found when a root reads them, those they read themselves first, and nothing that no root reads.
+"""Finds tasks when a root reads them, those that they read themselves first, and nothing that no root reads.
 
 Of an `if` that settings decide only the branch that is taken is read; what only the other one reads is bound to None,
 which stands for anything.
@@ -25,7 +25,7 @@ from porelang.store import Result
 from porelang.tape import lower
 from porelang.tasks.identity import identity
 from porelang.tasks.numbers.roots import root_of
-from porelang.tasks.run import OUTSIDE, RUN
+from porelang.tasks.run import READERS, RUN
 
 #: Where each task is asked for, so that what goes wrong is told there.
 Places = Mapping[Node, Span]
@@ -74,9 +74,9 @@ def all_reached(roots: Sequence[Node], bindings: Bindings, places: Places) -> li
 
 def bind_files(roots: Sequence[Node], bindings: Bindings, places: Places) -> Bindings:
     """The bindings with the data of every file that the roots read, directly or through tasks."""
-    if not any(n.op in OUTSIDE and n not in bindings for n in order(roots)):
+    if not any(n.op in READERS and n not in bindings for n in order(roots)):
         return bindings
-    read = [n for n in all_reached(roots, bindings, places) if n.op in OUTSIDE and n not in bindings]
+    read = [n for n in all_reached(roots, bindings, places) if n.op in READERS and n not in bindings]
     return {**bindings, **{n: slot_value(find(n, bindings, places)) for n in read}}
 
 
@@ -102,7 +102,7 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
     Errors: those of the task, at the place in the program that asks for it.
     """
     try:
-        if n.op in OUTSIDE:
+        if n.op in READERS:
             return cast(Data, bindings[n]) if n in bindings else _read(n)
         guessed = n.depends >= UNKNOWN  # it reads what a `solve` tries: the answer of the search is kept, not this
         bindings = {m: v for m, v in bindings.items() if _settled(m) or (guessed and m.op == "unknown")}
@@ -122,17 +122,17 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
 
 def _read(n: Node) -> Data:
     with activity(TASK_TABLE[n.op].activity):
-        return OUTSIDE[n.op](n)
+        return READERS[n.op](n)
 
 
 def _settled(m: Node) -> bool:
     """Whether a slot holds what the design has: a setting or a file, and no number that somebody moves."""
-    return m.op == "param" or m.op in OUTSIDE
+    return m.op == "param" or m.op in READERS
 
 
 def _content(bindings: Bindings, n: Node) -> str:
     """The digest of what a task has read from outside; of what no branch that is taken reads, that it has not."""
-    if n.op not in OUTSIDE:
+    if n.op not in READERS:
         return ""
     data = bindings.get(n)
     return "not read" if data is None else cast(Data, data).digest

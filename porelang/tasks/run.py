@@ -25,7 +25,7 @@ Read = TypeVar("Read", bound=Data)
 
 def _field(asked: Formula, i: int) -> Formula:
     """An argument of a task."""
-    return asked.but(asked.roots[i])
+    return asked.with_roots(asked.roots[i])
 
 
 def _number(asked: Formula, i: int) -> float:
@@ -46,13 +46,13 @@ def _to_porosity(asked: Formula) -> Reduced:
 
 
 def _shell_to_porosity(asked: Formula) -> Reduced:
-    half = offset_for(asked.but(node("abs", asked.root)), _share(asked), _field(asked, 2))
+    half = offset_for(asked.with_roots(node("abs", asked.root)), _share(asked), _field(asked, 2))
     return Reduced(2 * half.value, 2 * half.error)
 
 
 def _sample(asked: Formula) -> Result:
     *fields, voxel, within = range(len(asked.roots))
-    return bake(asked.but(*(asked.roots[i] for i in fields)), _number(asked, voxel), _field(asked, within))
+    return bake(asked.with_roots(*(asked.roots[i] for i in fields)), _number(asked, voxel), _field(asked, within))
 
 
 #: Each takes a formula of the task's arguments, fully bound. `solve` is not here: it asks tasks itself (`resolve`).
@@ -104,4 +104,4 @@ def _as_named(shown: str, path: str, read: Callable[[str], Read]) -> Read:
 
 
 #: What comes from files: each read is remembered by its reader, and known by the digest of what was in it.
-OUTSIDE: Mapping[str, Callable[[Node], Data]] = {"load": _load, "frame": _frame}
+READERS: Mapping[str, Callable[[Node], Data]] = {"load": _load, "frame": _frame}

@@ -41,7 +41,7 @@ Values = NDArray[np.float64]
 
 def minimum(field: Formula, within: Formula) -> Reduced:
     """The least value of a field where `within <= 0`, attained at a point; the error is one-sided."""
-    found = maximum(field.but(node("neg", field.root)), within)
+    found = maximum(field.with_roots(node("neg", field.root)), within)
     return Reduced(-found.value, found.error)
 
 
@@ -83,10 +83,10 @@ class Hill:
     def __init__(self, field: Formula):
         self.field = field
         steep = slopes(field.root)
-        self.slopes = field.but(*steep)
-        self.sloped = field.but(field.root, *steep)
+        self.slopes = field.with_roots(*steep)
+        self.sloped = field.with_roots(field.root, *steep)
         curved = tidy([c for i, s in enumerate(steep) for c in slopes(s)[i:]])
-        self.curvatures = field.but(*curved) if operations(curved) <= _CURVED else None
+        self.curvatures = field.with_roots(*curved) if operations(curved) <= _CURVED else None
         self.value = NumpyField(field, "f64")
         self.slope = NumpyField(self.slopes, "f64")
 

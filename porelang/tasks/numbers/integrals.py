@@ -117,7 +117,7 @@ def porosity(solid: Formula, within: Formula, accuracy: float = ACCURACY) -> Red
     where, envelope = _envelope(within, 0.3 * accuracy)
     if envelope.value <= 0:
         raise empty("the region `within`")
-    part = solid.but(node("max", solid.root, within.root))
+    part = solid.with_roots(node("max", solid.root, within.root))
     seen = sorted_out(part, Region(where.box, where.size, np.empty((0, 3)), where.cells))
     found = _share(part, finer(part, seen), 0.0, 0.7 * accuracy * envelope.value)
     share = found.value / envelope.value

@@ -59,10 +59,10 @@ class Rods:
     def __init__(self, solid: Formula):
         self.solid = solid
         self.slopes = slopes(solid.root)
-        self.sloped = solid.but(solid.root, *self.slopes)
-        self.along = [solid.but(solid.root, s) for s in self.slopes]
+        self.sloped = solid.with_roots(solid.root, *self.slopes)
+        self.along = [solid.with_roots(solid.root, s) for s in self.slopes]
         self.field = NumpyField(solid, "f64")
-        self.slope = NumpyField(solid.but(*self.slopes), "f64")
+        self.slope = NumpyField(solid.with_roots(*self.slopes), "f64")
 
     def rising(self, low: Points, size: Values) -> NDArray[np.bool_]:
         """Whether the field is proven to rise or to fall along each axis throughout each cell, (n, 3)."""
