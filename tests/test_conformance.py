@@ -123,7 +123,10 @@ def test_a_certificate_says_what_was_done(
 @pytest.mark.slow
 def test_the_doctor_names_the_device(gpu: Gpu, capsys: pytest.CaptureFixture[str]) -> None:
     assert doctor(json=True) == 0
-    assert json.loads(capsys.readouterr().out)["opengl"]["renderer"] == gpu.info.renderer
+    told = json.loads(capsys.readouterr().out)
+    assert told["opengl"]["renderer"] == gpu.info.renderer
+    assert {row["op"] for row in [*told["operations"], *told["data"]]} == TABLE.keys()
+    assert all(row["use"] <= 1 for row in told["data"])
 
 
 @pytest.mark.slow

@@ -191,6 +191,19 @@ def test_a_wrong_library_function_is_found(device_backend: Backend, monkeypatch:
 
 
 @pytest.mark.slow
+def test_the_doctor_finds_a_wrong_lookup(
+    gpu: Gpu, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(glsl_backend, "_function", lambda name, known=glsl_backend._function: (
+        known(name).replace("p0 + d * at.f", "p0 + d * at.g") if name.startswith("pore_lookup") else known(name)
+    ))  # fmt: skip
+    monkeypatch.setattr(report, "NUMPY", ())
+    monkeypatch.setattr(report, "sweep", lambda backend: [])
+    assert doctor() == 1
+    assert "BEYOND ITS BOUND  lookup" in capsys.readouterr().out
+
+
+@pytest.mark.slow
 def test_commands_report_it(gpu: Gpu, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     broken(monkeypatch, "floor", glsl="trunc({0})")
     monkeypatch.setattr(report, "NUMPY", ())  # which is not broken

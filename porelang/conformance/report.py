@@ -16,13 +16,15 @@ import numpy as np
 
 import porelang
 from porelang.conformance.backend import NUMPY, Backend, glsl
-from porelang.conformance.suite import Certificate, run_suite
+from porelang.conformance.suite import Certificate, check_lookup, reads_data, run_suite
 from porelang.conformance.sweep import Measurement, sweep
 from porelang.gpu import Gpu, GpuMissing, shared_gpu
+from porelang.ops import TABLE
 
 #: Random graphs of a quick certificate.
 QUICK = 50
 HELD, BROKEN, MISSING = 0, 1, 3
+_WIDTH = 13  # of the column with the names of operations
 
 
 def doctor(json: bool = False) -> int:
@@ -34,13 +36,20 @@ def doctor(json: bool = False) -> int:
     backends = _backends(device)
     measured = [m for b in backends for m in sweep(b)]
     broken = [m for m in measured if m.broken]
+    judged = {(n, b.name): check_lookup(n, b, 0) for n in TABLE if reads_data(n) for b in backends}
+    failures = [f.failure for found in judged.values() for f in found if f.failure]
+    holds = not broken and not failures
     if json:
         record: dict[str, Any] = {
             "versions": _versions(),
             "opengl": asdict(device.info) if device else None,
             "missing": {"reason": missing.reason, "install": missing.install} if missing else None,
             "operations": [_record(m) for m in measured],
-            "holds": not broken,
+            "data": [
+                {"op": op, "backend": name, "points": sum(f.points for f in found), "use": max(f.use for f in found)}
+                for (op, name), found in judged.items()
+            ],
+            "holds": holds,
         }
         print(jsons.dumps(_plain(record)))
     else:
@@ -51,16 +60,24 @@ def doctor(json: bool = False) -> int:
         )
         print("least 1, for mod times the dividend), and the part of its tolerance that it uses:\n")
         print("\n".join(_table(measured, backends)))
+        print("\nThe part of its bound that each operation on data uses, on a grid and a frame that are hard:\n")
+        for op in dict.fromkeys(op for op, _ in judged):
+            uses = (max(f.use for f in judged[op, b.name]) for b in backends)
+            print(f"{op:<{_WIDTH}}" + "".join(f"{100 * use:>18.0f} %" for use in uses))
         print()
         for m in broken:
             print(f"BEYOND TOLERANCE  {m.example} ({m.broken} of {m.points} inputs)")
-        if broken:
+        for failure in failures:
+            print(f"BEYOND ITS BOUND  {failure.where}, {failure.backend}: {failure.example}")
+        if not holds:
             print(
                 "This backend does not keep the law; use another: --backend numpy, or an update of the graphics driver."
             )
         else:
-            print(f"All {len({m.op for m in measured})} operations keep to their tolerances.")
-    return BROKEN if broken else MISSING if missing else HELD
+            print(
+                f"All {len({m.op for m in measured} | {op for op, _ in judged})} operations keep to their tolerances."
+            )
+    return BROKEN if not holds else MISSING if missing else HELD
 
 
 def certificate(json: bool = False, count: int = 500, seed: int | None = None, quick: bool = False) -> int:
@@ -154,9 +171,9 @@ def _table(
 ) -> list[str]:
     """Operations down, backends across: worst error and use of the tolerance."""
     names = [b if isinstance(b, str) else b.name for b in backends]
-    out = [f"{'':<10}" + "".join(f"{name:>20}" for name in names) + ("   in graphs" if appearances else "")]
+    out = [f"{'':<{_WIDTH}}" + "".join(f"{name:>20}" for name in names) + ("   in graphs" if appearances else "")]
     for op in dict.fromkeys(m.op for m in measured):
-        row = f"{op:<10}"
+        row = f"{op:<{_WIDTH}}"
         for name in names:
             mine = [m for m in measured if m.op == op and m.backend == name]
             error = max(m.ulp for m in mine)
