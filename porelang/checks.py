@@ -35,16 +35,14 @@ def failed_checks(design: Design, measure: bool = True) -> list[int]:
 def broken_checks(design: Design, measure: bool = False) -> list[Diagnostic]:
     """An error for each `check` that does not hold, with the numbers that it found.
 
-    Checks and contracts about whole fields (a porosity) are looked at only if `measure` says so: they take a second or
-    more. Errors: E064 where a contract is broken.
+    Checks about whole fields (a porosity) are looked at only if `measure` says so: they take a second or more.
+    Errors: E064 where a contract about what a check reads is broken.
     """
-    if measure:
-        design.keep_contracts()
     program, found = design.program, []
     for i in failed_checks(design, measure):
         check, root = program.elaborated.checks[i], program.graph.checks[i]
         params = sorted({str(n.value) for n in order([root], within) if n.op == "param"})
-        numbers = [n for n in design.reads(root) if n.op in NUMBERS]
+        numbers = _own(design, root)
         label = ", ".join(sorted(_told(program.numbers[n], design.number(n)) for n in numbers)) or "does not hold"
         with_these = ", ".join(f"{name} = {program.params[name].shown(design.settings[name])}" for name in params)
         label += f" with {with_these}" if params else ""
@@ -57,7 +55,7 @@ def undecided_checks(design: Design) -> list[Diagnostic]:
     program, found = design.program, []
     failed = set(failed_checks(design))
     for i, root in enumerate(program.graph.checks):
-        numbers = {n: design.number(n) for n in design.reads(root) if n.op in NUMBERS}
+        numbers = {n: design.number(n) for n in _own(design, root)}
         if not numbers or i in failed:
             continue
         ranges = {n: interval(r.value - r.error, r.value + r.error) for n, r in numbers.items()}
@@ -81,11 +79,19 @@ def late_doubts(design: Design) -> list[Diagnostic]:
         for which, n in program.graph.contracts
         if n.depends < UNKNOWN and any(m.op in TASKS for m in order([n]))
     ]
+    solids = [root for roots in program.graph.outputs.values() for root in roots]
+    read = set(design.reads(*solids))
+    late = [(which, n) for which, n in late if all(m in read for m in order([n]) if m.op in TASKS)]
     if not late:
         return []
-    solids = [root for roots in program.graph.outputs.values() for root in roots]
     formula: Formula = design.formula(*(n for _, n in late))
     return doubtful_contracts(late, program.elaborated.contracts, solids, formula.bindings)
+
+
+def _own(design: Design, root: Node) -> list[Node]:
+    """The numbers that stand in a check itself, of the branches that are taken."""
+    read = set(design.reads(root))
+    return [n for n in order([root], within) if n in read and n.op in NUMBERS]
 
 
 def _told(text: str, found: Reduced) -> str:

@@ -84,7 +84,7 @@ def measure(
         )
     )
     formulas = [design.formula(r) for r in (root, envelope)]
-    read = set(order([root, envelope, *design.program.graph.checks]))  # not what only another output reads
+    read = set(design.reads(root, envelope, *design.program.graph.checks))  # not what only another output reads
     fields = [make_field(f, design.program.ranges, backend, dtype) for f in formulas]
     fine, coarse = (_counts(fields[0], fields[1], part_box(formulas[1]) or box, s) for s in (h, _COARSER * h))
     surfaces = [

@@ -31,7 +31,7 @@ from porelang.ops import TASK_TABLE
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, settle
 from porelang.source import Source, Span
-from porelang.tasks import all_reached, bind_files, bind_tasks, find, tasks_reached
+from porelang.tasks import all_read, bind_files, bind_tasks, find
 from porelang.tasks.run import READERS
 
 Settings = Mapping[str, Setting]
@@ -226,17 +226,22 @@ class Program:
         errors, whether or not the contracts hold that are about them. What one text in a def asks for in several calls
         is counted: `porosity(f, c)`, `porosity(f, c) #2`."""
         design = self.design(settings, **more)
-        return {text: design.number(n) for n, text in design.program.numbers.items()}
+        read = set(design.reads(*self._asking))
+        return {text: design.number(n) for n, text in self.numbers.items() if n in read}
+
+    @cached_property
+    def _asking(self) -> tuple[Node, ...]:
+        """All roots that may ask for numbers: of outputs, checks and contracts."""
+        graph = self.graph
+        several = (r for roots in graph.outputs.values() for r in roots)
+        return (*several, *graph.requirements, *graph.checks, *(c for _, c in graph.contracts))
 
     @cached_property
     def numbers(self) -> dict[Node, str]:
         """The numbers found from fields that outputs, checks and contracts read, each by a text of its own."""
-        graph = self.graph
-        several = (r for roots in graph.outputs.values() for r in roots)
-        tops = order([*several, *graph.requirements, *graph.checks, *(c for _, c in graph.contracts)], within)
         out: dict[Node, str] = {}
         seen: dict[str, int] = {}
-        for n in tops:
+        for n in order(self._asking, within):
             if n.op in NUMBERS and n.depends < UNKNOWN:  # else it is another for every guess of a `solve`
                 text = " ".join(self.places[n].text.split()) if n in self.places else n.op
                 seen[text] = seen.get(text, 0) + 1
@@ -275,17 +280,18 @@ class Design:
 
         Errors: those of the tasks, at the place in the program that asks; E064 where what was found breaks a contract.
         """
-        found = bind_tasks(roots, self._with_files(roots), self.program.places)
-        with self._lock:  # what only a branch reads that is not taken is bound to nothing, here alone
-            self._bindings = {**self._bindings, **{n: v for n, v in found.items() if v is not None}}
-        read = frozenset(all_reached(roots, found, self.program.places))
+        filled = bind_tasks(roots, self._with_files(roots), self.program.places)
+        with self._lock:  # None, for what is not read, is for this formula alone
+            self._bindings = {**self._bindings, **{n: v for n, v in filled.items() if v is not None}}
+        read = frozenset(self.reads(*roots))
         self._keep_contracts(lambda i, root: self._concerns(i, root, read))
-        return Formula(roots, {**self._bindings, **found})
+        return Formula(roots, filled)
 
     def _with_files(self, roots: Sequence[Node]) -> Bindings:
         """What is bound, with the files that roots read: a design goes on with what was in one when it was read."""
-        with self._lock:
-            self._bindings = bind_files(roots, self._bindings, self.program.places)
+        found = bind_files(roots, self._bindings, self.program.places)
+        with self._lock:  # what another thread has read meanwhile stays
+            self._bindings = {**found, **self._bindings}
             return self._bindings
 
     def of(self, name: str | None = None) -> Formula:
@@ -338,9 +344,9 @@ class Design:
         about = _about(root)
         return not about or any(n in read for n in about)
 
-    def reads(self, root: Node) -> list[Node]:
-        """The tasks that a root reads with these settings: none of a branch that is not taken."""
-        return tasks_reached([root], self._with_files([root]), self.program.places)
+    def reads(self, *roots: Node) -> list[Node]:
+        """The tasks that roots read with these settings, and those that these read: none of a branch not taken."""
+        return all_read(roots, self._bindings, self.program.places)
 
     def holds(self, root: Node) -> bool:
         """Whether a condition on settings and numbers holds; what it reads is found first."""

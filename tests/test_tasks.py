@@ -391,6 +391,87 @@ def test_a_number_of_a_branch_that_is_not_taken_adds_no_error() -> None:
     assert next(r for n, r in moved.items() if n.startswith("volume")).error > plain.error
 
 
+GUARDED = """param k = 0 in 0..1
+let bad = mean(log(-1 - x^2), sphere(1))
+let v = mean(x - 5, sphere(1))
+def walls(t where t > 0) = sphere(3 * t)
+out part = if k > 0.5 then walls(bad) else sphere(3)
+out either = if v > 0 then walls(v) else walls(-v)
+check (if k > 0.5 then bad else 1) > 0, "sound"
+"""
+
+
+def test_a_contract_holds_where_its_branch_is_taken() -> None:
+    """By settings, proven when it is compiled, and by numbers; the same call elsewhere has it everywhere."""
+    text = "param t = 0mm in -1mm..1mm\n"
+    assert porelang.compile(text + "if t > 0 then sphere(t) else sphere(0.1 - t)").params
+    for wrong in ("if t > 0 then sphere(1) else sphere(t)", "(if t > 0 then sphere(t) else sphere(1)) | sphere(t)"):
+        with pytest.raises(porelang.PoreError, match="E086"):
+            porelang.compile(text + wrong)
+    design = porelang.compile(GUARDED).design()
+    design.keep_contracts()
+    assert design.field("part")([[0, 0, 0]])[0] == -3
+    assert design.field("either")([[0, 0, 0]])[0] == pytest.approx(-15, rel=1e-3)
+    assert broken_checks(design, measure=True) == []
+    assert "bad" not in design.measure("part", resolution=12)["reduced"]
+    with pytest.raises(porelang.PoreError, match="E093"):
+        porelang.compile(GUARDED).design(k=1).keep_contracts()
+
+
+def test_the_slope_of_a_choice_reads_the_branch_that_is_taken() -> None:
+    program = porelang.compile('param k = 0 in 0..1\ngrad(if k > 0.5 then load("missing.npz", "x") else x * y)')
+    np.testing.assert_allclose(program.field()([[2, 3, 0]]), [[3, 2, 0]])
+
+
+def test_a_contract_is_kept_of_what_only_a_taken_branch_of_another_number_reads() -> None:
+    text = """param k = 1 in 0..1
+let low = bare(volume(sphere(1)))
+let high = bare(volume(sphere(1.2)))
+def h(r where r < 5) = r * x
+let v = mean(if low > 1 then h(high) else x, sphere(1))
+out part = (if k > 0.5 then sphere(5) else sphere(low)) - v
+"""
+    with pytest.raises(porelang.PoreError, match="E064"):
+        porelang.compile(text).field("part")
+
+
+def test_conditions_that_read_conditions_are_decided_once(computed: list[str]) -> None:
+    links = "".join(f"let a{i + 1} = if a{i} > 3 then a{i} - 1.5 else a{i} + 1.25\n" for i in range(60))
+    porelang.compile(f"let a0 = bare(volume(sphere(1)))\n{links}sphere(3) - 0.001 * a60").field()
+    assert computed == ["volume"]
+
+
+def test_a_thread_that_finds_a_number_lets_others_ask_the_design(computed: list[str]) -> None:
+    """What is reported may ask the design too, while another thread wants the same number to choose a file by."""
+    text = """let n = volume(gyroid(2) & sphere(9))
+out slow = if n > 1 then sphere(3) else load("missing.npz", "x")
+out cheap = sphere(2)
+"""
+    design = porelang.compile(text).design()
+    started = threading.Event()
+
+    def report(*_: object) -> None:
+        started.set()
+        design.field("cheap")
+
+    def first() -> float:
+        with watching(report):
+            return float(design.field("slow")([[0, 0, 0]])[0])
+
+    with ThreadPoolExecutor(2) as pool:
+        one = pool.submit(first)
+        started.wait(20)
+        other = pool.submit(lambda: float(design.field("slow")([[0, 0, 0]])[0]))
+        assert one.result(60) == other.result(60) == -3
+    assert computed == ["volume"]
+
+
+def test_a_search_may_choose_by_a_number_of_what_it_looks_for() -> None:
+    """volume(sphere(t)) < 100 up to t = 2.88."""
+    text = "x + solve(t => if volume(sphere(t)) < 100 then t else 2 * t, 9, 1..20)"
+    assert porelang.compile(text).field()([[0, 0, 0]])[0] == pytest.approx(4.5)
+
+
 def test_a_search_may_choose_by_what_it_looks_for() -> None:
     """volume(sphere(t)) where t < 2, 10 * t^3 from there on: 640 at t = 4."""
     text = "solve(t => if t < 2mm then volume(sphere(t)) else volume(cube(t)) * 10, 640, 1mm..9mm)"
@@ -457,7 +538,7 @@ out free = sphere(1)
     assert caught.value.diagnostics[0].code == "E064"
     assert program.field("free")([[0, 0, 0]])[0] == -1  # whatever was asked before
     with pytest.raises(porelang.PoreError) as caught:  # no output reads it: who measures is told
-        broken_checks(program.design(), measure=True)
+        program.design().keep_contracts()
     assert [d.code for d in caught.value.diagnostics] == ["E064", "E064"]
 
 

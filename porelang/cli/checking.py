@@ -21,6 +21,8 @@ def check(options: Namespace) -> int:
         try:
             design = program.design(dict(options.settings))
             design.read_data()
+            if options.measure:
+                design.keep_contracts()
             broken = broken_checks(design, options.measure)
             if options.measure:
                 broken += [*undecided_checks(design), *late_doubts(design)]

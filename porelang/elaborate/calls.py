@@ -106,11 +106,15 @@ def _call_builtin(ctx: Context, function: Builtin, arguments: Sequence[Given], s
 
 
 def _call_choice(ctx: Context, choice: Choice, arguments: Sequence[Given], site: tree.Call) -> Value:
-    results = [call(ctx, option, arguments, site) for option in choice.options]
-    out = results[-1]
-    for i in range(len(results) - 2, -1, -1):
+    results: list[tuple[Node, Value]] = []
+    for i, option in enumerate(choice.options):
         condition = node("eq", choice.index, node("const", value=float(i)))
-        out = operators.select(ctx, condition, results[i], out, site.span)
+        with ctx.requiring() as own:
+            results.append((condition, call(ctx, option, arguments, site)))
+        ctx.require_where(condition, own)
+    out = results[-1][1]
+    for condition, value in reversed(results[:-1]):
+        out = operators.select(ctx, condition, value, out, site.span)
     return out
 
 
@@ -161,17 +165,19 @@ def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], si
     known = ctx.memo.get(memo)
     if known is not None:
         value, required = known
-        ctx.require_again(required)
+        ctx.required.update(required)
         return value
-    before = len(ctx.found.requirements)
-    ensured = _contracts(ctx, function, bound, scope, kinds, given, site) if sound else []
-    if ensured is None:  # what the body would say about values it does not take is of no use
-        ctx.memo[memo] = (POISON, ())
+    with ctx.requiring() as own:
+        ensured = _contracts(ctx, function, bound, scope, kinds, given, site) if sound else []
+        # what the body would say about values it does not take is of no use
+        result = POISON if ensured is None else ctx.evaluate(function.body, scope)
+    ctx.required.update(own)
+    if ensured is None:
+        ctx.memo[memo] = (POISON, {})
         return POISON
-    result = ctx.evaluate(function.body, scope)
     for which, condition in ensured:
         result = map_nodes(result, lambda n, c=condition, k=which: node("ensure", n, c, value=k))  # type: ignore[misc]  # a default binds now
-    ctx.memo[memo] = (result, tuple(ctx.found.requirements[before:]))
+    ctx.memo[memo] = (result, own)
     return result
 
 

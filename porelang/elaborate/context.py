@@ -8,13 +8,14 @@ imports this one, and this one imports none of those that use it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 
 from porelang.diagnostics import Diagnostic, Edit, Label, Severity
 from porelang.elaborate.results import CallRecord, Elaborated, Requirement
 from porelang.elaborate.values import POISON, Function, Poison, Scalar, Scope, Value, describe
-from porelang.ir import UNKNOWN, Node, Stage, const, constant, order
+from porelang.ir import Node, Stage, const, constant, node, order
 from porelang.ops import TABLE
 from porelang.rewrites import Graph, run
 from porelang.rewrites.simplify import computed
@@ -53,8 +54,9 @@ class Context:
         self._evaluate = evaluate
         self.folder = folder
         self.found = Elaborated()
+        self.required: dict[Requirement, None] = {}  # in order, each once
         self.call_stack: list[tuple[str, Span]] = []
-        self.memo: dict[object, tuple[Value, tuple[Requirement, ...]]] = {}
+        self.memo: dict[object, tuple[Value, dict[Requirement, None]]] = {}
         self.called: set[tree.Def] = set()
         self._spent = 0
         self._solves = 0
@@ -167,11 +169,24 @@ class Context:
 
     def require(self, condition: Node, message: str, span: Span, others: tuple[Label, ...]) -> None:
         """A condition over params, to be proven over their whole range."""
-        self.found.requirements.append(Requirement(condition, message, self.users_place(span), others))
+        self.required[Requirement(condition, message, self.users_place(span), others)] = None
 
-    def require_again(self, required: Sequence[Requirement]) -> None:
-        """What a call that is remembered required, for another `solve` that tries it: each looks for its own."""
-        self.found.requirements += [r for r in required if self._solves and r.condition.depends >= UNKNOWN]
+    @contextmanager
+    def requiring(self) -> Iterator[dict[Requirement, None]]:
+        """While this lasts conditions are collected apart; who asks for that hands on to `required` what becomes of
+        them: of a branch they hold where it is taken, of a `solve` for what it finds."""
+        outer = self.required
+        self.required = own = dict[Requirement, None]()
+        try:
+            yield own
+        finally:
+            self.required = outer
+
+    def require_where(self, condition: Node, required: Iterable[Requirement]) -> None:
+        """Hand on conditions of a branch, which hold where it is taken if settings decide that, else everywhere."""
+        for r in required:
+            guarded = node("select", condition, r.condition, const(True))
+            self.required[r if condition.stage is Stage.FIELD else replace(r, condition=guarded)] = None
 
     def contract(self, message: str, span: Span, others: tuple[Label, ...]) -> int:
         """A condition over space; its number names it in `ensure` nodes."""

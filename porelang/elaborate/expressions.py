@@ -236,9 +236,13 @@ def _index(ctx: Context, t: tree.Index, scope: Scope) -> Value:
 
 
 def _if(ctx: Context, t: tree.If, scope: Scope) -> Value:
-    out = ctx.evaluate(t.otherwise, scope)
+    with ctx.requiring() as others:
+        out = ctx.evaluate(t.otherwise, scope)
     for condition, then in reversed(t.branches):
-        test, value = ctx.evaluate(condition, scope), ctx.evaluate(then, scope)
+        with ctx.requiring() as always:
+            test = ctx.evaluate(condition, scope)
+        with ctx.requiring() as own:
+            value = ctx.evaluate(then, scope)
         if isinstance(test, Poison):
             out = POISON
             continue
@@ -251,7 +255,12 @@ def _if(ctx: Context, t: tree.If, scope: Scope) -> Value:
                 hint="compare it with something: `if a > 0`",
             )
             continue
+        with ctx.requiring() as all_of_them:
+            ctx.require_where(test.node, own)
+            ctx.require_where(node("not", test.node), others)
+        others = {**always, **all_of_them}
         out = operators.select(ctx, test.node, value, out, t.span)
+    ctx.required.update(others)
     return out
 
 

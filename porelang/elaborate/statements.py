@@ -63,6 +63,7 @@ def elaborate_file(
     around = Scope(dict.fromkeys(lost, POISON), base) if lost else base
     with room_to_compile(), suppress(TooBig):
         _members(ctx, _Files(around, load, (file.source.name,)), file, "")
+    ctx.found.requirements = list(ctx.required)
     return ctx.found
 
 

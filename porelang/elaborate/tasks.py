@@ -99,8 +99,7 @@ def _solve(ctx: Context, site: tree.Call, values: list[Value], places: list[Span
     if not isinstance(target, Scalar):
         return ctx.error("E060", f"the target of `solve` is a number, not {describe(target)}", places[1])
     dimension = ends.low.dimension or ends.high.dimension
-    known = len(ctx.found.requirements)
-    with ctx.solving() as level:
+    with ctx.requiring() as own, ctx.solving() as level:
         sought = Scalar(unknown(level), dimension)
         value = call(ctx, function, [Given(None, sought, places[0])], site)
     if isinstance(value, Poison):
@@ -124,12 +123,12 @@ def _solve(ctx: Context, site: tree.Call, values: list[Value], places: list[Span
     if None not in (value.dimension, target.dimension) and value.dimension != target.dimension:
         return ctx.error("E062", f"the function gives {value.dimension}, the target is {target.dimension}", places[1])
     asked = node("solve", value.node, target.node, ends.low.node, ends.high.node, value=level)
-    ctx.found.requirements[known:] = [
-        replace(r, condition=_with(r.condition, sought.node, asked), solve=len(ctx.found.tasks))
-        if r.condition.depends & sought.node.depends
-        else r
-        for r in ctx.found.requirements[known:]
-    ]
+    for r in own:
+        if r.condition.depends & sought.node.depends:
+            found = _with(r.condition, sought.node, asked)
+            ctx.required[replace(r, condition=found, solve=len(ctx.found.tasks))] = None
+        else:
+            ctx.required[r] = None
     return Scalar(ctx.task(asked, site.span), dimension)
 
 

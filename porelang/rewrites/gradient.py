@@ -46,6 +46,10 @@ def _of(n: Node, known: dict[Node, Triple]) -> Triple:
         return FLAT
     if n.op == "ensure":
         return known[n.args[0]]
+    if n.op == "select":  # not as a sum: of the branch that is not taken nothing is read
+        condition, a, b = n.args
+        x, y, z = (p if p is q else node("select", condition, p, q) for p, q in zip(known[a], known[b], strict=True))
+        return (x, y, z)
     if n.op == "at":
         field, *point = n.args
         partials: tuple[Node | None, ...] = tuple(

@@ -16,7 +16,7 @@ from porelang import store
 from porelang.data import Data, Reduced
 from porelang.diagnostics import PoreError
 from porelang.formula import Bindings, Formula, Slot
-from porelang.ir import TASKS, UNKNOWN, Node, order, unknown, within
+from porelang.ir import TASKS, UNKNOWN, Node, order, unknown
 from porelang.once import alone
 from porelang.ops import TASK_TABLE
 from porelang.progress import activity
@@ -25,67 +25,45 @@ from porelang.store import Result
 from porelang.tape import lower
 from porelang.tasks.identity import identity
 from porelang.tasks.numbers.roots import root_of
+from porelang.tasks.reach import Reach
 from porelang.tasks.run import READERS, RUN
 
 #: Where each task is asked for, so that what goes wrong is told there.
 Places = Mapping[Node, Span]
 
 
-def tasks_read(roots: Sequence[Node]) -> list[Node]:
-    """The tasks that roots read, but not those that these tasks read in turn."""
+def tasks_below(roots: Sequence[Node]) -> list[Node]:
+    """The tasks of all branches of roots, but not those that these tasks read in turn."""
     tape = lower(tuple(roots))
     return [tape.nodes[i] for i in tape.slots if tape.ops[i] in TASKS]
 
 
-def tasks_reached(roots: Sequence[Node], bindings: Bindings, places: Places) -> list[Node]:
-    """The tasks that roots read with these bindings: none of a branch that is not taken."""
-    tape = lower(tuple(roots))
-    if not tape.choices or not any(tape.ops[i] in TASKS for i in tape.slots):
-        return tasks_read(roots)
-    reached = set(tape.roots)
-    for i in reversed(range(len(tape))):
-        if i not in reached:
-            continue
-        inputs = tape.inputs[i]
-        if i in tape.choices:
-            chosen = _decided(tape.nodes[inputs[0]], bindings, places)
-            inputs = inputs if chosen is None else (inputs[0], inputs[1] if chosen else inputs[2])
-        reached.update(inputs)
-    return [tape.nodes[i] for i in tape.slots if i in reached and tape.ops[i] in TASKS]
-
-
-def _decided(condition: Node, bindings: Bindings, places: Places) -> bool | None:
-    """Whether a condition on settings and numbers holds; None where it is on the unknown of a `solve` around it."""
-    if any(n.op == "unknown" and n not in bindings for n in order([condition], within)):
-        return None
-    return bool(Formula((condition,), bind_tasks([condition], bindings, places)).numbers[0])
-
-
-def all_reached(roots: Sequence[Node], bindings: Bindings, places: Places) -> list[Node]:
-    """The tasks that roots read with these bindings, and those that these read in turn."""
-    found: dict[Node, None] = {}
-    new = tasks_reached(roots, bindings, places)
-    while new:
-        found.update(dict.fromkeys(new))
-        inner = [m for n in new if n.args for m in tasks_reached(n.args, bindings, places)]
-        new = [m for m in dict.fromkeys(inner) if m not in found]
-    return list(found)
+def all_read(roots: Sequence[Node], bindings: Bindings, places: Places) -> list[Node]:
+    """The tasks that roots read with these bindings, and those that these read in turn; conditions are decided."""
+    return _reach(bindings, places).throughout(roots)
 
 
 def bind_files(roots: Sequence[Node], bindings: Bindings, places: Places) -> Bindings:
-    """The bindings with the data of every file that the roots read, directly or through tasks."""
-    if not any(n.op in READERS and n not in bindings for n in order(roots)):
-        return bindings
-    read = [n for n in all_reached(roots, bindings, places) if n.op in READERS and n not in bindings]
-    return {**bindings, **{n: slot_value(find(n, bindings, places)) for n in read}}
+    """The bindings with the data of the files that the roots read, directly or through tasks, and of no others.
+
+    To know which these are may take numbers that decide between branches: they are found.
+    """
+    others = {n: v for n, v in bindings.items() if n.op not in READERS}
+    if not any(n.op in READERS for n in order(roots)):
+        return others
+    reach = _reach(bindings, places)
+    return {**others, **{n: reach.slot(n) for n in reach.throughout(roots) if n.op in READERS}}
 
 
 def bind_tasks(roots: Sequence[Node], bindings: Bindings, places: Places) -> Bindings:
     """The bindings with what every task that the roots read has found, and None for those of branches not taken."""
-    reached = [n for n in tasks_reached(roots, bindings, places) if n not in bindings]
-    found: dict[Node, Slot] = {n: slot_value(find(n, bindings, places)) for n in reached}
-    found |= {n: None for n in tasks_read(roots) if n not in bindings and n not in found}
-    return {**bindings, **found} if found else bindings
+    reach = _reach(bindings, places)
+    nothing: dict[Node, Slot] = dict.fromkeys(tasks_below(roots))
+    return {**nothing, **bindings, **{n: reach.slot(n) for n in reach.tasks(roots)}}
+
+
+def _reach(bindings: Bindings, places: Places) -> Reach:
+    return Reach(bindings, lambda n, bound: slot_value(find(n, bound, places)))
 
 
 def slot_value(found: Result) -> float | Data:
@@ -134,8 +112,7 @@ def _content(bindings: Bindings, n: Node) -> str:
     """The digest of what a task has read from outside; of what no branch that is taken reads, that it has not."""
     if n.op not in READERS:
         return ""
-    data = bindings.get(n)
-    return "not read" if data is None else cast(Data, data).digest
+    return cast(Data, bindings[n]).digest if n in bindings else "not read"
 
 
 def _label(n: Node, places: Places) -> str:
@@ -182,7 +159,7 @@ def _with_errors(
 def _sources(roots: Sequence[Node], bindings: Bindings, places: Places) -> list[Node]:
     """The numbers that roots read, directly or through data."""
     out: dict[Node, None] = {}
-    for m in tasks_reached(roots, bindings, places):
+    for m in _reach(bindings, places).tasks(roots):
         if TASK_TABLE[m.op].result == "real":
             out[m] = None
         else:
@@ -192,8 +169,8 @@ def _sources(roots: Sequence[Node], bindings: Bindings, places: Places) -> list[
 
 def _moved(roots: Sequence[Node], bindings: Bindings, places: Places, source: Node) -> Bindings:
     """The bindings of all that roots read where `source` is already bound to another value than it has."""
-    values: dict[Node, Slot] = dict.fromkeys(tasks_read(roots))
-    for m in tasks_reached(roots, bindings, places):
+    values: dict[Node, Slot] = dict.fromkeys(tasks_below(roots))
+    for m in _reach(bindings, places).tasks(roots):
         if m is source:
             values[m] = bindings[m]
         elif TASK_TABLE[m.op].result != "real" and m.args and source in _sources(m.args, bindings, places):
