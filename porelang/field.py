@@ -45,12 +45,12 @@ def checked_points(points: Any) -> Points:
     """Points as an array (n, 3) of float64, or of float32 if they are. Errors: E104."""
     try:
         given = np.asarray(points)
-        if given.dtype.kind == "c":
+        if given.dtype.kind not in "fiubO":  # no texts, dates or complex numbers
             raise TypeError
         array = np.atleast_2d(given.astype(np.float32 if given.dtype == np.float32 else np.float64, copy=False))
     except (TypeError, ValueError, OverflowError):
         raise fail("E104", "points must be numbers", hint="give an array of shape (n, 3)") from None
-    if array.size == 0:
+    if array.size == 0 and array.shape in ((1, 0), (0, 3)):
         return np.empty((0, 3))
     if array.ndim != 2 or array.shape[1] != 3:
         raise fail(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
@@ -15,6 +16,17 @@ _POLL = 0.05  # seconds between two looks at whether what another thread makes i
 #: The keys that some thread is at, each with its lock and how many have come to it.
 _held: dict[Hashable, tuple[threading.RLock, int]] = {}
 _holding = threading.Lock()
+
+
+def _forget() -> None:
+    """In a process that was forked: the threads that held something are not there."""
+    global _holding  # a lock that was held when the process was forked is held for ever
+    _held.clear()
+    _holding = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)
 
 
 @contextmanager

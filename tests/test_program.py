@@ -389,6 +389,7 @@ def test_an_output_that_refers_to_itself_is_a_ring() -> None:
         ({"resolution": 0}, "resolution of 0"),
         ({"resolution": math.nan}, "resolution of nan"),
         ({"resolution": "9"}, "'9' is no resolution"),
+        ({"resolution": 24.5}, "24.5 is no whole number"),
         ({"voxel": -1.0}, "voxel of -1 mm"),
         ({"voxel": 0}, "voxel of 0 mm"),
         ({"voxel": 1e300}, "larger than any part"),
@@ -404,7 +405,7 @@ def test_what_cannot_be_sampled_at_is_said_by_mesh_and_measure(asked: dict[str, 
         assert caught.value.diagnostics[0].code == "E114"
 
 
-@pytest.mark.parametrize("simplify", [math.nan, math.inf, "a", -1, 0])
+@pytest.mark.parametrize("simplify", [math.nan, math.inf, "a", -1, 0, True])
 def test_a_deviation_is_a_length(simplify: Any) -> None:
     with pytest.raises(porelang.PoreError, match="no deviation"):
         porelang.compile("sphere(3)").mesh(resolution=8, simplify=simplify)
@@ -423,6 +424,8 @@ def test_nonsense_from_python_is_said_in_words() -> None:
         ("E109", lambda: program.measure(within=3)),  # type: ignore[arg-type]  # as above
         ("E104", lambda: program.field()([[10**400, 0, 0]])),
         ("E104", lambda: program.field()([[1j, 0, 0]])),
+        ("E104", lambda: program.field()([["1", "2", "3"]])),
+        ("E104", lambda: program.field()(np.zeros((5, 0)))),
     ]
     for code, ask in wrong:
         with pytest.raises(porelang.PoreError) as caught:

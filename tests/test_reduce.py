@@ -76,6 +76,11 @@ THIN = 5.005**3 - 4.995**3
         ("area(box([20, 20, 1e-5]) |> rotate([1, 2, 3], 33deg))", 800.0008, 4e-3),
         ("volume(shell(sphere(10), 1e-6))", 4e-4 * math.pi, 1e-2),
         ("porosity(sphere(10), shell(sphere(10), 1e-5))", 0.5, 2e-2),
+        ("volume(translate(box([20, 20, 1e-3]), [0, 0, 7]) | translate(box([20, 20, 1e-3]), [0, 0, -7.5]))", 0.8, 1e-3),
+        ("volume(box([1e-3, 60, 60]) | box([60, 60, 1e-3]))", 7.2 - 6e-5, 1e-3),
+        ("volume(box([60, 60, 1e-5]) | cylinder(0.01, 6))", 0.036 + math.pi * 1e-4 * (6 - 1e-5), 0.1),
+        ("volume((abs(abs(x) - 5) - 1e-4) & box([20, 20, 20]))", 0.16, 1e-3),
+        ("volume((abs(sin(pi * x)) - 1e-5) & box([20, 20, 20]))", 20 * 2e-5 / math.pi * 400, 1e-3),
         ("porosity(sphere(0.1), sphere(10))", 1 - 1e-6, 1e-6),
         ("mean(x^20, sphere(100))", 3 * 100.0**20 / (21 * 23), 4e-3),
         ("mean(x + 1e7, sphere(1))", 1e7, 1e-9),
@@ -106,6 +111,10 @@ def test_a_spike_that_no_sample_meets_is_in_the_error_of_a_mean() -> None:
     """A thousand in a ball of 0.3 mm within 8000 mm^3; and a wall of which hardly a sample is met."""
     exact = 1000 * 4 / 3 * math.pi * 0.3**3 / 8000
     ((value, error),) = numbers("x + mean(if x^2 + y^2 + z^2 < 0.09 then 1000 else 0, box([20, 20, 20]))")
+    assert abs(value - exact) <= error
+    ball = "if length([x + 7.3, y - 3.1, z - 2.2]) < 0.3 then 1 else 0"
+    exact = 0.5 + 4 / 3 * math.pi * 0.3**3 / 64000
+    ((value, error),) = numbers(f"x + mean(if x > 0 then 1 else ({ball}), box([40, 40, 40]))")
     assert abs(value - exact) <= error
     ((value, error),) = numbers("x + mean(abs(x), box([20, 20, 1e-5]) |> rotate([1, 2, 3], 33deg))")
     assert error > 0.5

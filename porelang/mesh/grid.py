@@ -83,8 +83,8 @@ def chosen_voxel(side: float, voxel: float | None, resolution: int | None) -> fl
         if isinstance(given, bool) or not isinstance(given, int | float | np.number | None):
             hint = "in Python lengths are in mm: voxel=0.5" if what == "voxel" else "give a whole number, as in 128"
             raise fail("E114", f"{given!r} is no {what}", hint=hint)
-    if resolution is not None and not 1 <= resolution < math.inf:
-        raise fail("E114", f"a resolution of {resolution} is not a positive number of voxels")
+    if resolution is not None and not (1 <= resolution < math.inf and resolution == int(resolution)):
+        raise fail("E114", f"a resolution of {resolution} is no whole number above 0", hint="give one, as in 128")
     found = float(voxel) if voxel is not None else side / resolution  # type: ignore[operator]  # one of them is given
     if not (math.isfinite(found) and found > 0):
         raise fail("E114", f"a voxel of {found:g} mm is not a positive length")

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from porelang.analysis.bounds import box_test
 from porelang.analysis.box import Box, block
 from porelang.analysis.branches import Branches
@@ -42,7 +44,8 @@ def mesh(
     simplify: float | None = None,
 ) -> Any:
     """The surface of an output as a `trimesh.Trimesh` in mm; see `Program.mesh`."""
-    if simplify is not None and not (isinstance(simplify, int | float) and 0 < simplify < math.inf):
+    number = isinstance(simplify, int | float | np.number) and not isinstance(simplify, bool)
+    if simplify is not None and not (number and 0 < simplify < math.inf):
         raise fail("E114", f"{simplify!r} is no deviation to simplify within", hint="give a number of mm above 0")
     placed = grid_of(design, name, voxel, resolution, bounds)
     surface = surface_of(design, name, placed, backend, dtype)

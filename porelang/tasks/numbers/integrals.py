@@ -30,9 +30,10 @@ from porelang.tasks.numbers.region import (
     finer_throughout,
     pairs,
     region,
+    seed,
     sorted_out,
 )
-from porelang.tasks.numbers.rods import Count, Crossings, Rods, along
+from porelang.tasks.numbers.rods import Count, Crossings, Indices, Rods, along
 
 #: Three standard deviations of a porosity, or of a volume relative to itself, unless asked otherwise.
 ACCURACY = 5e-4
@@ -41,6 +42,7 @@ MEAN_ACCURACY = 2e-4
 _PILOT = 1  # strata along a cell's side, to begin with
 _MOST = 30_000_000  # samples; beyond it the error says what was reached
 _MOST_PIECES = 2_000_000
+_CELLS_OF_LINES = 20_000
 MOST_VALUES = 8_000_000  # samples whose values are kept
 Values = NDArray[np.float64]
 
@@ -72,35 +74,70 @@ def _share(solid: Formula, where: Region, relative: float, goal: float) -> Reduc
             return by_lines if by_lines is not None and by_lines.error < error else Reduced(value, error)
         finest = m * math.sqrt(error / wanted) if wanted > 0 else math.inf
         if by_lines is None and 2 * len(where.undecided) * finest**3 > _MOST:
-            by_lines = _by_lines(solid, where, certain, relative, goal)
+            by_lines = _by_lines(solid, where, relative, goal)
             if by_lines.error <= max(goal, relative * by_lines.value):
                 return by_lines
         m = more
 
 
-def _by_lines(solid: Formula, where: Region, certain: float, relative: float, goal: float) -> Reduced:
-    """The volume from how long lines along an axis are inside: of walls that random points hardly ever hit."""
+def _by_lines(solid: Formula, where: Region, relative: float, goal: float) -> Reduced:
+    """The volume from how long lines are inside: of walls that random points hardly ever hit.
+
+    Of each point the share n_i^2 counts for lines along the axis i, n the direction of the field's slope there; the
+    three add up to 1. So a wall along a line, which that line hardly ever meets, and then for long, counts nothing for
+    it, but for the lines that cross the wall.
+    """
+    where = finer(solid, where, _CELLS_OF_LINES)  # so that a rod beside a plate is met too
+    certain = where.certain
     rods = Rods(solid)
     sure = rods.rising(where.undecided, where.size)
-    axis = int(np.argmax(sure.sum(0)))
     m = 1
     while True:
-        found = along(rods, where, sure, axis, m, _lengths(axis, float(where.size[axis])))
-        error = 3 * math.sqrt(found.variance) + found.touched
-        value = certain + found.total
-        if error <= max(goal, relative * value) or 2 * len(where.undecided) * (2 * m) ** 2 > _MOST_PIECES:
+        found = [along(rods, where, sure, i, m, _lengths(rods, i, float(where.size[i]), m)) for i in range(3)]
+        value = certain + sum(f.total for f in found)
+        # as if nine more lines had met the most that one has, and had not been seen; where none met anything, all of it
+        stand_for = [float(np.prod(where.size)) / float(where.size[i]) / (2 * m * m) for i in range(3)]
+        most = max(f.most for f in found) or float(where.size.max())
+        error = 3 * math.sqrt(sum(f.variance for f in found) + 9 * (max(stand_for) * most) ** 2)
+        error += sum(f.touched for f in found)
+        pieces = 6 * len(where.undecided) * (2 * m) ** 2
+        if error <= max(goal, relative * value) or pieces > _MOST_PIECES:
             return Reduced(value, error)
         m *= 2
 
 
-def _lengths(axis: int, length: float) -> Count:
-    """How long each piece is inside: from its start to where the line leaves, less to where it enters."""
+def _lengths(rods: Rods, axis: int, length: float, m: int) -> Count:
+    """What each piece has inside, counted by the share of its axis at a random point of each stretch."""
+    random = np.random.default_rng(seed(100 * m + axis))
 
     def count(met: Crossings, starts: Points) -> tuple[Values, Values]:
-        along_it = met.points[:, axis] - starts[met.piece, axis]
-        return np.where(met.ends_inside, length, 0.0), np.where(met.leaves, along_it, -along_it)
+        piece, first, last = _stretches(met, starts, axis, length)
+        at = starts[piece]
+        at[:, axis] += first + random.random(len(piece)) * (last - first)
+        share = rods.normals(at)[:, axis] ** 2
+        share = np.where(np.isnan(share), 1 / 3, share)  # where the field has no slope the axes share alike
+        counted = np.bincount(piece, share * (last - first), len(starts)).astype(np.float64)
+        return counted, np.zeros(len(met.points))
 
     return count
+
+
+def _stretches(met: Crossings, starts: Points, axis: int, length: float) -> tuple[Indices, Values, Values]:
+    """The stretches of pieces that are inside: the piece of each, and where it begins and ends along it."""
+    place = met.points[:, axis] - starts[met.piece, axis]
+    order = np.lexsort((place, met.piece))
+    piece, place, leaves = met.piece[order], place[order], met.leaves[order]
+    follows = np.zeros(len(piece), np.bool_)
+    follows[1:] = piece[1:] == piece[:-1]
+    before = np.where(follows, np.concatenate([[0.0], place[:-1]]), 0.0)
+    final = np.zeros(len(starts))  # the last crossing of each piece: a stretch may go from there to the end
+    final[piece] = place  # of several the last one stays
+    ending = np.nonzero(met.ends_inside)[0]
+    return (
+        np.concatenate([piece[leaves], ending]),
+        np.concatenate([before[leaves], final[ending]]),
+        np.concatenate([place[leaves], np.full(len(ending), length)]),
+    )
 
 
 def more_strata(m: int, error: float, goal: float, cells: int, most_samples: int = _MOST) -> int | None:
@@ -156,12 +193,12 @@ def _remembered(asked: _Envelope) -> tuple[Region, Reduced]:
 def mean(field: Formula, within: Formula, accuracy: float = MEAN_ACCURACY) -> Reduced:
     """The mean of a field within a solid; the accuracy is relative to the field's standard deviation there.
 
-    Where all of `n` samples missed, less than a share of 9 / n has other values, by as much as the enclosures of the
-    field allow: a spike that no sample met is in the error.
+    What all of `n` samples missed is less than a share of 9 / n, and there the field may be off the samples of its cell
+    by as much as its enclosure over that cell allows: a spike that no sample met is in the error.
     """
     where = finer_throughout(within, region(within, "the region `within`"))
     lows, highs = box_test(field, EXACT)(where.cells, where.cells + where.size)
-    lowest, highest = float(lows.min()), float(highs.max())
+    bounded = bool(np.isfinite(lows).all() and np.isfinite(highs).all())
     m = _PILOT
     while True:
         values, inside = sampled(field, within, where, m)
@@ -172,9 +209,8 @@ def mean(field: Formula, within: Formula, accuracy: float = MEAN_ACCURACY) -> Re
             raise fail("E093", "the values of this number are too large to be squared", hint="scale the field down")
         rest = np.where(inside, values - middle, 0.0)
         error = 3 * math.sqrt(float(np.sum((rest[0] - rest[1]) ** 2))) / len(here)
-        if math.isfinite(lowest) and math.isfinite(highest):
-            beyond = max(0.0, highest - float(here.max()), float(here.min()) - lowest)
-            error += min(1.0, 9 / len(here)) * beyond
+        if bounded:
+            error += min(1.0, 9 / len(here)) * _farthest_off(values, inside, lows, highs)
         elif not scatter:  # all samples are alike, and there is no telling what lies between
             error = math.inf
         rounding = 2.0**-50 * float(np.abs(here).max())
@@ -182,6 +218,18 @@ def mean(field: Formula, within: Formula, accuracy: float = MEAN_ACCURACY) -> Re
         if more is None:
             return Reduced(middle, error + rounding)
         m = more
+
+
+def _farthest_off(values: Values, inside: NDArray[np.bool_], lows: Values, highs: Values) -> float:
+    """How far a field may be, within some cell, from all samples of that cell; over all of a cell without samples."""
+    cells = len(lows)
+    here = values.reshape(2, cells, -1).transpose(1, 0, 2).reshape(cells, -1)
+    counts = inside.reshape(2, cells, -1).transpose(1, 0, 2).reshape(cells, -1)
+    least = np.where(counts, here, np.inf).min(axis=1)
+    most = np.where(counts, here, -np.inf).max(axis=1)
+    none = ~counts.any(axis=1)
+    off = np.where(none, highs - lows, np.maximum(highs - most, least - lows))
+    return float(off.max())
 
 
 def sampled(field: Formula, within: Formula, where: Region, m: int) -> tuple[Values, NDArray[np.bool_]]:
