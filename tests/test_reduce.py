@@ -121,6 +121,28 @@ def test_a_spike_that_no_sample_meets_is_in_the_error_of_a_mean() -> None:
     assert 0 <= value <= 10 * math.sqrt(2)
 
 
+@pytest.mark.parametrize(
+    ("choice", "exact"),
+    [
+        ("if abs(v - 5.1242) < 0.0003 then 1 else 0", 1.0),  # v = 5.124199, found to 2e-3
+        ("if v < 5.1239 then 0 else 2", 2.0),
+        ("if v > 6 then 7 else 3", 3.0),
+    ],
+)
+def test_a_number_that_decides_has_an_error_too(choice: str, exact: float) -> None:
+    """Two balls of radius 1 whose centres lie 0.3 apart: 8 pi / 3 less the lens, pi (2 - 0.3)^2 (0.3^2 + 4 * 0.3) / 3.6."""
+    text = (
+        f"let v = bare(volume(sphere(1) | translate(sphere(1), [0.3, 0, 0])))\nx + mean(({choice}) + 0 * x, sphere(1))"
+    )
+    value, error = next((v, e) for n, v, e in named(text) if n.startswith("mean"))
+    assert abs(value - exact) <= error
+    assert error < 3
+
+
+def named(text: str) -> list[tuple[str, float, float]]:
+    return [(name, r.value, r.error) for name, r in porelang.compile(text).reduced().items()]
+
+
 def test_an_envelope_is_known_by_the_bits_of_its_numbers() -> None:
     text = "param s = 0 in -1..1\nx + porosity(sphere(3), sphere(if 1 / s > 0 then 10 else 5))"
     porelang.compile(text).reduced(s=0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import subprocess
 import sys
 import threading
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+import porelang
 from porelang.compiler import try_compile
 from porelang.elaborate.runtime import PATIENCE, RECURSION, room_to_compile
 from porelang.ir import Node, show
@@ -198,3 +200,27 @@ def test_once_tries_again_after_a_failure() -> None:
     with pytest.raises(ValueError, match="not now"):
         sometimes()
     assert sometimes() == sometimes() == 7
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_forked_process_waits_for_no_thread_of_its_parent() -> None:
+    code = """
+import os, sys, threading, time, porelang
+design = porelang.compile("x + volume(gyroid(2) & sphere(9))").design()
+thread = threading.Thread(target=design.field)
+thread.start()
+time.sleep(0.5)
+child = os.fork()
+if child == 0:
+    from porelang.once import alone, _held
+    assert not _held
+    with alone("anything"):
+        os._exit(0)
+assert os.waitpid(child, 0)[1] == 0
+thread.join()
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=120,
+        env={**os.environ, "PYTHONPATH": str(Path(porelang.__file__).parent.parent)},
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")

@@ -8,15 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import cast
 
 from porelang import store
+from porelang.analysis.enclose import enclose
 from porelang.data import Data, Reduced
 from porelang.diagnostics import PoreError
 from porelang.formula import Bindings, Formula, Slot
-from porelang.ir import TASKS, UNKNOWN, Node, order, unknown
+from porelang.interval import interval
+from porelang.ir import TASKS, UNKNOWN, Node, node, order, unknown, within
 from porelang.once import alone
 from porelang.ops import TASK_TABLE
 from porelang.progress import activity
@@ -124,18 +127,20 @@ def _computed(n: Node, bindings: Bindings, places: Places) -> Result:
     """A task with those that it reads found first; what their errors may change is added to its own."""
     if n.op == "solve":
         return _solved(n, bindings, places)
-    return _with_errors(n.args, bindings, places, lambda filled: RUN[n.op](Formula(n.args, filled).taken))
+    return _with_errors(n.args, bindings, places, lambda roots, filled: RUN[n.op](Formula(tuple(roots), filled).taken))
 
 
 def _with_errors(
-    roots: Sequence[Node], bindings: Bindings, places: Places, compute: Callable[[Bindings], Result]
+    roots: Sequence[Node], bindings: Bindings, places: Places, compute: Callable[[Sequence[Node], Bindings], Result]
 ) -> Result:
     """What is computed from roots and all that they read, with the errors of those numbers added to its own.
 
     A number may be read through data: samples of a field that reads it are sampled again with the number moved. Where a
-    moved number is one that cannot be (a porosity below 0), the other side tells what its error may change.
+    moved number is one that cannot be (a porosity below 0), the other side tells what its error may change. Where an
+    `if` may go either way for values within the error, both ways count.
     """
-    out = compute(bind_tasks(roots, bindings, places))
+    filled = bind_tasks(roots, bindings, places)
+    out = compute(roots, filled)
     if not isinstance(out, Reduced):
         return out
     error = out.error
@@ -145,15 +150,47 @@ def _with_errors(
         if not known.error:
             continue
         changes: list[float] = []
+
+        def change(others: Sequence[Node], bound: Bindings, changes: list[float] = changes) -> None:
+            other = compute(others, bound)
+            assert isinstance(other, Reduced)
+            changes.append(abs(other.value - out.value) + max(0.0, other.error - out.error))
+
         for side in (-1, 1):
-            try:
-                moved = compute(_moved(roots, {**bindings, source: known.value + side * known.error}, places, source))
-            except PoreError:
-                continue
-            assert isinstance(moved, Reduced)
-            changes.append(abs(moved.value - out.value))
+            with suppress(PoreError):
+                bound = {**bindings, source: known.value + side * known.error}
+                change(roots, _moved(roots, bound, places, source))
+        for condition in _undecided(roots, filled, source, known):
+            for way in (True, False):
+                others = tuple(_with_choice(root, condition, way) for root in roots)
+                change(others, bind_tasks(others, bindings, places))
         error += max(changes, default=math.inf)
     return Reduced(out.value, error)
+
+
+def _undecided(roots: Sequence[Node], filled: Bindings, source: Node, known: Reduced) -> list[Node]:
+    """The conditions of roots that may go either way for a number within its error."""
+    tape = lower(tuple(roots))
+    conditions = dict.fromkeys(tape.nodes[tape.inputs[i][0]] for i in sorted(tape.choices))
+    within_error = interval(known.value - known.error, known.value + known.error)
+    found: list[Node] = []
+    for condition in conditions:
+        if source in order([condition], within):
+            truth = enclose(Formula((condition,), {**filled, source: within_error}))[0].range
+            if truth.lo < 1 and truth.hi > 0:
+                found.append(condition)
+    return found
+
+
+def _with_choice(root: Node, condition: Node, way: bool) -> Node:
+    """A root in which every `if` of a condition goes one way."""
+    new: dict[Node, Node] = {}
+    for n in order([root], within):
+        if n.op == "select" and n.args[0] is condition:
+            new[n] = new[n.args[1 if way else 2]]
+        else:
+            new[n] = node(n.op, *(new[a] for a in n.args), value=n.value) if within(n) else n
+    return new[root]
 
 
 def _sources(roots: Sequence[Node], bindings: Bindings, places: Places) -> list[Node]:
@@ -187,15 +224,15 @@ def _solved(n: Node, bindings: Bindings, places: Places) -> Result:
     sought = unknown(n.value)
 
     def function(t: float) -> Reduced:
-        def at(filled: Bindings) -> Reduced:
-            return Reduced(float(Formula((inner,), filled).numbers[0]), 0.0)
+        def at(roots: Sequence[Node], filled: Bindings) -> Reduced:
+            return Reduced(float(Formula(tuple(roots), filled).numbers[0]), 0.0)
 
         found = _with_errors([inner], {**bindings, sought: t}, places, at)
         assert isinstance(found, Reduced)
         return found
 
-    def solution(filled: Bindings) -> Reduced:
-        target, low, high = (float(v) for v in Formula(tuple(ends), filled).numbers)
+    def solution(roots: Sequence[Node], filled: Bindings) -> Reduced:
+        target, low, high = (float(v) for v in Formula(tuple(roots), filled).numbers)
         return root_of(function, target, low, high)
 
     return _with_errors(ends, bindings, places, solution)
