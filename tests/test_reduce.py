@@ -130,7 +130,7 @@ def test_a_spike_that_no_sample_meets_is_in_the_error_of_a_mean() -> None:
     ],
 )
 def test_a_number_that_decides_has_an_error_too(choice: str, exact: float) -> None:
-    """Two balls of radius 1 whose centres lie 0.3 apart: 8 pi / 3 less the lens, pi (2 - 0.3)^2 (0.3^2 + 4 * 0.3) / 3.6."""
+    """Two balls of radius 1 whose centres lie 0.3 apart: 8 pi / 3 less a lens of pi 1.7^2 (0.3^2 + 1.2) / 3.6."""
     text = (
         f"let v = bare(volume(sphere(1) | translate(sphere(1), [0.3, 0, 0])))\nx + mean(({choice}) + 0 * x, sphere(1))"
     )
