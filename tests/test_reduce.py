@@ -80,6 +80,8 @@ THIN = 5.005**3 - 4.995**3
         ("volume(box([1e-3, 60, 60]) | box([60, 60, 1e-3]))", 7.2 - 6e-5, 1e-3),
         ("volume(box([60, 60, 1e-5]) | cylinder(0.01, 6))", 0.036 + math.pi * 1e-4 * (6 - 1e-5), 0.1),
         ("volume((abs(abs(x) - 5) - 1e-4) & box([20, 20, 20]))", 0.16, 1e-3),
+        ("volume((if abs(x - 0.123 + 0.3 * z) < 2e-6 then -1 else 1) & sphere(10))", 1.2035e-3, 0.3),
+        ("volume(rotate(box([40, 30, 1e-8]), [1, 2, 3], 0.7))", 1.2e-5, 0.1),
         ("volume((abs(sin(pi * x)) - 1e-5) & box([20, 20, 20]))", 20 * 2e-5 / math.pi * 400, 1e-3),
         ("porosity(sphere(0.1), sphere(10))", 1 - 1e-6, 1e-6),
         ("mean(x^20, sphere(100))", 3 * 100.0**20 / (21 * 23), 4e-3),

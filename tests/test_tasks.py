@@ -418,6 +418,26 @@ def test_a_contract_holds_where_its_branch_is_taken() -> None:
         porelang.compile(GUARDED).design(k=1).keep_contracts()
 
 
+def test_a_contract_of_both_branches_is_one() -> None:
+    """Each level would have two of each of the level below: 2^40 contracts."""
+    defs = "".join(f"def g{i}(a) = if k > 1 then g{i - 1}(a) else g{i - 1}(a) + 1\n" for i in range(1, 41))
+    text = f"param k = 1 in 0..2\ndef g0(r where r > 0) = x + r\n{defs}"
+    assert len(porelang.compile(text + "g40(k + 1)").graph.requirements) == 1
+    with pytest.raises(porelang.PoreError, match="E086"):
+        porelang.compile(text + "g40(k)")
+
+
+def test_an_if_that_guards_against_an_error_may_be_near(computed: list[str]) -> None:
+    """The other way has no value: what is found is found, and its error is not known."""
+    text = """let v = bare(volume(sphere(10)))
+let s = if v > 4188.79 then 2 else solve(t => t, 4, 5..10)
+sphere(bare(volume(sphere(s))) / 10)
+"""
+    program = porelang.compile(text)
+    assert program.field()([[0, 0, 0]])[0] == pytest.approx(-4 / 3 * np.pi * 0.8, rel=2e-3)
+    assert program.reduced()["volume(sphere(s))"].error == np.inf
+
+
 def test_the_slope_of_a_choice_reads_the_branch_that_is_taken() -> None:
     program = porelang.compile('param k = 0 in 0..1\ngrad(if k > 0.5 then load("missing.npz", "x") else x * y)')
     np.testing.assert_allclose(program.field()([[2, 3, 0]]), [[3, 2, 0]])

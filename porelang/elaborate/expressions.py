@@ -255,10 +255,11 @@ def _if(ctx: Context, t: tree.If, scope: Scope) -> Value:
                 hint="compare it with something: `if a > 0`",
             )
             continue
-        with ctx.requiring() as all_of_them:
-            ctx.require_where(test.node, own)
-            ctx.require_where(node("not", test.node), others)
-        others = {**always, **all_of_them}
+        with ctx.requiring() as both:
+            ctx.required.update((r, None) for r in own if r in others)  # whatever is taken: once, or they double
+            ctx.require_where(test.node, (r for r in own if r not in both))
+            ctx.require_where(node("not", test.node), (r for r in others if r not in both))
+        others = {**always, **both}
         out = operators.select(ctx, test.node, value, out, t.span)
     ctx.required.update(others)
     return out

@@ -163,7 +163,10 @@ def _with_errors(
         for condition in _undecided(roots, filled, source, known):
             for way in (True, False):
                 others = tuple(_with_choice(root, condition, way) for root in roots)
-                change(others, bind_tasks(others, bindings, places))
+                try:
+                    change(others, bind_tasks(others, bindings, places))
+                except PoreError:  # an `if` may guard against just that: nothing is known then, but what was found
+                    changes.append(math.inf)
         error += max(changes, default=math.inf)
     return Reduced(out.value, error)
 

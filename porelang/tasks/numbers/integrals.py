@@ -43,6 +43,7 @@ _PILOT = 1  # strata along a cell's side, to begin with
 _MOST = 30_000_000  # samples; beyond it the error says what was reached
 _MOST_PIECES = 2_000_000
 _CELLS_OF_LINES = 20_000
+_SHORTEST = 1e-9  # mm: what is left of lines then is far less than a wall of atoms
 MOST_VALUES = 8_000_000  # samples whose values are kept
 Values = NDArray[np.float64]
 
@@ -85,7 +86,8 @@ def _by_lines(solid: Formula, where: Region, relative: float, goal: float) -> Re
 
     Of each point the share n_i^2 counts for lines along the axis i, n the direction of the field's slope there; the
     three add up to 1. So a wall along a line, which that line hardly ever meets, and then for long, counts nothing for
-    it, but for the lines that cross the wall.
+    it, but for the lines that cross the wall. Where the field jumps at the end of a stretch its slope does not tell how
+    the wall runs: all of such a stretch is in the error.
     """
     where = finer(solid, where, _CELLS_OF_LINES)  # so that a rod beside a plate is met too
     certain = where.certain
@@ -93,25 +95,29 @@ def _by_lines(solid: Formula, where: Region, relative: float, goal: float) -> Re
     sure = rods.rising(where.undecided, where.size)
     m = 1
     while True:
-        found = [along(rods, where, sure, i, m, _lengths(rods, i, float(where.size[i]), m)) for i in range(3)]
+        doubtful = [0.0, 0.0, 0.0]
+        counts = [_lengths(rods, i, float(where.size[i]), m, doubtful) for i in range(3)]
+        found = [along(rods, where, sure, i, m, counts[i], _SHORTEST) for i in range(3)]
         value = certain + sum(f.total for f in found)
         # as if nine more lines had met the most that one has, and had not been seen; where none met anything, all of it
         stand_for = [float(np.prod(where.size)) / float(where.size[i]) / (2 * m * m) for i in range(3)]
         most = max(f.most for f in found) or float(where.size.max())
         error = 3 * math.sqrt(sum(f.variance for f in found) + 9 * (max(stand_for) * most) ** 2)
-        error += sum(f.touched for f in found)
+        error += sum(f.touched for f in found) + sum(a * b for a, b in zip(stand_for, doubtful, strict=True))
         pieces = 6 * len(where.undecided) * (2 * m) ** 2
         if error <= max(goal, relative * value) or pieces > _MOST_PIECES:
             return Reduced(value, error)
         m *= 2
 
 
-def _lengths(rods: Rods, axis: int, length: float, m: int) -> Count:
-    """What each piece has inside, counted by the share of its axis at a random point of each stretch."""
+def _lengths(rods: Rods, axis: int, length: float, m: int, doubtful: list[float]) -> Count:
+    """What each piece has inside, counted by the share of its axis at a random point of each stretch; `doubtful` grows
+    by the stretches of the axis that end where the field jumps."""
     random = np.random.default_rng(seed(100 * m + axis))
 
     def count(met: Crossings, starts: Points) -> tuple[Values, Values]:
-        piece, first, last = _stretches(met, starts, axis, length)
+        piece, first, last, jumps = _stretches(met, starts, axis, length)
+        doubtful[axis] += float((last - first)[jumps].sum())
         at = starts[piece]
         at[:, axis] += first + random.random(len(piece)) * (last - first)
         share = rods.normals(at)[:, axis] ** 2
@@ -122,21 +128,27 @@ def _lengths(rods: Rods, axis: int, length: float, m: int) -> Count:
     return count
 
 
-def _stretches(met: Crossings, starts: Points, axis: int, length: float) -> tuple[Indices, Values, Values]:
-    """The stretches of pieces that are inside: the piece of each, and where it begins and ends along it."""
+def _stretches(
+    met: Crossings, starts: Points, axis: int, length: float
+) -> tuple[Indices, Values, Values, NDArray[np.bool_]]:
+    """The stretches of pieces that are inside: the piece of each, where it begins and ends along it, and whether the
+    field may jump at an end of it."""
     place = met.points[:, axis] - starts[met.piece, axis]
     order = np.lexsort((place, met.piece))
-    piece, place, leaves = met.piece[order], place[order], met.leaves[order]
+    piece, place, leaves, jumps = met.piece[order], place[order], met.leaves[order], met.jumps[order]
     follows = np.zeros(len(piece), np.bool_)
     follows[1:] = piece[1:] == piece[:-1]
     before = np.where(follows, np.concatenate([[0.0], place[:-1]]), 0.0)
-    final = np.zeros(len(starts))  # the last crossing of each piece: a stretch may go from there to the end
-    final[piece] = place  # of several the last one stays
+    at_ends = jumps | (follows & np.concatenate([[False], jumps[:-1]]))
+    # the last crossing of each piece, from where a stretch may go to the end: of several the last one stays
+    final, jumping = np.zeros(len(starts)), np.zeros(len(starts), np.bool_)
+    final[piece], jumping[piece] = place, jumps
     ending = np.nonzero(met.ends_inside)[0]
     return (
         np.concatenate([piece[leaves], ending]),
         np.concatenate([before[leaves], final[ending]]),
         np.concatenate([place[leaves], np.full(len(ending), length)]),
+        np.concatenate([at_ends[leaves], jumping[ending]]),
     )
 
 

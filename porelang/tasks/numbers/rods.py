@@ -1,7 +1,7 @@
 """Where lines along an axis meet a solid's surface, within its undecided cells: crossings proven, not seen.
 
 A piece of a line holds one crossing if the field changes its sign there and is proven to rise or fall throughout; none
-if it is proven to keep its sign. Any other piece is halved until it is shorter than `_SHORTEST`, so that walls far
+if it is proven to keep its sign. Any other piece is halved until it is shorter than `SHORTEST`, so that walls far
 thinner than any grid are met. What is open then and has the same sign at both ends is taken for a touch, which counts
 nothing. Where halving proves next to nothing, so that more than `_MOST` times as many are open as there were pieces,
 they are counted as they are; those that may be touches are told.
@@ -25,7 +25,7 @@ from porelang.parallel import parallel_for, workers
 from porelang.progress import tell
 from porelang.tasks.numbers.region import Region, seed
 
-_SHORTEST = 1e-6  # mm, or `_HALVINGS` halvings of the lines through a part that is tiny itself
+SHORTEST = 1e-6  # mm, or `_HALVINGS` halvings of the lines through a part that is tiny itself
 _HALVINGS = 10
 _BISECTIONS = 45  # of a piece: to the rounding of its coordinates
 _CLOSE = 2.0**-40
@@ -42,7 +42,7 @@ class Crossings:
     whether the field may jump there, so that its slope says nothing of the surface.
 
     `ends_inside` says of each piece whether its far end lies in the solid. `open_` counts the parts of pieces, each of
-    `open_length` mm, that may hold a wall for all that is proven.
+    `open_length` mm, that may hold a wall for all that is proven; `early` if halving ended before they were short.
     """
 
     points: Points
@@ -52,6 +52,7 @@ class Crossings:
     ends_inside: NDArray[np.bool_]
     open_: int
     open_length: float
+    early: bool
 
 
 class Rods:
@@ -77,9 +78,9 @@ class Rods:
         _threaded(look, np.arange(len(low)))
         return out
 
-    def cross(self, low: Points, length: float, axis: int, sure: NDArray[np.bool_]) -> Crossings:
+    def cross(self, low: Points, length: float, axis: int, sure: NDArray[np.bool_], shortest: float) -> Crossings:
         """Where pieces of lines from `low`, `length` mm along an axis, meet the surface; `sure` where the field is
-        proven to rise or to fall along the piece."""
+        proven to rise or to fall along the piece, `shortest` how short parts of which nothing is proven get (mm)."""
         high = low.copy()
         high[:, axis] += length
         at_low, at_high = self.field.at(low) <= 0, self.field.at(high) <= 0
@@ -90,9 +91,9 @@ class Rods:
         found.append((low[once], high[once], at_low[once], line[once], np.zeros(np.count_nonzero(once), np.bool_)))
         low, high, line = low[~sure], high[~sure], line[~sure]
         at_low, at_high = at_low[~sure], at_high[~sure]
-        unproven = 0
+        unproven, early = 0, False
         most = max(_MOST * len(at_low), _AT_ONCE)
-        halvings = max(_HALVINGS, math.ceil(math.log2(length / _SHORTEST)))
+        halvings = max(_HALVINGS, math.ceil(math.log2(length / shortest)))
         for halving in range(halvings + 1):
             if not len(low):
                 break
@@ -103,9 +104,10 @@ class Rods:
             once = changes & (one_way | last)
             found.append((low[once], high[once], at_low[once], line[once], jumps[once]))
             open_ = ~none & ~one_way & (not last)
-            if last and halving < halvings:
+            if last:
                 unproven = int(np.count_nonzero(~none & ~one_way & ~changes))
                 length /= 2**halving
+                early = halving < halvings
             low, high, line = low[open_], high[open_], line[open_]
             at_low, at_high = at_low[open_], at_high[open_]
             middle = (low + high) / 2
@@ -115,7 +117,7 @@ class Rods:
             line = np.concatenate([line, line])
         low, high, inside, line, jumps = (np.concatenate([f[k] for f in found]) for k in range(5))
         met = self._met(low, high, inside)
-        return Crossings(met, line, inside, jumps, ends_inside, unproven, length)
+        return Crossings(met, line, inside, jumps, ends_inside, unproven, length, early)
 
     def _proven(
         self, low: Points, high: Points, axis: int, slopes: bool
@@ -184,8 +186,8 @@ class Met:
     """Sums over all lines along an axis: of what was counted of each, and the crossings left out, with the variance of
     both together. `most` is the most that was counted of a line.
 
-    `touches` counts the parts of lines of which nothing was proven, `touched` sums their lengths; both stand for areas
-    as the others do.
+    `touches` counts the parts of lines of which nothing was proven when halving ended early, `touched` sums the lengths
+    of all of which nothing was proven; both stand for areas as the others do.
     """
 
     total: float
@@ -200,7 +202,9 @@ class Met:
 Count = Callable[[Crossings, Points], tuple[Values, Values]]
 
 
-def along(rods: Rods, where: Region, sure: NDArray[np.bool_], axis: int, m: int, count: Count) -> Met:
+def along(
+    rods: Rods, where: Region, sure: NDArray[np.bool_], axis: int, m: int, count: Count, shortest: float = SHORTEST
+) -> Met:
     """What random lines along an axis meet, in mm^2 times what is counted of each line; two lines in each of m^2 strata
     of every column of cells.
 
@@ -222,11 +226,11 @@ def along(rods: Rods, where: Region, sure: NDArray[np.bool_], axis: int, m: int,
         part = slice(start, start + each)
         starts = np.repeat(low[part], lines, axis=0)
         starts[:, across] = at[column[part]].reshape(-1, 2)
-        met = rods.cross(starts, float(size[axis]), axis, np.repeat(sure[part, axis], lines))
+        met = rods.cross(starts, float(size[axis]), axis, np.repeat(sure[part, axis], lines), shortest)
         of_piece, of_crossing = count(met, starts)
         unknown = np.isnan(of_crossing)
         uncounted += int(np.count_nonzero(unknown))
-        touches += met.open_
+        touches += met.open_ * met.early
         touched += met.open_ * met.open_length
         line = (column[part, None] * lines + np.arange(lines)).reshape(-1)
         sums += np.bincount(line, of_piece, len(sums))
