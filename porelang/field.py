@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,9 @@ from porelang.analysis.box import Box
 from porelang.backends.numpy import Dtype, GridField, NumpyField
 from porelang.diagnostics import PoreError, fail
 from porelang.formula import Formula
-from porelang.gpu.fields import DeviceField, DeviceGrid, gpu
+
+if TYPE_CHECKING:
+    from porelang.gpu.fields import DeviceField, DeviceGrid
 
 Backend = Literal["auto", "numpy", "glsl"]
 Points = NDArray[np.float64]
@@ -106,6 +108,8 @@ def make_field(
     if backend == "glsl" and dtype == "f64":
         raise fail("E123", "GLSL computes in float32", hint="ask for f32, or for NumPy where float64 is needed")
     if backend == "glsl" or (backend == "auto" and dtype == "f32"):
+        from porelang.gpu.fields import DeviceField, gpu  # `pore check` starts without it
+
         try:
             return Field(DeviceField(formula, params, gpu()), "glsl")
         except PoreError as error:

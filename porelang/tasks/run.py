@@ -15,10 +15,6 @@ from porelang.store import Result
 from porelang.tasks.bake import bake
 from porelang.tasks.frame import read_frame
 from porelang.tasks.load import read_grid
-from porelang.tasks.numbers.area import area
-from porelang.tasks.numbers.extremes import maximum, minimum
-from porelang.tasks.numbers.integrals import mean, porosity, volume
-from porelang.tasks.numbers.quantiles import offset_for
 
 Read = TypeVar("Read", bound=Data)
 
@@ -41,11 +37,54 @@ def _share(asked: Formula) -> float:
     return share
 
 
+# What finds numbers is imported when one is asked for: `pore check` of a program without them starts without it.
+
+
+def _porosity(asked: Formula) -> Reduced:
+    from porelang.tasks.numbers.integrals import porosity
+
+    return porosity(_field(asked, 0), _field(asked, 1))
+
+
+def _volume(asked: Formula) -> Reduced:
+    from porelang.tasks.numbers.integrals import volume
+
+    return volume(_field(asked, 0))
+
+
+def _area(asked: Formula) -> Reduced:
+    from porelang.tasks.numbers.area import area
+
+    return area(_field(asked, 0))
+
+
+def _minimum(asked: Formula) -> Reduced:
+    from porelang.tasks.numbers.extremes import minimum
+
+    return minimum(_field(asked, 0), _field(asked, 1))
+
+
+def _maximum(asked: Formula) -> Reduced:
+    from porelang.tasks.numbers.extremes import maximum
+
+    return maximum(_field(asked, 0), _field(asked, 1))
+
+
+def _mean(asked: Formula) -> Reduced:
+    from porelang.tasks.numbers.integrals import mean
+
+    return mean(_field(asked, 0), _field(asked, 1))
+
+
 def _to_porosity(asked: Formula) -> Reduced:
+    from porelang.tasks.numbers.quantiles import offset_for
+
     return offset_for(_field(asked, 0), _share(asked), _field(asked, 2))
 
 
 def _shell_to_porosity(asked: Formula) -> Reduced:
+    from porelang.tasks.numbers.quantiles import offset_for
+
     half = offset_for(asked.with_roots(node("abs", asked.root)), _share(asked), _field(asked, 2))
     return Reduced(2 * half.value, 2 * half.error)
 
@@ -57,12 +96,12 @@ def _sample(asked: Formula) -> Result:
 
 #: Each takes a formula of the task's arguments, fully bound. `solve` is not here: it asks tasks itself (`resolve`).
 RUN: Mapping[str, Callable[[Formula], Result]] = {
-    "porosity": lambda asked: porosity(_field(asked, 0), _field(asked, 1)),
-    "volume": lambda asked: volume(_field(asked, 0)),
-    "area": lambda asked: area(_field(asked, 0)),
-    "minimum": lambda asked: minimum(_field(asked, 0), _field(asked, 1)),
-    "maximum": lambda asked: maximum(_field(asked, 0), _field(asked, 1)),
-    "mean": lambda asked: mean(_field(asked, 0), _field(asked, 1)),
+    "porosity": _porosity,
+    "volume": _volume,
+    "area": _area,
+    "minimum": _minimum,
+    "maximum": _maximum,
+    "mean": _mean,
     "to_porosity": _to_porosity,
     "shell_to_porosity": _shell_to_porosity,
     "sample": _sample,
