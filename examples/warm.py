@@ -11,9 +11,14 @@ EXAMPLES = Path(__file__).parent
 #: A data operation with its derivatives, which no example takes.
 SLOPES = ("grad(sample(x * y, 1mm, sphere(3), smooth=true))", 'grad(frame("truss.json"))')
 
+#: Samples are kept in float64, where the grid of bending.npz is float32.
+SAMPLES = "gyroid(4) |> thicken(sample(x * y, 1mm, sphere(5)) / 50, 0.2) & sphere(5)"
+
 with tempfile.TemporaryDirectory() as folder:
-    for name, dtype in product(("frame", "bending"), ("f32", "f64")):
-        program, out = str(EXAMPLES / f"{name}.pore"), f"{folder}/{name}.stl"
+    samples = Path(folder, "samples.pore")
+    samples.write_text(SAMPLES, encoding="utf-8")
+    for path, dtype in product((EXAMPLES / "frame.pore", EXAMPLES / "bending.pore", samples), ("f32", "f64")):
+        program, out = str(path), f"{folder}/{path.stem}.stl"
         asked = ["--resolution", "8", "--sharp", "--simplify", "1mm", "--backend", "numpy", "--dtype", dtype]
         main(["mesh", program, "-o", out, "--quiet", *asked])
         main(["check", program, "--measure", "--quiet"])
