@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from porelang.data import Data, SampledField, Segments
+from porelang.data import Data
 from porelang.interval import Interval
 from porelang.ir import SLOTS, Node, Stage, constant, order, param, within
 from porelang.ir import node as make
@@ -69,13 +69,10 @@ class Formula:
     def _value(self, i: int, n: Node, found: Mapping[int, Any]) -> Any:
         tape = self.tape
         if n.op == "const":
-            held = constant(n)
-            return held if isinstance(held, bool) else np.float64(held)
+            return operand(constant(n))
         if n.op in SLOTS:
             value = self.bindings[n]
-            if value is None:
-                return np.float64(np.nan) if tape.kinds[i] == "real" else None
-            return value if isinstance(value, SampledField | Segments) else np.float64(value)  # type: ignore[arg-type]  # bound
+            return np.float64(np.nan) if value is None and tape.kinds[i] == "real" else operand(value)
         arguments = [found[a] for a in tape.inputs[i]]
         if any(a is None for a in arguments):  # data that no branch which is taken reads
             return (np.float64(np.nan),) * len(TABLE[n.op].results) or np.float64(np.nan)
@@ -108,6 +105,11 @@ class Formula:
         """Pickled without what can be lowered anew, and with no more bindings than are read."""
         read = {n: self.bindings[n] for i in self.tape.slots if (n := self.tape.nodes[i]) in self.bindings}
         return Formula, (self.roots, read)
+
+
+def operand(value: bool | Slot) -> Any:
+    """A constant or what a slot is bound to, as operations take it: numbers in float64, the rest as it is."""
+    return np.float64(value) if isinstance(value, float | int) and not isinstance(value, bool) else value
 
 
 def perform(tape: Tape, i: int, arguments: list[Any], out: Any = None) -> Any:

@@ -27,7 +27,6 @@ from porelang.elaborate.values import Scalar, Vector
 from porelang.field import Backend, Bounds, Field, make_field
 from porelang.formula import Bindings, Formula
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, param, within
-from porelang.ops import TASK_TABLE
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, settle
 from porelang.source import Source, Span
@@ -301,7 +300,7 @@ class Design:
     def read_data(self) -> None:
         """Read every file that the program names, so that what is wrong with one is said now. Errors: theirs."""
         for n in order(self.program.graph.roots):
-            if n.op in TASKS and TASK_TABLE[n.op].cost == "instant":
+            if n.op in READERS:
                 self.task(n)
 
     def task(self, n: Node) -> Reduced | Data:

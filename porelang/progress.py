@@ -50,8 +50,7 @@ def watching(report: Report | None = None, cancel: Callable[[], bool] | None = N
 
 @contextmanager
 def activity(name: str) -> Iterator[None]:
-    """While this lasts, what is told is about `name`; when it ends, however it
-    does, it is told to be over, as what is all done is."""
+    """While this lasts, what is told is about `name`; when it ends, also by an error, it is told to be all done."""
     token = _activity.set(name)
     try:
         yield

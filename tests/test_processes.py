@@ -111,9 +111,8 @@ def test_ctrl_c_in_the_first_moments_has_no_traceback(work: Path) -> None:
         assert running.returncode in (0, 130, -2)  # the number tells which signal, should it be another
 
 
-def test_a_signal_that_falls_into_a_callback_is_not_lost() -> None:
-    """Python lets no exception out of the callback of a weak reference, such as its imports have."""
-    code = """
+#: A command during which SIGHUP falls into the callback of a weak reference; what it does then is to follow.
+INTERRUPTED = """
 import os, signal, sys, time, weakref
 from porelang.cli import commands, main
 class Thing: pass
@@ -121,7 +120,12 @@ def run(argv):
     thing = Thing()
     seen = weakref.ref(thing, lambda _: [signal.raise_signal(signal.SIGHUP), sum(range(1000))])
     del thing
-    time.sleep(20)
+"""
+
+
+def test_a_signal_that_falls_into_a_callback_is_not_lost() -> None:
+    """Python lets no exception out of the callback of a weak reference, such as its imports have."""
+    code = f"""{INTERRUPTED}    time.sleep(20)
     return 0
 commands.run = run
 sys.exit(main())
@@ -132,15 +136,7 @@ sys.exit(main())
 
 def test_a_signal_that_falls_into_the_last_callback_ends_nothing_else() -> None:
     """It would be raised again by an alarm, which kills a process whose Python has already gone."""
-    code = """
-import os, signal, sys, time, weakref
-from porelang.cli import commands, main
-class Thing: pass
-def run(argv):
-    thing = Thing()
-    seen = weakref.ref(thing, lambda _: [signal.raise_signal(signal.SIGHUP), sum(range(1000))])
-    del thing
-    return 0
+    code = f"""{INTERRUPTED}    return 0
 commands.run = run
 status = main()
 signal.signal(signal.SIGALRM, signal.SIG_DFL)  # as Python does when it ends

@@ -209,8 +209,7 @@ _ROWS = (
     Op("not", ("bool",), "bool", "Whether it does not hold.", np.logical_not, "(!{0})", iv.negation, _flat, "not",
        ("not true", False), units="none", tolerance=Tolerance(0.0)),
     Op("select", ("bool", "any", "any"), "any", "a where the condition holds, else b.", forms.select,
-       "({0} ? {1} : {2})", iv.select,
-       lambda c, a, b, f: (None, node("select", c, ONE, ZERO), node("select", c, ZERO, ONE)), "if",
+       "({0} ? {1} : {2})", iv.select, _flat, "if",  # its slope is a choice, no sum: `rewrites/gradient.py`
        ("if 1 < 2 then 5 else 6", 5.0), tolerance=Tolerance(0.0),
        jumps=lambda c, a, b: (c.lo < 1) & (c.hi > 0)),
     # ---- data -------------------------------------------------------------------------------------------------------

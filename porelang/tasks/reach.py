@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from porelang.data import SampledField, Segments
-from porelang.formula import Bindings, Slot, perform
+from porelang.formula import Bindings, Slot, operand, perform
 from porelang.ir import TASKS, UNKNOWN, Node, constant, unknown
 from porelang.tape import Tape, lower
 
@@ -120,13 +119,10 @@ class Reach:
 
     def _leaf(self, n: Node) -> Any:
         if n.op == "const":
-            value = constant(n)
-            return value if isinstance(value, bool) else np.float64(value)
+            return operand(constant(n))
         if n.op in TASKS and not self._guesses(n):
-            value_ = self.slot(n)
-            return value_ if isinstance(value_, SampledField | Segments) else np.float64(value_)  # type: ignore[arg-type]  # a number
-        bound = self.bindings.get(n)
-        return None if bound is None else np.float64(bound)  # type: ignore[arg-type]  # a number
+            return operand(self.slot(n))
+        return operand(self.bindings.get(n))
 
     def _guesses(self, n: Node) -> bool:
         """Whether a task reads an unknown that nobody has tried."""
