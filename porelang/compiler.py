@@ -6,10 +6,12 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
 from porelang.contracts import broken_requirements, doubtful_contracts
-from porelang.diagnostics import Diagnostic, PoreError
+from porelang.diagnostics import Diagnostic, Label, PoreError
 from porelang.elaborate.prelude import prelude_scope
 from porelang.elaborate.results import Elaborated, graph_of
 from porelang.elaborate.runtime import room_to_compile
@@ -73,21 +75,31 @@ def _here() -> str:
         return ""
 
 
-def _again(source: Source, used: Mapping[str, Source], folder: str) -> Program:
+def _again(source: Source, used: Mapping[str, Source], folder: str, structure: Mapping[str, float]) -> Program:
     """A program from its texts, as they were when it was compiled: also where its files are not."""
-    program, found = try_compile(source, lambda path, user: parse(used[f"{user.name}\n{path}"]), folder)
+    with room_to_compile():
+        load = partial(_kept, used)
+        program, found = _compiled(source, load, used, folder, structure)
     if program is None:
-        raise PoreError(found)
+        raise PoreError([d for d in found if d.severity == "error"])
     return program
 
 
+def _kept(used: Mapping[str, Source], path: str, user: Source) -> tuple[tree.File, list[Diagnostic]]:
+    return parse(used[f"{user.name}\n{path}"])
+
+
 def _compiled(
-    source: Source, load: Loader, used: Mapping[str, Source], folder: str
+    source: Source,
+    load: Loader,
+    used: Mapping[str, Source],
+    folder: str,
+    structure: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[Program | None, list[Diagnostic]]:
     file, found = parse(source)
     lost = frozenset(_BINDING.findall(source.text)) if found else frozenset()
-    out = elaborate_file(file, prelude_scope(), load, lost, folder)
-    diagnostics = [*found, *out.diagnostics]
+    out = elaborate_file(file, prelude_scope(), load, lost, folder, structure)
+    diagnostics = [*found, *out.diagnostics, *_wrong_presets(out)]
     program: Program | None = None
     sound = not any(d.severity == "error" for d in diagnostics)
     written = graph_of(out, whole=sound)
@@ -104,7 +116,8 @@ def _compiled(
                 written,
                 graph,
                 out,
-                (_again, (source, used, folder)),
+                {name: structure.get(name, out.params[name].default) for name in out.structure},
+                partial(_again, source, used, folder),
             )
     except PoreError as error:
         span = Span(source, 0, 0)
@@ -114,6 +127,19 @@ def _compiled(
     diagnostics = diagnostics[:MOST_DIAGNOSTICS]
     diagnostics.sort(key=lambda d: (d.span.source is not source, d.span.start) if d.span else (True, 0))
     return program, diagnostics
+
+
+def _wrong_presets(out: Elaborated) -> list[Diagnostic]:
+    """What presets set their params to that these cannot be."""
+    wrong: list[Diagnostic] = []
+    for preset in out.presets.values():
+        for name, value in preset.settings.items():
+            try:
+                settle(out.params, {name: value})
+            except PoreError as error:
+                place, declared = preset.places[name], Label(out.params[name].span, "declared here")
+                wrong += [replace(d, span=place, label="set here", others=(declared,)) for d in error.diagnostics]
+    return wrong
 
 
 def _doubts(graph: Graph, out: Elaborated) -> list[Diagnostic]:

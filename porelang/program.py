@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -34,15 +34,17 @@ from porelang.tasks import all_read, bind_files, bind_tasks, find
 from porelang.tasks.run import READERS
 
 Settings = Mapping[str, Setting]
-#: Designs that a program remembers.
-_DESIGNS = 8
+#: Designs, and variants, that a program remembers.
+_REMEMBERED = 8
+_Made = TypeVar("_Made")
 
 
 @dataclass(frozen=True, eq=False)
 class Program:
     """A program without errors. `warnings` says what is doubtful; `graph` is what the rewrites make of `written`.
 
-    `again` makes it anew from its texts, wherever it is unpickled.
+    `structure` are the params that something is counted or picked by, fixed at a value each; `again` makes the program
+    anew from its texts for other values, or for these wherever it is unpickled.
     """
 
     source: Source
@@ -52,9 +54,11 @@ class Program:
     written: Graph
     graph: Graph
     elaborated: Elaborated
-    again: tuple[Callable[..., Program], tuple[Any, ...]]
+    structure: Mapping[str, float]
+    again: Callable[[Mapping[str, float]], Program]
     # the designs asked for last, so that what one has found is not found again at the next call
     _designs: dict[bytes, Design] = dataclasses.field(default_factory=dict, init=False, repr=False)
+    _variants: dict[bytes, Program] = dataclasses.field(default_factory=dict, init=False, repr=False)
     _lock: threading.Lock = dataclasses.field(default_factory=threading.Lock, init=False, repr=False)
 
     def __repr__(self) -> str:
@@ -63,7 +67,12 @@ class Program:
         return f"<program {self.source.name}: {outputs}{params}>"
 
     def __reduce__(self) -> tuple[Callable[..., Program], tuple[Any, ...]]:
-        return self.again
+        return self.again, (dict(self.structure),)
+
+    @property
+    def presets(self) -> dict[str, dict[str, Setting]]:
+        """The named sets of params, as settings."""
+        return {name: dict(preset.settings) for name, preset in self.elaborated.presets.items()}
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
@@ -128,26 +137,47 @@ class Program:
         let = self.elaborated.lets.get(name)
         return None if let is None else flatten(let.node)[0]
 
-    def design(self, settings: Settings | None = None, **more: Setting) -> Design:
-        """The program with settings bound: numbers in base units, or texts with a unit; the others are the defaults.
+    def design(self, settings: Settings | None = None, *, preset: str | None = None, **more: Setting) -> Design:
+        """The program with settings bound: numbers in base units, or texts with a unit; the others are those of the
+        preset, or the defaults.
 
         A param that is called like an option of some method is set in the mapping. Errors: E083-E085 about settings,
-        E064 where a contract breaks.
+        E088 where there is no such preset, E064 where a contract breaks.
         """
         if twice := sorted(set(settings or {}) & set(more)):
             raise fail("E084", f"`{twice[0]}` is set twice", hint="in the mapping or by its name, not both")
-        values = settle(self.params, {**(settings or {}), **more})
+        values = settle(self.params, {**self._preset(preset), **(settings or {}), **more})
+        structure = {name: values[name] for name in self.structure}
+        if structure != self.structure:
+            return self._variant(structure).design(values)
         if self._reads_files:  # which may be others by now
             return Design(self, values)
-        key = struct.pack(f"{len(values)}d", *values.values())  # -0 is not 0
-        with self._lock:
-            found = self._designs.pop(key, None)
-        found = found or Design(self, values)
-        with self._lock:
-            self._designs[key] = found
-            if len(self._designs) > _DESIGNS:
-                del self._designs[next(iter(self._designs))]
-        return found
+        return _remembered(self._designs, self._lock, values, lambda: Design(self, values))
+
+    def _preset(self, name: str | None) -> Mapping[str, Setting]:
+        if name is None:
+            return {}
+        known = self.elaborated.presets
+        if name not in known:
+            near = suggest(name, known)
+            hint = f"its presets are {', '.join(known)}" if known else 'it has none; `preset "fine": w = 6mm` is one'
+            hint = f"did you mean `{near}`?" if near else hint
+            raise fail("E088", f"the program has no preset `{name}`", hint=hint)
+        return known[name].settings
+
+    def _variant(self, structure: Mapping[str, float]) -> Program:
+        """The program as it is for other values of what counts and picks. Errors: what is wrong with it there."""
+
+        def make() -> Program:
+            try:
+                return self.again(structure)
+            except PoreError as error:
+                changed = ((n, v) for n, v in structure.items() if v != self.structure[n])
+                where = " and ".join(f"{n} = {self.params[n].shown(v)}" for n, v in changed)
+                told = [dataclasses.replace(d, message=f"{d.message}, with {where}") for d in error.diagnostics]
+                raise PoreError(told) from None
+
+        return _remembered(self._variants, self._lock, structure, make)
 
     @cached_property
     def _reads_files(self) -> bool:
@@ -161,6 +191,7 @@ class Program:
         dtype: Dtype | None = None,
         threads: int | None = None,
         settings: Settings | None = None,
+        preset: str | None = None,
         **more: Setting,
     ) -> Field:
         """An output as a function of points (n, 3) in mm, with values (n,), or (n, 3) for a vector.
@@ -173,11 +204,13 @@ class Program:
         >>> program.field("part")([[0, 0, 0], [10, 0, 0]])
         array([-10.,   0.])
         """
-        return self.design(settings, **more).field(name, backend, dtype, threads)
+        return self.design(settings, preset=preset, **more).field(name, backend, dtype, threads)
 
-    def bounds(self, name: str | None = None, /, settings: Settings | None = None, **more: Setting) -> Box:
+    def bounds(
+        self, name: str | None = None, /, settings: Settings | None = None, preset: str | None = None, **more: Setting
+    ) -> Box:
         """The box that holds an output's solid, in mm. Errors: E102 where it has no end, E103 where it is empty."""
-        return self.design(settings, **more).bounds(name)
+        return self.design(settings, preset=preset, **more).bounds(name)
 
     def mesh(
         self,
@@ -192,6 +225,7 @@ class Program:
         sharp: bool = False,
         simplify: float | None = None,
         settings: Settings | None = None,
+        preset: str | None = None,
         **more: Setting,
     ) -> Any:
         """The surface of an output as a `trimesh.Trimesh` in mm, watertight, normals outward.
@@ -200,7 +234,7 @@ class Program:
         given). `smooth` moves vertices onto the field, `sharp` makes rims edges of the mesh, `simplify` (mm) takes
         out triangles that matter less than that.
         """
-        return self.design(settings, **more).mesh(
+        return self.design(settings, preset=preset, **more).mesh(
             name, voxel, resolution, bounds, backend, dtype, smooth, sharp, simplify
         )
 
@@ -212,19 +246,22 @@ class Program:
         voxel: float | None = None,
         resolution: int | None = None,
         settings: Settings | None = None,
+        preset: str | None = None,
         **more: Setting,
     ) -> dict[str, Any]:
         """Volume, porosity, area, components and topology of an output, each with its error under `"error"`.
 
         `within` names the envelope: an output or a let. The keys are those of `pore measure`; mm, mm^2, mm^3.
         """
-        return self.design(settings, **more).measure(name, within, voxel, resolution)
+        return self.design(settings, preset=preset, **more).measure(name, within, voxel, resolution)
 
-    def reduced(self, settings: Settings | None = None, **more: Setting) -> dict[str, Reduced]:
+    def reduced(
+        self, settings: Settings | None = None, preset: str | None = None, **more: Setting
+    ) -> dict[str, Reduced]:
         """The numbers found from whole fields (`porosity(...)`, ...), by the text that asks for them, with their
         errors, whether or not the contracts hold that are about them. What one text in a def asks for in several calls
         is counted: `porosity(f, c)`, `porosity(f, c) #2`."""
-        design = self.design(settings, **more)
+        design = self.design(settings, preset=preset, **more)
         read = set(design.reads(*self._asking))
         return {text: design.number(n) for n, text in self.numbers.items() if n in read}
 
@@ -246,6 +283,21 @@ class Program:
                 seen[text] = seen.get(text, 0) + 1
                 out[n] = text if seen[text] == 1 else f"{text} #{seen[text]}"
         return out
+
+
+def _remembered(
+    known: dict[bytes, _Made], lock: threading.Lock, values: Mapping[str, float], make: Callable[[], _Made]
+) -> _Made:
+    """What was made for these values, made now if need be; the few that were asked for last are remembered."""
+    key = struct.pack(f"{len(values)}d", *values.values())  # -0 is not 0
+    with lock:
+        found = known.pop(key, None)
+    found = found or make()
+    with lock:
+        known[key] = found
+        if len(known) > _REMEMBERED:
+            del known[next(iter(known))]
+    return found
 
 
 class Design:

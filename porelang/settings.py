@@ -50,6 +50,14 @@ def _number(info: ParamInfo, setting: Setting) -> float:
         if abs(nearest - value) > 1e-9 * max(1.0, abs(nearest)):
             raise _outside(info, f"`{info.name}` cannot be {_with_unit(value, info)}", ", ".join(info.choices))
         return nearest
+    if info.structural and value != int(value):
+        raise fail(
+            "E084",
+            f"`{info.name}` cannot be {_with_unit(value, info)}: something is counted by it",
+            info.span,
+            label="declared here",
+            hint="give a whole number",
+        )
     slack = 1e-12 * max(abs(info.low), abs(info.high))
     if not info.low - slack <= value <= info.high + slack:
         text = f"`{info.name}` = {_with_unit(value, info)} lies outside its range"

@@ -115,7 +115,7 @@ def test_stages() -> None:
     assert "const" not in program.params
     assert program.field("k")([[5.0, 5.0, 5.0]])[0] == 18.0
     assert program.field("f", a=3)([[2.0, 0.0, 0.0]])[0] == 36.0
-    assert codes("param n = 3 in 1..5\nsum([for i in range(n): i * x])") == ["E063"]
+    assert codes("param n = 2.5 in 1..5\nsum([for i in range(n): i * x])") == ["E063"]
     assert codes("sum([for i in range(x): i * x])") == ["E063"]
 
 

@@ -65,7 +65,11 @@ def show(node: Any) -> str:
         case tree.List():
             return "[" + ", ".join(map(show, node.items)) + "]"
         case tree.Comprehension():
-            return "[" + " ".join(f"for {n.name} in {show(v)}" for n, v in node.clauses) + f": {show(node.value)}]"
+            clauses = (
+                " ".join([f"for {c.name.name} in {show(c.items)}", *(f"if {show(f)}" for f in c.filters)])
+                for c in node.clauses
+            )
+            return f"[{' '.join(clauses)}: {show(node.value)}]"
         case tree.Block():
             return "{" + "; ".join([*map(show, node.bindings), show(node.value)]) + "}"
         case tree.Let():

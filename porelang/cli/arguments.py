@@ -18,7 +18,7 @@ class Command:
     example: str
 
 
-ASK = ("file", "set", "out")
+ASK = ("file", "set", "preset", "out")
 REFINE = ("smooth", "sharp", "simplify")
 COMMANDS: dict[str, Command] = {
     c.name: c
@@ -26,7 +26,7 @@ COMMANDS: dict[str, Command] = {
         Command(
             "check",
             "say everything that is wrong or doubtful in a program",
-            ("file", "set", "measure", "json", "quiet"),
+            ("file", "set", "preset", "measure", "json", "quiet"),
             "pore check specimen.pore",
         ),
         Command(
@@ -139,6 +139,10 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "dest": "settings",
             "help": "give a param a value, units allowed; repeat it for several",
         },
+    ),
+    "preset": (
+        ("--preset",),
+        {"metavar": "NAME", "help": "set the params as a `preset` of the program says; --set goes over it"},
     ),
     "out": (("--out",), {"metavar": "NAME", "help": "which output of the program (default: part)"}),
     "measure": (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 
-from porelang.checks import broken_checks, late_doubts, undecided_checks, unmeasured_checks
+from porelang.checks import broken_checks, late_doubts, structural_faults, undecided_checks, unmeasured_checks
 from porelang.cli import report
 from porelang.compiler import MOST_DIAGNOSTICS, try_compile
 from porelang.diagnostics import PoreError
@@ -19,11 +19,11 @@ def check(options: Namespace) -> int:
     report.say([d for d in found if d.severity == "error" or not options.quiet])
     if program is not None:  # what was found so far is said first: a check may have to measure the whole part
         try:
-            design = program.design(dict(options.settings))
+            design = program.design(dict(options.settings), preset=options.preset)
             design.read_data()
             if options.measure:
                 design.keep_contracts()
-            broken = broken_checks(design, options.measure)
+            broken = [*structural_faults(program, options.measure), *broken_checks(design, options.measure)]
             if options.measure:
                 broken += [*undecided_checks(design), *late_doubts(design)]
         except PoreError as error:

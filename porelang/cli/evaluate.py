@@ -17,7 +17,7 @@ from porelang.atomic import destination, save
 from porelang.backends.numpy import Dtype
 from porelang.checks import broken_checks
 from porelang.cli import report
-from porelang.cli.loading import load
+from porelang.cli.loading import bound
 from porelang.diagnostics import PoreError, fail
 from porelang.field import Backend, checked_points
 from porelang.gpu.fields import gpu
@@ -27,7 +27,7 @@ AT_ONCE = 2**16
 
 def evaluate(options: Namespace) -> int:
     """Values of an output at points. Errors: E104 for points that are none, and what `Program.field` rejects."""
-    design = load(options).design(dict(options.settings))
+    design = bound(options)
     if options.output:
         if not options.output.endswith(".npy"):
             raise fail("E112", f"{options.output}: values are written as .npy", hint="end the name with .npy")

@@ -8,7 +8,7 @@ from porelang.cli import report
 from porelang.compiler import try_compile
 from porelang.diagnostics import PoreError
 from porelang.files import read_source
-from porelang.program import Program
+from porelang.program import Design, Program
 
 
 def load(options: Namespace) -> Program:
@@ -19,3 +19,13 @@ def load(options: Namespace) -> Program:
     if not getattr(options, "quiet", False):
         report.say(found)
     return program
+
+
+def bound(options: Namespace) -> Design:
+    """The program of a command with its settings and its preset bound. Errors: all that is wrong with either."""
+    program = load(options)
+    design = program.design(dict(options.settings), preset=options.preset)
+    if design.program is not program and not getattr(options, "quiet", False):
+        told = {(d.code, d.span) for d in program.warnings}
+        report.say([d for d in design.program.warnings if (d.code, d.span) not in told])
+    return design

@@ -9,7 +9,7 @@ from typing import Any
 from porelang.checks import broken_checks, undecided_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
-from porelang.cli.loading import load
+from porelang.cli.loading import bound
 from porelang.measure import measure as measured
 
 _WORDS = {
@@ -26,7 +26,7 @@ _WORDS = {
 
 def measure(options: Namespace) -> int:
     """Measure an output; exit 1 where a check of the program does not hold."""
-    design = load(options).design(dict(options.settings))
+    design = bound(options)
     backend, dtype = machine(options, "f32")
     found = measured(
         design,

@@ -12,7 +12,7 @@ from porelang.atomic import destination
 from porelang.checks import broken_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
-from porelang.cli.loading import load
+from porelang.cli.loading import bound
 from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.field import checked_bounds
 from porelang.ir import node
@@ -32,7 +32,7 @@ def mesh(options: Namespace) -> int:
     folder = destination(options.output).parent
     if options.voxel is not None and options.resolution is not None:
         raise fail("E108", "--voxel and --resolution say the same thing twice", hint="give one of them")
-    design = load(options).design(dict(options.settings))
+    design = bound(options)
     if broken := broken_checks(design, measure=True):
         raise PoreError(broken)
     _refuse_too_fine(design, options)

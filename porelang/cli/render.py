@@ -8,7 +8,7 @@ from argparse import Namespace
 from porelang.atomic import destination
 from porelang.checks import broken_checks
 from porelang.cli import report
-from porelang.cli.loading import load
+from porelang.cli.loading import bound
 from porelang.diagnostics import PoreError, fail
 
 
@@ -27,7 +27,7 @@ def render(options: Namespace) -> int:
             raise fail("E108", f"{option} is about planes, and there is none", hint="add one: --slice x=0")
     if options.solid == "none" and not options.slice:
         raise fail("E108", "--solid none leaves nothing to be seen", hint="add a plane, as in --slice x=0")
-    design = load(options).design(dict(options.settings))
+    design = bound(options)
     if broken := broken_checks(design):
         raise PoreError(broken)
     low, high = options.range or (0.0, 0.0)

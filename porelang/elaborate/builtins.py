@@ -93,7 +93,7 @@ def _len(ctx: Context, site: tree.Call, values: list[Value], places: list[Span])
 def _range(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     numbers: list[float] = []
     for v, place in zip(values, places, strict=True):
-        number = ctx.need_constant(v, place, "a bound of `range`")
+        number = ctx.need_constant(v, place, "a bound of `range`", fixing=True)
         if number is None:
             return POISON
         numbers.append(number)

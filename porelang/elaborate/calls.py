@@ -3,6 +3,7 @@ values."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -22,6 +23,7 @@ from porelang.elaborate.values import (
     Scope,
     Value,
     Vector,
+    as_list,
     describe,
     map_nodes,
     memo_key,
@@ -31,6 +33,8 @@ from porelang.source import Span
 from porelang.syntax import tree
 
 DEEPEST = 150
+#: The line of a def's documentation that names the def for a list of what it takes two of.
+_LIST_FORM = re.compile(r"^List form: (\w+)$", re.MULTILINE)
 #: What a builtin does: of the place of the call, the values of its arguments, and the place of each.
 Call = Callable[[Context, tree.Call, list[Value], list[Span]], Value]
 
@@ -119,6 +123,7 @@ def _call_choice(ctx: Context, choice: Choice, arguments: Sequence[Given], site:
 
 
 def _call_function(ctx: Context, function: Function, arguments: Sequence[Given], site: tree.Call) -> Value:
+    function = _list_form(function, arguments)
     given = _match(ctx, function, arguments, site)
     if given is None:
         return POISON
@@ -190,17 +195,12 @@ def _coerce(
         coerced = kind.coerce(value)
         if coerced is None:
             continue
-        if kind.constant and isinstance(coerced, Scalar) and coerced.node.stage is not Stage.CONST:
-            what = "varies in space" if coerced.node.stage is Stage.FIELD else "depends on a param"
-            ctx.error(
-                "E063",
-                f"`{p.name}` of `{function.name}` must be known when the program is compiled",
-                place,
-                label=f"this {what}",
-                hint="write the number itself, or bind it with `let`",
-            )
+        what = f"`{p.name}` of `{function.name}`"
+        if kind.constant and isinstance(coerced, Scalar) and ctx.need_known(coerced.node, place, what) is None:
             return None
         return kind, coerced
+    if isinstance(value, Choice) and isinstance(ctx.decided(value), Poison):
+        return None
     wanted = " or ".join(k.words for k in declared) or "something else"
     code = "E062" if isinstance(value, Scalar | Vector) and value.dimension is not None else "E060"
     others = (Label(p.span, "declared here"),)
@@ -258,6 +258,18 @@ def _contracts(
         else:
             ensured.append((ctx.contract(message, place, others), condition_node))
     return ensured
+
+
+def _list_form(function: Function, arguments: Sequence[Given]) -> Function:
+    """The function that its documentation names for a list as the first argument, if that is what is given."""
+    definition = function.definition
+    if definition is None or not arguments or as_list(arguments[0].value) is None:
+        return function
+    if arguments[0].name not in (None, definition.parameters[0].name if definition.parameters else None):
+        return function
+    line = _LIST_FORM.search(definition.doc)
+    other = function.scope.find(line[1]) if line else None
+    return other if isinstance(other, Function) else function
 
 
 def _match(ctx: Context, function: Function, arguments: Sequence[Given], site: tree.Call) -> dict[str, Given] | None:

@@ -14,8 +14,8 @@ from dataclasses import replace
 
 from porelang.diagnostics import Diagnostic, Edit, Label, Severity
 from porelang.elaborate.results import CallRecord, Elaborated, Requirement
-from porelang.elaborate.values import POISON, Function, Poison, Scalar, Scope, Value, describe
-from porelang.ir import Node, Stage, const, constant, node, order
+from porelang.elaborate.values import POISON, Choice, Function, Poison, Scalar, Scope, Value, describe
+from porelang.ir import TASKS, Node, Stage, const, constant, node, order, within
 from porelang.ops import TABLE
 from porelang.rewrites import Graph, run
 from porelang.rewrites.simplify import computed
@@ -47,12 +47,18 @@ class Context:
 
     `found` is what is handed on, `call_stack` the calls in progress (name and place, the outermost first), `memo` the
     results of calls by function and arguments, `called` the defs that something refers to, `folder` where relative
-    paths of data begin.
+    paths of data begin, `structure` the params that are fixed, and at what.
     """
 
-    def __init__(self, evaluate: Callable[[Context, tree.Expr, Scope], Value], folder: str = "") -> None:
+    def __init__(
+        self,
+        evaluate: Callable[[Context, tree.Expr, Scope], Value],
+        folder: str = "",
+        structure: Mapping[str, float] | None = None,
+    ) -> None:
         self._evaluate = evaluate
         self.folder = folder
+        self.structure = structure or {}
         self.found = Elaborated()
         self.required: dict[Requirement, None] = {}  # in order, each once
         self.call_stack: list[tuple[str, Span]] = []
@@ -145,15 +151,17 @@ class Context:
                 known[m] = constant(run(Graph({"": (m,)}), after="fold").outputs[""][0])
         return known[n]
 
-    def need_constant(self, value: Value, span: Span, what: str) -> float | None:
-        """A number that must be known now; says so where it is not."""
+    def need_constant(self, value: Value, span: Span, what: str, fixing: bool = False) -> float | None:
+        """A number that must be known now; says so where it is not. `fixing` has the params fixed that decide it."""
         if isinstance(value, Poison):
             return None
         if not isinstance(value, Scalar):
             self.error("E060", f"{what} must be a number, not {describe(value)}", span)
             return None
         number = self.constant(value.node)
-        if number is None:
+        if number is None and fixing:
+            number = self.need_known(value.node, span, what)
+        elif number is None:
             why = "it varies in space" if value.node.stage is Stage.FIELD else "it depends on a param"
             self.error(
                 "E063",
@@ -162,8 +170,50 @@ class Context:
                 label=why,
                 hint="write the number itself, or bind it with `let`",
             )
-            return None
-        return float(number)
+        return None if number is None else float(number)
+
+    def need_known(self, n: Node, span: Span, what: str) -> float | bool | None:
+        """The value of a number or a condition that must be known now; says so where it can not be.
+
+        Where it depends on params that count or choose, these become the program's structure: it is elaborated again
+        with them fixed, and until then the value is None without a word.
+        """
+        known = self.constant(n)
+        if known is None and not self.fix(n):
+            message = f"{what} must be known when the program is compiled"
+            self.error("E063", message, span, *self._why_unknown(n))
+        return known
+
+    def fix(self, n: Node) -> bool:
+        """Have the params that a number depends on fixed; False where something else decides it, or one cannot be."""
+        names = self._params(n)
+        if n.stage is Stage.FIELD or not names or not all(self.found.params[name].countable for name in names):
+            return False
+        self.found.structure.update(names)
+        return True
+
+    def decided(self, value: Value) -> Value:
+        """A choice as the option that it has: its param is fixed. Any other value is itself."""
+        return POISON if isinstance(value, Choice) and self.fix(value.index) else value
+
+    def _params(self, n: Node) -> list[str]:
+        """The params that a number depends on; none where it depends on what is found from fields, too."""
+        below = order([n], within)
+        if any(m.op in TASKS or m.op == "unknown" for m in below):
+            return []
+        return [m.value for m in below if m.op == "param" and isinstance(m.value, str)]
+
+    def _why_unknown(self, n: Node) -> tuple[str, tuple[Label, ...], str]:
+        if n.stage is Stage.FIELD:
+            hint = "what is counted or picked is the same everywhere: a number, or a param of whole numbers"
+            return "it varies in space", (), hint
+        names = self._params(n)
+        if not names:
+            return "it is found from a whole field, later", (), "write the number itself, or make it a param"
+        info = next(i for i in (self.found.params[name] for name in names) if not i.countable)
+        what = f"it depends on `{info.name}`, which is {info.dimension or 'not whole'}"
+        hint = "a param that counts has whole numbers, without a unit: `param n = 6 in 3..12`"
+        return what, (Label(info.span, "declared here"),), hint
 
     # ---- what is found ----------------------------------------------------------------------------------------------
 

@@ -220,7 +220,7 @@ def _index(ctx: Context, t: tree.Index, scope: Scope) -> Value:
     items = as_list(target)
     if items is None:
         return ctx.error("E060", f"{describe(target)} has no items", t.target.span, label="this is no list")
-    number = ctx.need_constant(index, t.index.span, "an index")
+    number = ctx.need_constant(index, t.index.span, "an index", fixing=True)
     if number is None:
         return POISON
     if number != int(number) or not 0 <= number < len(items):
@@ -283,18 +283,44 @@ def _comprehend(ctx: Context, t: tree.Comprehension, depth: int, scope: Scope, i
     if depth == len(t.clauses):
         into.append(ctx.evaluate(t.value, scope))
         return not isinstance(into[-1], Poison)
-    name, source = t.clauses[depth]
+    clause = t.clauses[depth]
+    source = clause.items
     value = ctx.evaluate(source, scope)
     if isinstance(value, Poison):
         return False
     items = as_list(value)
     if items is None:
-        hint = (
-            f"count with `range`: `for {name.name} in range({source.span.text})`" if isinstance(value, Scalar) else ""
-        )
+        counted = f"count with `range`: `for {clause.name.name} in range({source.span.text})`"
+        hint = counted if isinstance(value, Scalar) else ""
         ctx.error("E060", f"`for` needs a list, not {describe(value)}", source.span, label="this is no list", hint=hint)
         return False
     sound = True
     for item in items:
-        sound &= _comprehend(ctx, t, depth + 1, Scope({name.name: item}, scope), into)
+        inner = Scope({clause.name.name: item}, scope)
+        taken = _taken(ctx, clause.filters, inner)
+        if taken is None:
+            return False
+        if taken:
+            sound &= _comprehend(ctx, t, depth + 1, inner, into)
     return sound
+
+
+def _taken(ctx: Context, filters: tuple[tree.Expr, ...], scope: Scope) -> bool | None:
+    """Whether an item satisfies the filters of its clause; None where one is no condition, or not known now."""
+    for t in filters:
+        value = ctx.evaluate(t, scope)
+        if isinstance(value, Poison):
+            return None
+        if not isinstance(value, Bool):
+            ctx.error(
+                "E060",
+                f"`if` needs a condition, not {describe(value)}",
+                t.span,
+                label=f"this is {describe(value)}",
+                hint="compare it with something: `if i > 0`",
+            )
+            return None
+        known = ctx.need_known(value.node, t.span, "what chooses the items of a list")
+        if not known:
+            return None if known is None else False
+    return True

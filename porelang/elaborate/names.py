@@ -139,9 +139,11 @@ def _parts(item: object, local: frozenset[str]) -> Iterator[tuple[object, frozen
             yield item.value, inner
         case tree.Comprehension():
             inner = local
-            for name, source in item.clauses:
-                yield source, inner
-                inner = inner | {name.name}
+            for clause in item.clauses:
+                yield clause.items, inner
+                inner = inner | {clause.name.name}
+                for condition in clause.filters:
+                    yield condition, inner
             yield item.value, inner
         case tree.Member():
             yield item.target, local

@@ -243,6 +243,8 @@ def select(ctx: Context, condition: Node, a: Value, b: Value, span: Span) -> Val
                 label="both must be of one kind",
             )
         return lift(lambda p, q: node("select", condition, p, q), [a, b], dimension)
+    if ctx.fix(condition):
+        return POISON
     return ctx.error(
         "E060",
         f"one branch is {describe(a)}, the other {describe(b)}",

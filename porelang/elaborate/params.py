@@ -6,7 +6,20 @@ from porelang.diagnostics import Label
 from porelang.elaborate import operators
 from porelang.elaborate.context import Context
 from porelang.elaborate.results import ParamInfo
-from porelang.elaborate.values import POISON, Bool, Choice, Function, Poison, Scalar, Scope, Text, Value, describe
+from porelang.elaborate.values import (
+    POISON,
+    Bool,
+    Builtin,
+    Choice,
+    Function,
+    Poison,
+    Scalar,
+    Scope,
+    Text,
+    Value,
+    Vector,
+    describe,
+)
 from porelang.ir import const, param
 from porelang.ir import node as make
 from porelang.source import Span
@@ -72,10 +85,12 @@ def declare(ctx: Context, s: tree.Param, scope: Scope, prefix: str) -> Value:
             s.step.span,
             label=f"must be above 0 and at most {high - low:g}",
         )
+    step_size = step[0] if step else None
+    fixed = ctx.structure.get(name)
     ctx.found.params[name] = ParamInfo(
-        name, default, low, high, step[0] if step else None, (), (), dimension, s.doc, s.name_span
+        name, default, low, high, step_size, (), (), dimension, s.doc, s.name_span, fixed is not None
     )
-    return Scalar(param(name), dimension)
+    return Scalar(param(name) if fixed is None else const(fixed), dimension)
 
 
 def _choice(ctx: Context, s: tree.Param, scope: Scope, name: str) -> Value:
@@ -83,7 +98,7 @@ def _choice(ctx: Context, s: tree.Param, scope: Scope, name: str) -> Value:
     default = ctx.evaluate(s.default, scope)
     if isinstance(default, Poison) or any(isinstance(o, Poison) for o in options):
         return POISON
-    labels = tuple(_label(o, t) for o, t in zip(options, s.choices, strict=True))
+    labels = tuple(label_of(o, t) for o, t in zip(options, s.choices, strict=True))
     if all(isinstance(o, Scalar) for o in [*options, default]):
         return _number_choice(ctx, s, options, default, labels, name)
     if len({type(o) for o in options}) > 1 and not all(
@@ -95,7 +110,7 @@ def _choice(ctx: Context, s: tree.Param, scope: Scope, name: str) -> Value:
             s.choices[0].span.to(s.choices[-1].span),
             label=", ".join(describe(o) for o in options),
         )
-    wanted = _label(default, s.default)
+    wanted = label_of(default, s.default)
     if wanted not in labels:
         return ctx.error(
             "E080",
@@ -105,16 +120,20 @@ def _choice(ctx: Context, s: tree.Param, scope: Scope, name: str) -> Value:
             hint=f"the choices are {', '.join(labels)}",
         )
     index = float(labels.index(wanted))
+    fixed = ctx.structure.get(name)
     ctx.found.params[name] = ParamInfo(
-        name, index, 0.0, float(len(options) - 1), 1.0, labels, (), None, s.doc, s.name_span
+        name, index, 0.0, float(len(options) - 1), 1.0, labels, (), None, s.doc, s.name_span, fixed is not None
     )
+    if fixed is not None:
+        return options[int(fixed)]
     node = param(name)
-    if all(isinstance(o, Bool) for o in options):
+    if all(isinstance(o, Bool | Vector) for o in options):
         out: Value = options[-1]
         for i in range(len(options) - 2, -1, -1):
             out = operators.select(ctx, make("eq", node, const(float(i))), options[i], out, s.span)
         return out
-    return Choice(s.name, node, tuple(options))
+    choice = Choice(s.name, node, tuple(options))
+    return choice if all(isinstance(o, Text | Function | Builtin | Choice) for o in options) else ctx.decided(choice)
 
 
 def _number_choice(
@@ -146,11 +165,13 @@ def _number_choice(
             label=f"{chosen:g} is not among them",
             hint=f"the choices are {', '.join(labels)}",
         )
+    low, high, fixed = min(numbers), max(numbers), ctx.structure.get(name)
     ctx.found.params[name] = ParamInfo(
-        name, chosen, min(numbers), max(numbers), None, labels, tuple(numbers), dimension, s.doc, s.name_span
+        name, chosen, low, high, None, labels, tuple(numbers), dimension, s.doc, s.name_span, fixed is not None
     )
-    return Scalar(param(name), dimension)
+    return Scalar(param(name) if fixed is None else const(fixed), dimension)
 
 
-def _label(value: Value, t: tree.Expr) -> str:
+def label_of(value: Value, t: tree.Expr) -> str:
+    """What a choice is called: its text, or as it is written."""
     return value.value if isinstance(value, Text) else t.span.text

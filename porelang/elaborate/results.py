@@ -18,7 +18,8 @@ from porelang.units import Dimension
 class ParamInfo:
     """A param: its default and range in base units, or the labels of its choices (its number is then the index).
 
-    `numbers` holds the values of a choice among numbers: they are set by value, not by index.
+    `numbers` holds the values of a choice among numbers: they are set by value, not by index. `structural` says that
+    something is counted or picked by it: the program is compiled once for each of its values.
     """
 
     name: str
@@ -31,6 +32,13 @@ class ParamInfo:
     dimension: Dimension | None
     doc: str
     span: Span
+    structural: bool = False
+
+    @property
+    def countable(self) -> bool:
+        """Whether it may stand where something is counted or picked: a choice, or whole numbers without a unit."""
+        values = (self.default, self.low, self.high, self.step or 1.0)
+        return bool(self.choices) or (self.dimension is None and all(v == int(v) for v in values))
 
     @property
     def unit(self) -> str:
@@ -40,6 +48,16 @@ class ParamInfo:
     def shown(self, value: float) -> str:
         """A value as a user would write it."""
         return self.choices[int(value)] if self.choices and not self.numbers else f"{value:g}{self.unit}"
+
+
+@dataclass(frozen=True, slots=True)
+class Preset:
+    """A named set of params: numbers in base units, or labels of choices; where each is set, and the name's place."""
+
+    name: str
+    settings: Mapping[str, float | str]
+    places: Mapping[str, Span]
+    span: Span
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,9 +103,11 @@ class CallRecord:
 
 @dataclass(slots=True)
 class Elaborated:
-    """All that elaboration finds out about a program."""
+    """All that elaboration finds out about a program. `structure` are the params that have to be fixed."""
 
     params: dict[str, ParamInfo] = field(default_factory=dict)
+    structure: set[str] = field(default_factory=set)
+    presets: dict[str, Preset] = field(default_factory=dict)
     outputs: dict[str, Output] = field(default_factory=dict)
     lets: dict[str, Scalar] = field(default_factory=dict)
     checks: list[Requirement] = field(default_factory=list)

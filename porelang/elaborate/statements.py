@@ -7,7 +7,7 @@ silent, and the rest of the file is looked at all the same.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -18,6 +18,7 @@ from porelang.elaborate.expressions import evaluate
 from porelang.elaborate.kinds import KINDS, check_kinds
 from porelang.elaborate.operators import how_to_call
 from porelang.elaborate.params import declare
+from porelang.elaborate.presets import declare_preset
 from porelang.elaborate.results import Elaborated, Output, Requirement
 from porelang.elaborate.runtime import room_to_compile
 from porelang.elaborate.values import (
@@ -52,17 +53,29 @@ class _Files:
 
 
 def elaborate_file(
-    file: tree.File, base: Scope, load: Loader | None = None, lost: frozenset[str] = frozenset(), folder: str = ""
+    file: tree.File,
+    base: Scope,
+    load: Loader | None = None,
+    lost: frozenset[str] = frozenset(),
+    folder: str = "",
+    structure: Mapping[str, float] | None = None,
 ) -> Elaborated:
     """All statements of a main file, over the names of `base`. `load` finds the files that it uses.
 
     `lost` are the names of statements that could not be read: whoever uses one is not told that it is unknown.
-    `folder` is where paths that do not begin at the root begin.
+    `folder` is where paths that do not begin at the root begin. `structure` fixes params that count or choose what is
+    there at all; one that turns out to do so is fixed at its default, and all is elaborated again.
     """
-    ctx = Context(evaluate, folder)
     around = Scope(dict.fromkeys(lost, POISON), base) if lost else base
-    with room_to_compile(), suppress(TooBig):
-        _members(ctx, _Files(around, load, (file.source.name,)), file, "")
+    fixed = dict(structure or {})
+    while True:
+        ctx = Context(evaluate, folder, fixed)
+        with room_to_compile(), suppress(TooBig):
+            _members(ctx, _Files(around, load, (file.source.name,)), file, "")
+        if ctx.found.structure <= fixed.keys():
+            break
+        fixed |= {name: ctx.found.params[name].default for name in ctx.found.structure - fixed.keys()}
+    ctx.found.structure = set(fixed) & ctx.found.params.keys()
     ctx.found.requirements = list(ctx.required)
     return ctx.found
 
@@ -86,6 +99,8 @@ def _members(ctx: Context, files: _Files, file: tree.File, prefix: str) -> dict[
             _output(ctx, s, members[s.name] if bound.get(s.name) is s else ctx.evaluate(s.value, scope))
         elif isinstance(s, tree.Check):
             _check(ctx, s, scope)
+        elif isinstance(s, tree.Preset) and not prefix:
+            declare_preset(ctx, s, scope)
     for d in bound.values():
         if isinstance(d, tree.Def) and d not in ctx.called and members.get(d.name) is not POISON:
             _try_body(ctx, d, scope)

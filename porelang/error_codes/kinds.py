@@ -33,11 +33,12 @@ KINDS = (
     Code(
         "E063",
         "a value that is not known in time",
-        "A few places need a number when the program is compiled: how often something is repeated, an index, the\n"
-        "range of a param. A param is known only later, and a field only at a point. For a repetition that a param\n"
-        "sets, make the most there can be and let a condition choose.",
-        "param n = 3 in 1..6 step 1\nunion([for i in range(n): translate(sphere(5), [10 * i, 0, 0])])",
-        "let n = 3\nunion([for i in range(n): translate(sphere(5), [10 * i, 0, 0])])",
+        "A few places need a number when the program is compiled: how often something is repeated, an index, a filter\n"
+        "of a list, the range of a param. A field is known only at a point, a number found from fields only later. A\n"
+        "param may count if its default, its ends and its step are whole numbers without a unit: the program is then\n"
+        "compiled for each value of it that is used.",
+        "param n = 2.5 in 1..6\nunion([for i in range(n): translate(sphere(5), [10 * i, 0, 0])])",
+        "param n = 3 in 1..6\nunion([for i in range(n): translate(sphere(5), [10 * i, 0, 0])])",
     ),
     Code(
         "E064",

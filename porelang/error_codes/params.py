@@ -59,6 +59,29 @@ PARAMS = (
         "param r = 10mm in 1mm..20mm\nsphere(r)",
     ),
     Code(
+        "E087",
+        "a preset of what is no param",
+        "A preset names values of params, of this file or of one it uses (`plates.t = 2mm`). What is bound with `let`\n"
+        "is not set from outside.",
+        'param w = 30mm in 10mm..60mm\npreset "fine": v = 12mm\ngyroid(w) & sphere(20)',
+        'param w = 30mm in 10mm..60mm\npreset "fine": w = 12mm\ngyroid(w) & sphere(20)',
+    ),
+    Code(
+        "E088",
+        "a preset that does not exist",
+        "`--preset NAME`, or `preset=` in Python, names a `preset` of the program.",
+        "",
+        'param w = 30mm in 10mm..60mm\npreset "fine": w = 12mm\ngyroid(w) & sphere(20)',
+    ),
+    Code(
+        "E089",
+        "a preset that does not read",
+        "A preset has a name in quotes, then `:`, then params with their values, with commas between. It may go on\n"
+        "over lines that end with a comma.",
+        "param w = 30mm in 10mm..60mm\npreset fine: w = 12mm\ngyroid(w) & sphere(20)",
+        'param w = 30mm in 10mm..60mm\npreset "fine": w = 12mm\ngyroid(w) & sphere(20)',
+    ),
+    Code(
         "W201",
         "a contract that a field breaks somewhere",
         "What a function asks of a field could not be proven within the part's box, and a point was found where it is\n"

@@ -87,7 +87,8 @@ SYNTAX = (
         "E010",
         "a word of the language as a name",
         "These words are taken: use param let def out check if then else for in where and or not true\n"
-        "false. (`as` and `step` are words only in their places, and names elsewhere.)",
+        "false. (`as`, `step` and `preset` are words only in their places, and names\n"
+        "elsewhere.)",
         "let in = 3",
         "let inside = 3",
     ),

@@ -77,6 +77,15 @@ class Builder:
         said = self._doc(head, doc)
         return tree.Param(span, name.text, name.span, default, None, None, None, tuple(choices), said)
 
+    def preset(self, children: list[Any]) -> tree.Preset:
+        head, name, _, *settings = children
+        return tree.Preset(head.span.to(settings[-1].span), _text(name).value, name.span, tuple(settings))
+
+    def setting(self, children: list[Any]) -> tree.Setting:
+        *name, _, value = children
+        text = "".join(t.text for t in name)
+        return tree.Setting(name[0].span.to(value.span), text, name[0].span.to(name[-1].span), value)
+
     def _doc(self, head: Token, doc: Token | None) -> str:
         return head.doc if doc is None else self.text([doc]).value
 
@@ -243,9 +252,12 @@ class Builder:
         opened, *clauses, _, value, close = children
         return tree.Comprehension(opened.span.to(close.span), tuple(clauses), value)
 
-    def clause(self, children: list[Any]) -> tuple[tree.Name, tree.Expr]:
-        _, name, _, values = children
-        return tree.Name(name.span, name.text), values
+    def clause(self, children: list[Any]) -> tree.Clause:
+        _, name, _, items, *filters = children
+        return tree.Clause(tree.Name(name.span, name.text), items, tuple(filters))
+
+    def filter(self, children: list[Any]) -> tree.Expr:
+        return children[1]  # type: ignore[no-any-return]
 
     def block(self, children: list[Any]) -> tree.Block:
         opened, *bindings, value, close = children

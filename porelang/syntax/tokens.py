@@ -150,7 +150,10 @@ def split_statements(tokens: list[Token]) -> Iterator[RawStatement]:
 
 
 def _placed(token: Token, before: list[Token], opened: list[Token]) -> Token:
-    """The token as its place makes it: `else if` is one word, `as` and `step` are words only where they fit."""
+    """The token as its place makes it: `else if` is one word, `as` and `step` are words only where they fit, and so is
+    `preset`: before a text."""
+    if token.type == "STRING" and len(before) == 1 and before[0].type == "NAME" and before[0].text == "preset":
+        before[0] = before[0]._replace(type="PRESET")
     if not before:
         return token
     kind, last, head = token.type, before[-1], before[0].type

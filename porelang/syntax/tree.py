@@ -136,11 +136,20 @@ class List:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Clause:
+    """`for j in range(i) if i != j`: a name, the list that it runs through, and what an item must satisfy."""
+
+    name: Name
+    items: Expr
+    filters: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Comprehension:
-    """`[for i in range(3) for j in range(i): expr]`."""
+    """`[for i in range(3) for j in range(i) if i != j: expr]`: the last clause runs fastest."""
 
     span: Span
-    clauses: tuple[tuple[Name, Expr], ...]
+    clauses: tuple[Clause, ...]
     value: Expr
 
 
@@ -232,7 +241,27 @@ class Check:
     message: str
 
 
-Statement = Use | Param | Let | Def | Out | Check
+@dataclass(frozen=True, slots=True, eq=False)
+class Setting:
+    """`w = 6mm` of a preset; `name` may be that of a param of a used file, `plates.t`."""
+
+    span: Span
+    name: str
+    name_span: Span
+    value: Expr
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Preset:
+    """`preset "fine": w = 6mm, t = 0.4mm`: a named set of params."""
+
+    span: Span
+    name: str
+    name_span: Span
+    settings: tuple[Setting, ...]
+
+
+Statement = Use | Param | Preset | Let | Def | Out | Check
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,6 +12,7 @@ from porelang.syntax.mistakes import expressions, statements
 RULES: tuple[Callable[[Failure], Diagnostic | None], ...] = (
     statements.other_word,
     statements.use,
+    statements.preset,
     statements.name_missing,
     statements.equal_missing,
     statements.assignment,
@@ -19,9 +20,9 @@ RULES: tuple[Callable[[Failure], Diagnostic | None], ...] = (
     statements.check,
     statements.parameters,
     expressions.value_missing,
+    expressions.comprehension,
     expressions.conditional,
     statements.param_range,
-    expressions.comprehension,
     expressions.misplaced,
     expressions.two_values,
 )

@@ -120,7 +120,7 @@ def conditional(f: Failure) -> Diagnostic | None:
 
 def comprehension(f: Failure) -> Diagnostic | None:
     kinds = [t.type for t in f.tokens[: f.at]]
-    form = "write `[for i in range(6): value]`"
+    form = "write `[for i in range(6): value]`, or with a filter `[for i in range(6) if i != 3: value]`"
     if f.found.type == "FOR":
         where = "first in its list: `[for i in range(6): value]`" if f.inner == "LBRACK" else "in a list"
         return f.error("E026", f"`for` stands {where}", hint=form)
@@ -133,9 +133,15 @@ def comprehension(f: Failure) -> Diagnostic | None:
             f"{'a name' if f.before.type == 'FOR' else '`in`'} expected",
             form,
         )
-    if f.inner == "LBRACK" and not f.value_wanted:
-        opened = f.tokens.index(f.within[-1])
+    brackets = [t for t in f.within if t.type in OPENING]
+    if brackets and brackets[-1].type == "LBRACK" and f.inner in ("LBRACK", "IF") and not f.value_wanted:
+        opened = f.tokens.index(brackets[-1])
         if f.tokens[opened + 1].type == "FOR" and "COLON" not in kinds[opened:]:
+            if f.found.type == "WHERE":
+                return f.error("E026", "a filter begins with `if`", "`if` expected", form, f.instead("if"))
+            if f.found.type == "_COMMA":
+                nested = "write `[for i in range(6) for j in range(i): value]`, without a comma"
+                return f.error("E026", "`:` or another `for` stands here", "`:` expected", nested)
             return f.error("E026", "`:` is missing before the value", "`:` expected", form, f.insert(":"))
         if f.tokens[opened + 1].type == "FOR" and f.found.type == "_COMMA":
             return f.error(

@@ -145,6 +145,29 @@ def use(f: Failure) -> Diagnostic | None:
     return f.error("E022", message, "`as` and a name expected" if f.at == 2 else "", hint)
 
 
+def preset(f: Failure) -> Diagnostic | None:
+    named = f.head.type == "PRESET"
+    if f.within or f.value_wanted or not (named or (f.head.text == "preset" and f.at == 1)):
+        return None
+    form = 'write `preset "fine": w = 6mm, t = 0.4mm`'
+    if not named:
+        quoted = f.instead(f'"{f.found.text}"') if f.found.type == "NAME" else None
+        return f.error("E089", "the name of a preset stands in quotes", "a text expected", form, quoted)
+    if f.at == 2:
+        edit = {"EQUAL": f.instead(":"), "ARROW": f.instead(":"), "NAME": f.insert(":")}.get(f.found.type)
+        return f.error("E089", "`:` stands after the name of a preset", "`:` expected", form, edit)
+    if f.before.type in ("COLON", "_COMMA"):
+        if f.found.type in KEYWORDS:
+            return reserved(f, "the name of a param")
+        return f.error("E089", f"a preset names params, not {describe(f.found)}", "a name expected", form)
+    if f.before.type == "NAME" and "EQUAL" in f.expected:
+        edit = f.instead("=") if f.found.text in (":", "==", ":=", "=>") else None
+        return f.error("E089", f"`=` stands between `{f.before.text}` and its value", "`=` expected", form, edit)
+    if f.after_value and f.found.type == "NAME":
+        return f.error("E089", "a comma is missing between two params", "`,` expected", form, f.insert(","))
+    return None
+
+
 def check(f: Failure) -> Diagnostic | None:
     if f.head.type != "CHECK" or f.within:
         return None
