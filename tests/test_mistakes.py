@@ -137,6 +137,14 @@ MISTAKES: list[tuple[str, str, str, str, str | None]] = [
     ("let a = { let b = 1 let c = 2; c }", "E025", "let", "`;`", "let a = { let b = 1; let c = 2; c }"),
     ("let a = { out b = 1; 2 }", "E025", "out", "cannot stand in a block", None),
     ("let a = [2*i for i in range(3)]", "E026", "for", "first", None),
+    ("let a = [for i in range(3) where i > 1: i]", "E026", "where", "if i != 3", "let a = [for i in range(3) if i > 1: i]"),
+    ("let a = [for i in range(3) if i > 1 i]", "E026", "i", "`:`", "let a = [for i in range(3) if i > 1: i]"),
+    ("let a = [for i in range(3), j in range(2): i]", "E026", ",", "without a comma", None),
+    ("preset fine: w = 6mm", "E089", "fine", "preset", 'preset "fine": w = 6mm'),
+    ('preset "fine" w = 6mm', "E089", "w", "`:`", 'preset "fine": w = 6mm'),
+    ('preset "fine": w: 6', "E089", ":", "w = 6mm", 'preset "fine": w= 6'),
+    ('preset "fine": w = 6mm t = 3', "E089", "t", "w = 6mm, t", 'preset "fine": w = 6mm, t = 3'),
+    ('preset "fine": "w" = 6mm', "E089", '"w"', "w = 6mm", None),
     ("let a = [for i range(3): i]", "E026", "range", "`in`", None),
     ("let a = [for i in range(3) i]", "E026", "i", "`:`", "let a = [for i in range(3): i]"),
     ("for i in range(3)", "E026", "for", "no loops", None),
@@ -213,4 +221,4 @@ def test_every_code_of_the_syntax_is_given_and_explained() -> None:
     given = set()
     for module in (builder, failure, foreign, mistakes, mistakes.expressions, mistakes.statements, syntax, tokens):
         given |= set(re.findall(r'"(E\d{3})"', inspect.getsource(module)))
-    assert given == {c for c in CODES if "E001" <= c <= "E029"}
+    assert given == {c for c in CODES if "E001" <= c <= "E029"} | {"E089"}
