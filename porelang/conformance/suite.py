@@ -156,6 +156,7 @@ def _check_variant(
 ) -> Iterator[Finding]:
     settings: dict[str, Setting] = dict(variant.settings)
     design = program.design(settings)
+    program = design.program  # a variant, where the settings count
     failed = {program.elaborated.checks[i].message for i in failed_checks(design, measure=False)}
     if failed != set(variant.fails):
         yield _wrong(case.path.name, backend, f"the checks {sorted(failed)} fail, not {sorted(variant.fails)}")
