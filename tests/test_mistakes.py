@@ -137,7 +137,7 @@ MISTAKES: list[tuple[str, str, str, str, str | None]] = [
     ("let a = { let b = 1 let c = 2; c }", "E025", "let", "`;`", "let a = { let b = 1; let c = 2; c }"),
     ("let a = { out b = 1; 2 }", "E025", "out", "cannot stand in a block", None),
     ("let a = [2*i for i in range(3)]", "E026", "for", "first", None),
-    ("let a = [for i in range(3) where i > 1: i]", "E026", "where", "if i != 3", "let a = [for i in range(3) if i > 1: i]"),
+    ("let a = [for i in [1] where i > 1: i]", "E026", "where", "if i != 3", "let a = [for i in [1] if i > 1: i]"),
     ("let a = [for i in range(3) if i > 1 i]", "E026", "i", "`:`", "let a = [for i in range(3) if i > 1: i]"),
     ("let a = [for i in range(3), j in range(2): i]", "E026", ",", "without a comma", None),
     ("preset fine: w = 6mm", "E089", "fine", "preset", 'preset "fine": w = 6mm'),
