@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from porelang.cli import values
+from porelang import values
 
 
 @dataclass(frozen=True, slots=True)

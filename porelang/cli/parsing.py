@@ -12,7 +12,7 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-from porelang.cli import values
+from porelang import values
 from porelang.cli.arguments import COMMANDS, OPTIONS, Command
 from porelang.diagnostics import PoreError, fail, suggest
 

@@ -6,16 +6,20 @@ import time
 from argparse import Namespace
 from typing import Any
 
+from porelang.checks import broken_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import load
+from porelang.diagnostics import PoreError
 from porelang.progress import watching
 from porelang.slices import SLICING, write_slices
 
 
 def slices(options: Namespace) -> int:
     """Write the layers of an output into a folder."""
-    program = load(options)
+    design = load(options).design(dict(options.settings))
+    if broken := broken_checks(design, measure=True):
+        raise PoreError(broken)
     backend, dtype = machine(options, "f32")
     start = time.perf_counter()
     told = report.progress(options.quiet)
@@ -31,7 +35,7 @@ def slices(options: Namespace) -> int:
     try:
         with watching(progress):
             found = write_slices(
-                program.design(dict(options.settings)),
+                design,
                 options.output,
                 options.step,
                 name=options.out,

@@ -1,4 +1,4 @@
-"""What may stand as a value on the command line: each reader takes a word and gives what it means."""
+"""The values of options as words, on the command line and in a call: each reader takes one and gives what it means."""
 
 from __future__ import annotations
 
