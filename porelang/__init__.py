@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from porelang.data import SampledField
     from porelang.diagnostics import Diagnostic, PoreError, PoreWarning
     from porelang.field import Field
+    from porelang.picture import Picture
     from porelang.program import Design, Program
-    from porelang.render.picture import Picture
 
 __version__ = "0.1.0"
 #: What is handed on, by the module it comes from: imported when it is asked for, so that `pore check` starts quickly.
@@ -24,7 +24,7 @@ _FROM = {
     "Design": "program",
     "Diagnostic": "diagnostics",
     "Field": "field",
-    "Picture": "render.picture",
+    "Picture": "picture",
     "PoreError": "diagnostics",
     "PoreWarning": "diagnostics",
     "Program": "program",

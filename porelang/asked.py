@@ -6,7 +6,7 @@ The functions that do the work (`mesh.part`, `measure`, `slices`, `render`) take
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -16,6 +16,7 @@ from porelang.checks import broken_checks, undecided_checks
 from porelang.diagnostics import PoreError, fail, warn
 from porelang.field import Backend, Bounds
 from porelang.html import table, title
+from porelang.picture import Picture
 from porelang.program import Design, Length
 
 Some = TypeVar("Some")
@@ -92,9 +93,71 @@ def slices(
                                        backend=backend, dtype=dtype))  # fmt: skip
 
 
-def keep_checks(design: Design) -> None:
-    """Refuse a design of which a `check` fails, those about whole fields included. Errors: E068."""
-    if broken := broken_checks(design, measure=True):
+def render(
+    design: Design,
+    name: str | Sequence[str] | None = None,
+    *,
+    bodies: bool = False,
+    view: str | tuple[float, float] = "iso",
+    size: str | tuple[int, int] = (800, 600),
+    cut: str | Sequence[str] = (),
+    slice: str | Sequence[str] = (),
+    field: str | None = None,
+    range: str | tuple[float, float] | None = None,
+    legend: bool | str = False,
+    bounds: Bounds | None = None,
+    check: bool = True,
+    **more: Any,
+) -> Picture:
+    """A picture of an output, or of several; see `Program.render`."""
+    from porelang.render.picture import bodies_of, render_output
+    from porelang.render.wishes import wishes_of
+
+    cuts, planes = ([one] if isinstance(one, str) else list(one) for one in (cut, slice))
+    names = bodies_of(design.program) if bodies else name
+    for what, reader in (("zoom", values.factor), ("samples", values.fineness)):
+        if what in more:
+            more[what] = read(what, str(more[what]), reader)
+    for what, known in _WORDS.items():
+        if more.get(what) not in (*known, None):
+            raise fail("E108", f"{what} cannot be {more[what]!r}", hint=f"choose from {', '.join(known)}")
+    wishes = wishes_of(
+        view=read("view", view if isinstance(view, str) else _joined(view), values.view),
+        size=read("size", size if isinstance(size, str) else _joined(size, "x"), values.picture_size),
+        cut=[read("cut", one, values.cut) for one in cuts],
+        slice=[read("slice", one, values.plane) for one in planes],
+        field=field,
+        range=None if range is None else read("range", range if isinstance(range, str) else _joined(range, ".."),
+                                              values.value_range),
+        legend="" if legend is True else legend or None,
+        several=not isinstance(names, str | None) and len(set(names)) > 1,
+        **more,
+    )  # fmt: skip
+    if check:
+        keep_checks(design, measure=False)
+    return render_output(design, names, wishes, bounds)
+
+
+#: What options may be that are one of a few words.
+_WORDS = {
+    "projection": ("perspective", "orthographic"),
+    "solid": ("none", "opaque", "glass"),
+    "background": ("white", "transparent"),
+    "frame": ("surface", "bounds"),
+}
+
+
+def _joined(given: Any, sign: str = ",") -> str:
+    """Numbers as the command line has them, so that there is one reader of each option."""
+    try:
+        return sign.join(str(v) for v in given)
+    except TypeError:
+        return str(given)
+
+
+def keep_checks(design: Design, measure: bool = True) -> None:
+    """Refuse a design of which a `check` fails, those about whole fields included if `measure`. Errors: E068."""
+    if broken := broken_checks(design, measure):
         raise PoreError(broken)
 
 

@@ -29,6 +29,7 @@ from porelang.field import Backend, Bounds, Field, make_field
 from porelang.formula import Bindings, Formula
 from porelang.html import table, title
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, param, within
+from porelang.picture import Picture
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, settle
 from porelang.source import Source, Span
@@ -281,6 +282,61 @@ class Program:
             check=check,
         )
 
+    def render(
+        self,
+        name: str | Sequence[str] | None = None,
+        /,
+        *,
+        bodies: bool = False,
+        view: str | tuple[float, float] = "iso",
+        projection: Literal["perspective", "orthographic"] = "perspective",
+        size: str | tuple[int, int] = (800, 600),
+        zoom: float = 1.0,
+        cut: str | Sequence[str] = (),
+        slice: str | Sequence[str] = (),
+        field: str | None = None,
+        range: str | tuple[float, float] | None = None,
+        legend: bool | str = False,
+        solid: Literal["none", "opaque", "glass"] | None = None,
+        background: Literal["white", "transparent"] = "white",
+        samples: int = 3,
+        axes: bool = False,
+        scale_bar: bool = False,
+        frame: Literal["surface", "bounds"] = "surface",
+        bounds: Bounds | None = None,
+        check: bool = True,
+        settings: Settings | None = None,
+        **more: Setting,
+    ) -> Picture:
+        """A picture of an output, or of several in colours of their own; a notebook shows it.
+
+        The options are those of `pore render` (docs/render.md), as there or as values: `view="front"` or degrees
+        `(azimuth, elevation)`, `size="800x600"` or pixels, `cut="y<0"` or several, `slice="z=1cm"`, `field="heat"` on
+        the slices or else on the surface, `range=(0, 1)`, `legend=True` or a text. Errors: those of bounds; E068 where
+        a `check` fails, unless `check` is False; E107, E108 for wishes that cannot be; E120-E122 about OpenGL.
+        """
+        return self.design(settings, **more).render(
+            name,
+            bodies=bodies,
+            view=view,
+            projection=projection,
+            size=size,
+            zoom=zoom,
+            cut=cut,
+            slice=slice,
+            field=field,
+            range=range,
+            legend=legend,
+            solid=solid,
+            background=background,
+            samples=samples,
+            axes=axes,
+            scale_bar=scale_bar,
+            frame=frame,
+            bounds=bounds,
+            check=check,
+        )
+
     def reduced(self, settings: Settings | None = None, **more: Setting) -> dict[str, Reduced]:
         """The numbers found from whole fields (`porosity(...)`, ...), by the text that asks for them, with their
         errors, whether or not the contracts hold that are about them. What one text in a def asks for in several calls
@@ -512,6 +568,56 @@ class Design:
         from porelang.asked import slices
 
         return slices(self, name, folder, step, format, voxel, bounds, backend, dtype, check)
+
+    def render(
+        self,
+        name: str | Sequence[str] | None = None,
+        /,
+        *,
+        bodies: bool = False,
+        view: str | tuple[float, float] = "iso",
+        projection: Literal["perspective", "orthographic"] = "perspective",
+        size: str | tuple[int, int] = (800, 600),
+        zoom: float = 1.0,
+        cut: str | Sequence[str] = (),
+        slice: str | Sequence[str] = (),
+        field: str | None = None,
+        range: str | tuple[float, float] | None = None,
+        legend: bool | str = False,
+        solid: Literal["none", "opaque", "glass"] | None = None,
+        background: Literal["white", "transparent"] = "white",
+        samples: int = 3,
+        axes: bool = False,
+        scale_bar: bool = False,
+        frame: Literal["surface", "bounds"] = "surface",
+        bounds: Bounds | None = None,
+        check: bool = True,
+    ) -> Picture:
+        """A picture of an output, or of several; see `Program.render`."""
+        from porelang.asked import render
+
+        return render(
+            self,
+            name,
+            bodies=bodies,
+            view=view,
+            projection=projection,
+            size=size,
+            zoom=zoom,
+            cut=cut,
+            slice=slice,
+            field=field,
+            range=range,
+            legend=legend,
+            solid=solid,
+            background=background,
+            samples=samples,
+            axes=axes,
+            scale_bar=scale_bar,
+            frame=frame,
+            bounds=bounds,
+            check=check,
+        )
 
 
 def _about(root: Node) -> list[Node]:

@@ -63,7 +63,7 @@ def test_the_types_are_told_to_checkers() -> None:
     assert (Path(porelang.__file__).parent / "py.typed").exists()
 
 
-@pytest.mark.parametrize("name", ["mesh", "measure", "slices", "field", "bounds"])
+@pytest.mark.parametrize("name", ["mesh", "measure", "slices", "render", "field", "bounds"])
 def test_a_program_offers_the_options_of_a_design_and_settings(name: str) -> None:
     """The same options in the same order: an editor shows them, and none is lost on the way."""
     of_program = inspect.signature(getattr(porelang.Program, name)).parameters

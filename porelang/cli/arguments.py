@@ -70,9 +70,12 @@ COMMANDS: dict[str, Command] = {
         ),
         Command(
             "render",
-            "draw the part, cut open or with fields on planes: .png",
+            "draw the part, or several outputs, cut open or with fields on planes or on the surface: .png",
             (
-                *ASK,
+                "file",
+                "set",
+                "outs",
+                "bodies",
                 "output",
                 "view",
                 "projection",
@@ -86,6 +89,9 @@ COMMANDS: dict[str, Command] = {
                 "solid",
                 "background",
                 "samples",
+                "axes",
+                "scale_bar",
+                "frame",
                 "bounds",
                 "json",
                 "quiet",
@@ -141,6 +147,34 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         },
     ),
     "out": (("--out",), {"metavar": "NAME", "help": "which output of the program (default: part)"}),
+    "outs": (
+        ("--out",),
+        {
+            "metavar": "NAME",
+            "action": "append",
+            "default": [],
+            "dest": "outs",
+            "help": "which output of the program (default: part); repeat it to draw several, each in its colour",
+        },
+    ),
+    "bodies": (("--bodies",), {"action": "store_true", "help": "draw all solid outputs, each in its colour"}),
+    "axes": (("--axes",), {"action": "store_true", "help": "draw which way x, y and z point, in a corner"}),
+    "frame": (
+        ("--frame",),
+        {
+            "choices": ("surface", "bounds"),
+            "default": "surface",
+            "help": "what fills the picture: the surface that is seen, or the bounds of the part (default: surface)",
+        },
+    ),
+    "scale_bar": (
+        ("--scale-bar",),
+        {
+            "action": "store_true",
+            "dest": "scale_bar",
+            "help": "draw a round length in mm; in perspective it is true in the middle of the part",
+        },
+    ),
     "measure": (
         ("--measure",),
         {"action": "store_true", "help": "look at checks about whole fields too (a porosity): takes seconds"},
@@ -254,13 +288,19 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "help": "draw the field on a plane: red negative, yellow near zero, blue positive; repeat it for several",
         },
     ),
-    "field": (("--field",), {"metavar": "NAME", "help": "which output or `let` the planes show (default: the part)"}),
+    "field": (
+        ("--field",),
+        {
+            "metavar": "NAME",
+            "help": "which output or `let` the planes show (default: the part); without planes, the surface does",
+        },
+    ),
     "range": (
         ("--range",),
         {
             "metavar": "LO..HI",
             "type": values.value_range,
-            "help": "the values of full red and full blue (default: found on the planes)",
+            "help": "the values at the ends of the colours (default: found in the picture)",
         },
     ),
     "legend": (
@@ -269,7 +309,8 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "metavar": "TEXT",
             "nargs": "?",
             "const": "",
-            "help": "draw the scale of the planes with its numbers, and TEXT above it (default: the field's unit)",
+            "help": "draw the scale of the colours with its numbers, and TEXT above it (default: the field's unit); "
+            "of several outputs their names",
         },
     ),
     "solid": (
