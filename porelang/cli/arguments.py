@@ -56,7 +56,7 @@ COMMANDS: dict[str, Command] = {
         Command(
             "show",
             "the graph that a program becomes, after any pass; or with --stages the plan of an output",
-            ("file", "out", "after", "note", "stages", "json"),
+            ("file", "set", "out", "after", "note", "stages", "json"),
             "pore show specimen.pore --after simplify",
         ),
         Command(
@@ -99,6 +99,12 @@ COMMANDS: dict[str, Command] = {
             "pore render specimen.pore -o specimen.png --cut 'y<0' --view -60,20",
         ),
         Command(
+            "watch",
+            "carry out a command (check, unless one is named) again at every save of a program or of a file it names",
+            ("file", "words"),
+            "pore watch specimen.pore -- mesh -o part.stl",
+        ),
+        Command(
             "explain",
             "what a diagnostic means, with an example; all of them without a code",
             ("code", "json"),
@@ -125,6 +131,10 @@ COMMANDS: dict[str, Command] = {
 #: what it misses differ from one Python to the next.
 OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "file": (("file",), {"metavar": "FILE", "required": True, "help": "the program, a .pore file"}),
+    "words": (
+        ("words",),
+        {"metavar": "COMMAND", "help": "a command with its options, without the file: mesh -o a.stl"},
+    ),
     "code": (("code",), {"metavar": "CODE", "help": "the code of a diagnostic, as in E012"}),
     "action": (
         ("action",),
