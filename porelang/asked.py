@@ -194,8 +194,11 @@ class Report(dict[str, Any]):
         """Each quantity that has an error: its name, value and error, with units."""
         out = []
         for key, error in self.get("error", {}).items():
-            unit = _UNITS.get(key, "")
-            value = f"{self[key]:.6g}" if isinstance(self[key], float) else str(self[key])
+            unit, value = _UNITS.get(key, ""), self[key]
+            if key == "bounds":
+                key, unit = "size", "mm"
+                value = " x ".join(f"{b - a:.5g}" for a, b in zip(*value, strict=True))
+            value = f"{value:.6g}" if isinstance(value, float) else str(value)
             known = (f"{value} {unit}".rstrip(), f"+- {error:.2g} {unit}".rstrip())
             out.append((key, *(known if math.isfinite(error) else ("not certain at this voxel", ""))))
         for text, number in self.get("reduced", {}).items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import warnings
 from collections.abc import Iterable
@@ -92,6 +93,15 @@ class PoreError(Exception):
 
     def __repr__(self) -> str:
         return f"PoreError({', '.join(map(repr, self.diagnostics))})"
+
+    def _render_traceback_(self) -> list[str]:
+        """What a notebook shows: the lines of its own that led here, and what is wrong, without what lies between."""
+        import traceback
+
+        inside = os.path.dirname(__file__) + os.sep
+        own = [f for f in traceback.extract_tb(self.__traceback__)
+               if not f.filename.startswith(inside) and f"{os.sep}IPython{os.sep}" not in f.filename]  # fmt: skip
+        return [line.rstrip("\n") for line in traceback.format_list(own)] + ["", *str(self).split("\n")]
 
 
 class PoreWarning(UserWarning):

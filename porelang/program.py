@@ -12,7 +12,8 @@ import struct
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
+from inspect import signature
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
@@ -110,6 +111,8 @@ class Program:
         if name not in self.outputs:
             near = suggest(name, self.outputs)
             hint = f"did you mean `{near}`?" if near else f"it has {', '.join(self.outputs) or 'none'}"
+            if name in self.elaborated.lets:
+                hint = f"`{name}` is a `let`: write `out {name} = ...` in its place"
             raise fail("E100", f"the program has no output `{name}`", hint=hint)
         return name
 
@@ -158,6 +161,9 @@ class Program:
         """
         if twice := sorted(set(settings or {}) & set(more)):
             raise fail("E084", f"`{twice[0]}` is set twice", hint="in the mapping or by its name, not both")
+        for name in more:  # a keyword that is no param may be a slip of an option's
+            if name not in self.params and not suggest(name, self.params) and (near := suggest(name, _options())):
+                raise fail("E083", f"the program has no param `{name}`", hint=f"did you mean the option `{near}`?")
         values = settle(self.params, {**(settings or {}), **more})
         if self._reads_files:  # which may be others by now
             return Design(self, values)
@@ -618,6 +624,13 @@ class Design:
             bounds=bounds,
             check=check,
         )
+
+
+@cache
+def _options() -> frozenset[str]:
+    """The options of what can be asked of a design."""
+    asked = (Design.field, Design.mesh, Design.measure, Design.slices, Design.render)
+    return frozenset(option for one in asked for option in signature(one).parameters) - {"self", "name"}
 
 
 def _about(root: Node) -> list[Node]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import inspect
 import json
+import os
 import pickle
 import pydoc
 import subprocess
@@ -231,6 +232,38 @@ def test_threads_share_a_design(program: porelang.Program) -> None:
     for t in threads:
         t.join()
     assert all(np.array_equal(f, expected) for f in found)
+
+
+def test_a_notebook_shows_its_own_lines_and_what_is_wrong() -> None:
+    with pytest.raises(PoreError) as caught:
+        porelang.compile("gyroid(10)").mesh()  # the line that is shown
+    lines = caught.value._render_traceback_()
+    assert any("the line that is shown" in line for line in lines)
+    assert any(line.startswith("error[E102]") for line in lines)
+    assert not any(f"{Path(porelang.__file__).parent}{os.sep}" in line for line in lines)
+
+
+def test_ipython_shows_a_program_s_errors_without_ours(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("IPYTHONDIR", str(tmp_path))
+    shell = pytest.importorskip("IPython.core.interactiveshell").InteractiveShell()
+    shell.run_cell("import porelang\nporelang.compile('spere(3)')")
+    out = "".join(capsys.readouterr())
+    assert "did you mean `sphere`" in out
+    assert "compiler.py" not in out
+    assert "bug" not in out
+
+
+def test_a_slip_in_an_option_or_a_name_is_guessed() -> None:
+    program = porelang.compile("param w = 3 in 1..9\nlet ball = sphere(w)\nball")
+    with pytest.raises(PoreError, match="did you mean the option `resolution`") as caught:
+        program.mesh(resolutoin=20)
+    assert caught.value.diagnostics[0].code == "E083"
+    with pytest.raises(PoreError, match="no param `q`"):
+        program.mesh(q=20)
+    with pytest.raises(PoreError, match="write `out ball"):
+        program.mesh("ball")
 
 
 def test_the_text_of_an_error_says_where_and_what() -> None:
