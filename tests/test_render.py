@@ -28,7 +28,7 @@ from porelang.render.camera import VIEWS
 from porelang.render.cells import SOLID, STEEP, VOID, bound_cells
 from porelang.render.cuts import HalfSpace, take_away, whole
 from porelang.render.march import Marcher, Scene
-from porelang.render.marks import AXES, draw_axes, draw_scale_bar, told
+from porelang.render.marks import AXES, axes_mark, lay, scale_bar_mark, told
 from porelang.render.planes import Plane
 from porelang.render.scale import COLOURS, VIRIDIS, Ramp, Scale
 
@@ -518,7 +518,7 @@ def test_a_field_is_seen_on_the_surface() -> None:
 )
 def test_a_scale_bar_has_a_round_length_that_is_true(pixel: float, width: int, length: float) -> None:
     blank = np.full((400, width, 4), 255, np.uint8)
-    made = draw_scale_bar(blank, pixel, 0, "")
+    made = lay(blank, [scale_bar_mark(pixel, (width, 400))], blank[..., 0] < 0)
     dark = (made[..., :3].max(axis=2) < 110).sum(axis=1)
     bar = np.flatnonzero(made[int(np.argmax(dark)), :, 0] < 140)
     assert np.ptp(bar) + 1 == pytest.approx(length / pixel, abs=4)  # and the thickness of its ends
@@ -532,7 +532,8 @@ def test_a_scale_bar_has_a_round_length_that_is_true(pixel: float, width: int, l
 )
 def test_the_triad_points_where_the_axes_do(view: str, axis: int, column: int, row: int) -> None:
     box = Box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
-    made = draw_axes(np.full((600, 800, 4), 255, np.uint8), look(box, VIEWS[view], (800, 600)))
+    blank = np.full((600, 800, 4), 255, np.uint8)
+    made = lay(blank, [axes_mark(look(box, VIEWS[view], (800, 600)), (800, 600))], blank[..., 0] < 0)
 
     def near(colour: tuple[int, int, int]) -> NDArray[np.bool_]:
         return np.abs(made[..., :3].astype(int) - colour).max(axis=2) < 40
@@ -547,6 +548,22 @@ def test_the_triad_points_where_the_axes_do(view: str, axis: int, column: int, r
     else:
         assert (place[0] - middle[0]) * row > 0
     assert not (made[300:, 400:, :3] < 255).any()  # it stays in its corner
+
+
+def test_marks_keep_off_the_part_where_they_can() -> None:
+    box, size = Box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), (400, 300)
+    blank = np.full((300, 400, 4), 255, np.uint8)
+    marks = [axes_mark(look(box, VIEWS["iso"], size), size), scale_bar_mark(0.1, size)]
+    seen = np.zeros((300, 400), np.bool_)
+    seen[200:, :250] = True  # the lower left corner
+    drawn = (lay(blank, marks, seen)[..., :3] < 250).any(axis=2)
+    assert drawn[:150, :200].any()
+    assert drawn[200:, 250:].any()
+    assert not (drawn & seen).any()
+    everywhere = lay(blank, marks, np.ones((300, 400), np.bool_))  # then they are on it
+    assert (everywhere[150:, :200, :3] < 250).any()
+    tiny = lay(blank[:20, :30], marks, seen[:20, :30])
+    assert tiny.shape == (20, 30, 4)
 
 
 @pytest.mark.usefixtures("gpu")

@@ -53,7 +53,22 @@ def legend(scale: Colouring, unit: str, strip: Strip, height: int, transparent: 
         y = top + (greatest - v) / (greatest - least) * (tall - 1)
         pen.line((left + wide, y, left + wide + em // 3, y), INK, max(1, em // 14))
         pen.text((left + wide + em // 2, y), text, INK, letters, anchor="lm")
-    if unit:
-        fits = (s for s in range(em, 5, -1) if ImageFont.load_default(s).getbbox(unit)[2] < strip.width - left)
-        pen.text((left, top - 0.9 * em), unit, INK, ImageFont.load_default(next(fits, 6)), anchor="ls")
+    lines = _lines(unit, em, strip.width - left)
+    fits = (s for s in range(em, 5, -1) if max(map(ImageFont.load_default(s).getlength, lines)) < strip.width - left)
+    small = ImageFont.load_default(next(fits, 6))
+    for i, line in enumerate(reversed(lines)):
+        pen.text((left, top - (0.9 + 1.25 * i) * em), line, INK, small, anchor="ls")
     return np.asarray(page)
+
+
+def _lines(text: str, em: int, room: int) -> list[str]:
+    """A text in as many lines, up to three, as it needs to fit, broken between words."""
+    letters = ImageFont.load_default(em)
+    lines = [""]
+    for word in text.split():
+        longer = f"{lines[-1]} {word}".strip()
+        if lines[-1] and len(lines) < 3 and letters.getlength(longer) >= room:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines

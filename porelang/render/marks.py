@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from porelang.render.camera import Camera
 Pixels = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 INK: Colour = (34, 32, 32)
+#: Round marks, so that they can be read on a part.
+HALO = (255, 255, 255, 215)
 #: Of x, y and z: red, green and blue as everywhere, in shades that the colour-blind tell apart (Okabe and Ito 2008).
 AXES: tuple[Colour, ...] = ((213, 94, 0), (0, 158, 115), (0, 114, 178))
 #: Marks are drawn so many times larger and averaged: Pillow's lines have steps.
@@ -28,23 +31,27 @@ def letters(size: tuple[int, int]) -> int:
     return int(np.clip(min(size) / 32, 10, 60))
 
 
-def draw_axes(pixels: Pixels, camera: Camera) -> Pixels:
-    """The picture with a triad in its lower left corner: the axes as the viewer sees them, the nearest in front."""
-    height, width = pixels.shape[:2]
-    em = letters((width, height)) * FINER
-    page, pen = _page(min(width, 9 * em // FINER), min(height, 9 * em // FINER))
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """What is laid into a corner of a picture: its pixels, and the corners by preference, as (right, top)."""
+
+    patch: Image.Image
+    corners: tuple[tuple[bool, bool], ...]
+
+
+def axes_mark(camera: Camera, size: tuple[int, int]) -> Mark:
+    """A triad for a picture of a size: the axes as the viewer sees them, the nearest in front."""
+    em = letters(size) * FINER
     font = ImageFont.load_default(0.95 * em)
-    long, line = 2.6 * em, max(2, round(em / 7))
+    long, line, middle = 2.6 * em, max(2, round(em / 7)), (5.0 * em, 5.0 * em)
+    page, pen = _page(10 * em, 10 * em)
     seen = np.stack([camera.right, camera.up, -camera.forward])  # rows: to the right, up, toward the viewer
-    # room for the arms that point left and down, as much as they need
-    middle = (1.5 * em + max(0.0, float(-seen[0].min())) * long + 0.4 * em,
-              page.height - 1.5 * em - max(0.0, float(-seen[1].min())) * long - 0.4 * em)  # fmt: skip
     for axis in np.argsort(seen[2]):
         right, up, toward = (float(v) for v in seen[:, axis])
         tip = (middle[0] + right * long, middle[1] - up * long)
         flat = math.hypot(right, up)
         if flat > 0.12:
-            pen.line((*middle, *tip), (255, 255, 255, 200), line * 3)
+            pen.line((*middle, *tip), HALO, line * 3)
             pen.line((*middle, *tip), (*AXES[axis], 255), line)
             _arrow(pen, middle, tip, AXES[axis], 0.62 * em)
             place = (tip[0] + right / flat * 0.85 * em, tip[1] - up / flat * 0.85 * em)
@@ -54,31 +61,46 @@ def draw_axes(pixels: Pixels, camera: Camera) -> Pixels:
                         fill=(*AXES[axis], 255) if toward > 0 else (255, 255, 255, 255),
                         outline=(*AXES[axis], 255), width=line)  # fmt: skip
             place = (middle[0] - 0.8 * em, middle[1] + 0.8 * em)
-        pen.text(place, "xyz"[axis], (*AXES[axis], 255), font, anchor="mm",
-                 stroke_width=em // 9, stroke_fill=(255, 255, 255, 220))  # fmt: skip
-    return _laid(pixels, page, 0)
+        pen.text(place, "xyz"[axis], (*AXES[axis], 255), font, anchor="mm", stroke_width=em // 9, stroke_fill=HALO)
+    return Mark(_trimmed(page), ((False, False), (False, True), (True, False), (True, True)))
 
 
-def draw_scale_bar(pixels: Pixels, pixel: float, right: int, words: str) -> Pixels:
-    """The picture with a bar of a round length in its lower right corner, `right` pixels from its edge.
-
-    `pixel` is the size of one in mm, and `words` say where that is so.
-    """
-    height, width = pixels.shape[:2]
-    em = letters((width, height)) * FINER
-    page, pen = _page(max(1, round((LONGEST + 0.25) * (width - right))), min(height, 4 * em // FINER))
+def scale_bar_mark(pixel: float, size: tuple[int, int], words: str = "") -> Mark:
+    """A bar of a round length for a picture of a size; `pixel` is that of one in mm, and `words` say where it is so."""
+    em = letters(size) * FINER
     font = ImageFont.load_default(0.95 * em)
-    length = round_length(LONGEST * (width - right) * pixel)
+    length = round_length(LONGEST * size[0] * pixel)
+    text = told(length) + words
     long = length / pixel * FINER
-    x1, y = page.width - 1.4 * em, page.height - 1.5 * em
-    x0, tick, line = x1 - long, 0.32 * em, max(2, round(em / 7))
-    for colour, more in (((255, 255, 255, 220), 2 * line), ((*INK, 255), 0)):
+    wide = math.ceil(max(long, font.getlength(text)) + 3 * em)
+    page, pen = _page(wide, 4 * em)
+    x0, x1, y = (wide - long) / 2, (wide + long) / 2, 2.5 * em
+    tick, line = 0.32 * em, max(2, round(em / 7))
+    for colour, more in ((HALO, 2 * line), ((*INK, 255), 0)):
         pen.line((x0 - more / 2, y, x1 + more / 2, y), colour, line + more)
         for x in (x0, x1):
             pen.line((x, y - tick - more / 2, x, y + tick + more / 2), colour, line + more)
-    pen.text(((x0 + x1) / 2 if not words else x1, y - 0.55 * em), told(length) + words, (*INK, 255), font,
-             anchor="md" if not words else "rd", stroke_width=em // 9, stroke_fill=(255, 255, 255, 220))  # fmt: skip
-    return _laid(pixels, page, width - right - page.width // FINER)
+    pen.text((wide / 2, y - 0.55 * em), text, (*INK, 255), font, anchor="md", stroke_width=em // 9, stroke_fill=HALO)
+    return Mark(_trimmed(page), ((True, False), (False, False), (True, True), (False, True)))
+
+
+def lay(pixels: Pixels, marks: Sequence[Mark], seen: NDArray[np.bool_]) -> Pixels:
+    """The picture with each mark in the first of its corners where nothing is `seen`, or where least is."""
+    height, width = pixels.shape[:2]
+    picture = Image.fromarray(np.ascontiguousarray(pixels))
+    margin = round(0.7 * letters((width, height)))
+    taken: set[tuple[bool, bool]] = set()
+    for mark in marks:
+        covered: list[tuple[int, int, tuple[bool, bool], tuple[int, int]]] = []
+        for corner in (c for c in mark.corners if c not in taken):
+            left = max(0, width - margin - mark.patch.width if corner[0] else margin)
+            top = max(0, margin if corner[1] else height - margin - mark.patch.height)
+            hidden = int(np.count_nonzero(seen[top : top + mark.patch.height, left : left + mark.patch.width]))
+            covered.append((hidden, len(covered), corner, (left, top)))
+        _, _, corner, place = min(covered)
+        taken.add(corner)
+        picture.alpha_composite(mark.patch.crop((0, 0, width - place[0], height - place[1])), place)
+    return np.asarray(picture)
 
 
 def key(named: Sequence[tuple[str, Colour]], size: tuple[int, int], transparent: bool) -> Pixels:
@@ -117,18 +139,17 @@ def told(length: float) -> str:
     return f"{length / scale:.6g} {unit}"
 
 
-def _page(width: int, height: int) -> tuple[Image.Image, ImageDraw.ImageDraw]:
-    """Clear paper for a patch of so many pixels of a picture."""
-    page = Image.new("RGBA", (width * FINER, height * FINER), (255, 255, 255, 0))
+def _page(width: float, height: float) -> tuple[Image.Image, ImageDraw.ImageDraw]:
+    """Clear paper; what is drawn on it is made FINER times smaller."""
+    sides = (math.ceil(width / FINER) * FINER, math.ceil(height / FINER) * FINER)
+    page = Image.new("RGBA", sides, (255, 255, 255, 0))
     return page, ImageDraw.Draw(page)
 
 
-def _laid(pixels: Pixels, page: Image.Image, left: int) -> Pixels:
-    """The picture with a patch laid over its lower edge, from the column `left` on."""
-    picture = Image.fromarray(np.ascontiguousarray(pixels))
-    patch = page.resize((page.width // FINER, page.height // FINER), Image.Resampling.BOX)
-    picture.alpha_composite(patch, (left, picture.height - patch.height))
-    return np.asarray(picture)
+def _trimmed(page: Image.Image) -> Image.Image:
+    """What was drawn, in the size that it has in the picture, without clear edges."""
+    small = page.resize((page.width // FINER, page.height // FINER), Image.Resampling.BOX)
+    return small.crop(small.getbbox(alpha_only=True))
 
 
 def _arrow(

@@ -22,11 +22,11 @@ from porelang.progress import activity
 from porelang.render import planes
 from porelang.render.camera import Camera, look
 from porelang.render.cells import bound_cells
-from porelang.render.cuts import take_away, whole
+from porelang.render.cuts import Shown, take_away, whole
 from porelang.render.frame import ROUNDS, SMALL, closer, coarse, met, touches_rim, zoomed
 from porelang.render.legend import legend, strip_of
 from porelang.render.march import Distances, Marcher, Scene
-from porelang.render.marks import draw_axes, draw_scale_bar, key
+from porelang.render.marks import axes_mark, key, lay, scale_bar_mark
 from porelang.render.painting import BODIES, colour, patches_of, ramp_of, survey
 from porelang.render.scale import fitting
 from porelang.render.wishes import Wishes
@@ -81,34 +81,16 @@ def render_output(
         over[on, 3] = 1.0
         far, backend = seen.distance, field.backend
     if wishes.solid != "none":
-        from porelang.gpu.fields import gpu
-
-        scene = Scene(part, program.ranges, bound_cells(part, shown.box), shown)
-        if scene.cells.empty:
-            raise fail("E111", "nothing solid lies in what is to be shown",
-                       hint="solid is negative: widen --bounds, or take a --cut away")  # fmt: skip
-        device = gpu("person")
         several = len(names) > 1
-
-        def marcher_of(camera: Camera) -> Marcher:
-            return Marcher(scene, camera, size, device, samples, bare=several or painted)
-
+        scene = _scene(part, program, shown)
+        tight = wishes.frame == "surface" and not wishes.slices and bounds is None
         with activity("drawing"):
-            loose = wishes.frame == "bounds" or wishes.slices or bounds is not None
-            tight = camera if loose else _tight(scene, camera, size, device, wishes)
+            camera, marcher, distance = _met(scene, camera, size, samples, wishes, tight, bare=several or painted)
+            # where a plane lies in a cut face, the plane is seen
+            far = far - 4 * np.float32(marcher.nearest)
             if wishes.solid == "glass":
-                # where a plane lies in a cut face, the plane is seen
-                camera, marcher = tight, marcher_of(tight)
-                covered = _lay_glass(over, marcher, far - 4 * np.float32(marcher.nearest))
+                _lay_glass(over, marcher, far, distance)
             else:
-                marcher = marcher_of(tight)
-                distance = marcher.distances((0, 1, 3))
-                if tight is not camera and wishes.zoom <= 1 and touches_rim(distance):
-                    # what is so thin that the coarse picture missed it
-                    marcher = marcher_of(camera)
-                    distance = marcher.distances((0, 1, 3))
-                else:
-                    camera = tight
                 light = marcher.light(distance, (1, 2, 3))  # this round over the picture takes twice as long
                 if field is not None and painted:
                     scale = wishes.scale or fitting(survey(camera, size, distance, field))
@@ -116,17 +98,17 @@ def render_output(
                 elif several:
                     outputs = [make_field(design.of(n), program.ranges, "auto", "f32") for n in names]
                     colour(light, camera, distance, size, patches_of(outputs, marcher.nearest, camera))
-                front = distance < far - 4 * np.float32(marcher.nearest)
+                front = distance < far
                 over[front] = _with_outlines(light, distance, marcher.pixel * LEAP)[front]
-                covered = float(np.isfinite(distance).mean())
-            steps, backend = marcher.steps, "glsl"
+        covered, steps, backend = float(np.isfinite(distance).mean()), marcher.steps, "glsl"
     pixels = _averaged(over, samples, wishes.transparent)
     pixel = samples * camera.pixel(size, stage if wishes.slices else shown.box)
-    if wishes.axes:
-        pixels = draw_axes(pixels, camera)
+    marks = [axes_mark(camera, wishes.size)] if wishes.axes else []
     if wishes.scale_bar:
-        words = " in the middle" if camera.perspective else ""
-        pixels = draw_scale_bar(pixels, pixel, 0, words)
+        drawn = (pixels.shape[1], pixels.shape[0])
+        marks.append(scale_bar_mark(pixel, drawn, " in the middle" if camera.perspective else ""))
+    if marks:
+        pixels = lay(pixels, marks, over[::samples, ::samples, 3] > 0)
     if names_beside is not None:
         pixels = np.concatenate([pixels, names_beside], axis=1)
     elif strip and scale is not None:
@@ -191,7 +173,32 @@ def _beside(wishes: Wishes, names: Sequence[str], painted: bool) -> tuple[int, N
     return made.shape[1], made
 
 
-def _tight(scene: Scene, camera: Camera, size: tuple[int, int], device: Gpu, wishes: Wishes) -> Camera:
+def _scene(part: Formula, program: Program, shown: Shown) -> Scene:
+    """What is shown of a part, ready to be drawn. Errors: E111."""
+    scene = Scene(part, program.ranges, bound_cells(part, shown.box), shown)
+    if scene.cells.empty:
+        raise fail("E111", "nothing solid lies in what is to be shown",
+                   hint="solid is negative: widen --bounds, or take a --cut away")  # fmt: skip
+    return scene
+
+
+def _met(
+    scene: Scene, camera: Camera, size: tuple[int, int], samples: int, wishes: Wishes, tight: bool, bare: bool
+) -> tuple[Camera, Marcher, Distances]:
+    """Where rays meet a part, and from where they are cast: from `camera`, or if `tight` from as near as it can be."""
+    from porelang.gpu.fields import gpu
+
+    device = gpu("person")
+    nearer = _nearer(scene, camera, size, device, wishes) if tight else camera
+    marcher = Marcher(scene, nearer, size, device, samples, bare)
+    distance = marcher.distances((0, 1, 3))
+    if nearer is not camera and wishes.zoom <= 1 and touches_rim(distance):  # so thin that the coarse picture missed it
+        marcher = Marcher(scene, camera, size, device, samples, bare)
+        return camera, marcher, marcher.distances((0, 1, 3))
+    return nearer, marcher, distance
+
+
+def _nearer(scene: Scene, camera: Camera, size: tuple[int, int], device: Gpu, wishes: Wishes) -> Camera:
     """The camera that just takes in the surface that is seen, as far as a coarse picture shows it."""
     small = coarse(size)
     found = look(scene.box, wishes.view, size, wishes.projection)
@@ -233,17 +240,17 @@ def _samples(wishes: Wishes, strip: int) -> tuple[tuple[int, int], int]:
                hint=f"{MOST_SAMPLES // 1_000_000} million pixels are the most")  # fmt: skip
 
 
-def _lay_glass(over: Light, marcher: Marcher, far: Distances) -> float:
-    """Lay the surface over what is there as clear glass, each time a ray meets or leaves the part.
+def _lay_glass(over: Light, marcher: Marcher, far: Distances, first: Distances) -> None:
+    """Lay the surface over what is there as clear glass, each time a ray meets or leaves the part, first at `first`.
 
-    What lies behind `far` is hidden. Returns the share of the picture that the part covers.
+    What lies behind `far` is hidden.
     """
     through = np.ones_like(far)
     colour = np.zeros((*far.shape, 3), np.float32)
-    distance, covered = None, 0.0
+    distance = first.copy()
     for layer in range(LAYERS):
-        distance = marcher.distances((layer, 1, LAYERS), distance, leaving=layer % 2 == 1)
-        covered = covered or float(np.isfinite(distance).mean())
+        if layer:
+            distance = marcher.distances((layer, 1, LAYERS), distance, leaving=layer % 2 == 1)
         distance[distance >= far] = np.inf
         if not np.isfinite(distance).any():
             break
@@ -253,7 +260,6 @@ def _lay_glass(over: Light, marcher: Marcher, far: Distances) -> float:
         through -= alpha
     over[..., :3] = colour + through[..., None] * over[..., :3]
     over[..., 3] = (1 - through) + through * over[..., 3]
-    return covered
 
 
 def _with_outlines(light: NDArray[np.uint8], distance: Light, leap: float) -> Light:
