@@ -11,12 +11,11 @@ from __future__ import annotations
 
 TYPE_CHECKING = False  # the module `typing` takes long to import, and `pore` answers no Ctrl-C until this is done
 if TYPE_CHECKING:
-    from typing import Any
-
     from porelang.compiler import compile
     from porelang.data import SampledField
-    from porelang.diagnostics import Diagnostic, PoreError
+    from porelang.diagnostics import Diagnostic, PoreError, PoreWarning
     from porelang.field import Field
+    from porelang.picture import Picture
     from porelang.program import Design, Program
 
 __version__ = "0.1.0"
@@ -25,17 +24,34 @@ _FROM = {
     "Design": "program",
     "Diagnostic": "diagnostics",
     "Field": "field",
+    "Picture": "picture",
     "PoreError": "diagnostics",
+    "PoreWarning": "diagnostics",
     "Program": "program",
     "SampledField": "data",
     "compile": "compiler",
 }
-__all__ = ["Design", "Diagnostic", "Field", "PoreError", "Program", "SampledField", "__version__", "compile"]
+__all__ = [
+    "Design",
+    "Diagnostic",
+    "Field",
+    "Picture",
+    "PoreError",
+    "PoreWarning",
+    "Program",
+    "SampledField",
+    "__version__",
+    "compile",
+]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name in _FROM:
         from importlib import import_module
 
         return getattr(import_module(f"porelang.{_FROM[name]}"), name)
     raise AttributeError(f"module 'porelang' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})

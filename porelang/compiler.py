@@ -11,9 +11,9 @@ from pathlib import Path
 from types import MappingProxyType
 
 from porelang.contracts import broken_requirements, doubtful_contracts
-from porelang.diagnostics import Diagnostic, Label, PoreError
+from porelang.diagnostics import Diagnostic, Label, PoreError, warn
 from porelang.elaborate.prelude import prelude_scope
-from porelang.elaborate.results import Elaborated, graph_of
+from porelang.elaborate.results import Elaborated, Listed, graph_of
 from porelang.elaborate.runtime import room_to_compile
 from porelang.elaborate.statements import Loader, elaborate_file
 from porelang.files import load_used, read_source
@@ -32,7 +32,7 @@ _BINDING = re.compile(r"^[ \t]*(?:let|def|param|use\s.*\sas)\s+(\w+)", re.MULTIL
 
 
 def compile(text: str | None = None, *, path: str | Path | None = None, name: str = "<text>") -> Program:
-    """Compile a program from a text, or from the file at `path`.
+    """Compile a program from a text, or from the file at `path`. What is doubtful is told as a `PoreWarning`.
 
     Errors: `PoreError`, with everything that is wrong in `.diagnostics`.
 
@@ -47,6 +47,7 @@ def compile(text: str | None = None, *, path: str | Path | None = None, name: st
     program, found = try_compile(source)
     if program is None:
         raise PoreError([d for d in found if d.severity == "error"])
+    warn(found)
     return program
 
 
@@ -110,8 +111,8 @@ def _compiled(
             diagnostics += _doubts(graph, out)
             program = Program(
                 source,
-                out.params,
-                out.outputs,
+                Listed(out.params),
+                Listed(out.outputs),
                 tuple(diagnostics),
                 written,
                 graph,

@@ -76,6 +76,11 @@ class SampledField:
         array.setflags(write=False)
         return cls(array, _triple(place), _triple(step))
 
+    def __repr__(self) -> str:
+        nodes = " x ".join(map(str, self.shape))
+        several = "" if self.components == 1 else f" of {self.components} components"
+        return f"<sampled field of {nodes} nodes{several}, from {self.origin} to {self.end} mm>"
+
     @property
     def shape(self) -> tuple[int, int, int]:
         """The number of nodes along each axis."""
@@ -104,6 +109,9 @@ class Segments:
     starts: NDArray[np.float64]
     ends: NDArray[np.float64]
     radii: NDArray[np.float64]
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} bars>"
 
     def __len__(self) -> int:
         return len(self.radii)

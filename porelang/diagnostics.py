@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import sys
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any, Literal
 
+from porelang.html import verbatim
 from porelang.source import Span
 
 Severity = Literal["error", "warning"]
@@ -50,6 +54,13 @@ class Diagnostic:
     def __str__(self) -> str:
         return render(self)
 
+    def __repr__(self) -> str:
+        place = "" if self.span is None else f" at {self.span}"
+        return f"<{self.severity} {self.code}{place}: {self.message}>"
+
+    def _repr_html_(self) -> str:
+        return verbatim(render(self))
+
     def to_json(self) -> dict[str, Any]:
         """The object that `pore check --json` prints for this diagnostic."""
         place: dict[str, Any] = {"file": None, "line": None, "column": None, "end_line": None, "end_column": None}
@@ -79,6 +90,38 @@ class PoreError(Exception):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (PoreError, (self.diagnostics,))
+
+    def __repr__(self) -> str:
+        return f"PoreError({', '.join(map(repr, self.diagnostics))})"
+
+    def _render_traceback_(self) -> list[str]:
+        """What a notebook shows: the lines of its own that led here, and what is wrong, without what lies between."""
+        import traceback
+
+        inside = os.path.dirname(__file__) + os.sep
+        own = [f for f in traceback.extract_tb(self.__traceback__)
+               if not f.filename.startswith(inside) and f"{os.sep}IPython{os.sep}" not in f.filename]  # fmt: skip
+        return [line.rstrip("\n") for line in traceback.format_list(own)] + ["", *str(self).split("\n")]
+
+
+class PoreWarning(UserWarning):
+    """What is doubtful about a program, or about what was made of it, as Python warns; `diagnostic` says it."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        self.diagnostic = diagnostic
+        super().__init__(render(diagnostic))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (PoreWarning, (self.diagnostic,))
+
+
+def warn(found: Iterable[Diagnostic]) -> None:
+    """Tell whoever called this package of each diagnostic, as a `PoreWarning` at their line."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "porelang":
+        level, frame = level + 1, frame.f_back
+    for d in found:
+        warnings.warn(PoreWarning(d), stacklevel=level)
 
 
 def fail(code: str, message: str, span: Span | None = None, **more: Any) -> PoreError:

@@ -12,9 +12,11 @@ import struct
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
+from inspect import signature
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -22,11 +24,13 @@ from porelang.analysis.box import Box, part_box, unbounded_axes
 from porelang.backends.numpy import Dtype, NumpyField
 from porelang.data import Data, Reduced
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
-from porelang.elaborate.results import Elaborated, Output, ParamInfo, Requirement
+from porelang.elaborate.results import Elaborated, Listed, Output, ParamInfo, Requirement
 from porelang.elaborate.values import Scalar, Vector
 from porelang.field import Backend, Bounds, Field, make_field
 from porelang.formula import Bindings, Formula
+from porelang.html import table, title
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, param, within
+from porelang.picture import Picture
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, settle
 from porelang.source import Source, Span
@@ -34,6 +38,8 @@ from porelang.tasks import all_read, bind_files, bind_tasks, find
 from porelang.tasks.run import READERS
 
 Settings = Mapping[str, Setting]
+#: In mm, or a text with a unit: `0.5`, `"0.5mm"`.
+Length = float | str
 #: Designs, and variants, that a program remembers.
 _REMEMBERED = 8
 _Made = TypeVar("_Made")
@@ -65,6 +71,11 @@ class Program:
         outputs = ", ".join(self.outputs) or "no output"
         params = f" of {', '.join(self.params)}" if self.params else ""
         return f"<program {self.source.name}: {outputs}{params}>"
+
+    def _repr_html_(self) -> str:
+        shown = [title(f"program {self.source.name}")]
+        shown += [Listed(some)._repr_html_() for some in (self.params, self.outputs) if some]
+        return "".join([*shown, *(d._repr_html_() for d in self.warnings)])
 
     def __reduce__(self) -> tuple[Callable[..., Program], tuple[Any, ...]]:
         return self.again, (dict(self.structure),)
@@ -109,6 +120,8 @@ class Program:
         if name not in self.outputs:
             near = suggest(name, self.outputs)
             hint = f"did you mean `{near}`?" if near else f"it has {', '.join(self.outputs) or 'none'}"
+            if name in self.elaborated.lets:
+                hint = f"`{name}` is a `let`: write `out {name} = ...` in its place"
             raise fail("E100", f"the program has no output `{name}`", hint=hint)
         return name
 
@@ -130,6 +143,18 @@ class Program:
             )
         return self.graph.outputs[name][0]
 
+    def field_roots(self, name: str | None = None) -> tuple[Node, ...]:
+        """The flat roots of an output, or of a `let` that is a number. Errors: E100."""
+        if name is None or name in self.outputs:
+            return self.roots(name)
+        found = self.named(name)
+        if found is None:
+            known = [*self.outputs, *self.elaborated.lets]
+            near = suggest(name, known)
+            hint = f"did you mean `{near}`?" if near else f"it has {', '.join(known) or 'none'}"
+            raise fail("E100", f"the program has no output and no number called `{name}`", hint=hint)
+        return (found,)
+
     def named(self, name: str) -> Node | None:
         """The flat root of an output or a let that is a number; None where there is no such thing."""
         if name in self.outputs:
@@ -146,6 +171,9 @@ class Program:
         """
         if twice := sorted(set(settings or {}) & set(more)):
             raise fail("E084", f"`{twice[0]}` is set twice", hint="in the mapping or by its name, not both")
+        for name in more:  # a keyword that is no param may be a slip of an option's
+            if name not in self.params and not suggest(name, self.params) and (near := suggest(name, _options())):
+                raise fail("E083", f"the program has no param `{name}`", hint=f"did you mean the option `{near}`?")
         values = settle(self.params, {**self._preset(preset), **(settings or {}), **more})
         structure = {name: values[name] for name in self.structure}
         if structure != self.structure:
@@ -194,10 +222,10 @@ class Program:
         preset: str | None = None,
         **more: Setting,
     ) -> Field:
-        """An output as a function of points (n, 3) in mm, with values (n,), or (n, 3) for a vector.
+        """An output, or a `let` that is a number, as a function of points (n, 3) in mm.
 
-        Settings are params by name: numbers in base units or texts with a unit. `dtype` is f64 unless told otherwise,
-        and f32 with `backend="glsl"`.
+        Its values are (n,), or (n, 3) for a vector. Settings are params by name: numbers in base units or texts with a
+        unit. `dtype` is f64 unless told otherwise, and f32 with `backend="glsl"`. Whether a `check` holds is not asked.
 
         >>> import porelang
         >>> program = porelang.compile("sphere(10)")
@@ -216,26 +244,29 @@ class Program:
         self,
         name: str | None = None,
         /,
-        voxel: float | None = None,
+        voxel: Length | None = None,
         resolution: int | None = None,
         bounds: Bounds | None = None,
         backend: Backend = "numpy",
         dtype: Dtype = "f32",
         smooth: bool = False,
         sharp: bool = False,
-        simplify: float | None = None,
+        simplify: Length | None = None,
+        check: bool = True,
         settings: Settings | None = None,
         preset: str | None = None,
         **more: Setting,
     ) -> Any:
         """The surface of an output as a `trimesh.Trimesh` in mm, watertight, normals outward.
 
-        `voxel` is the grid spacing in mm; or `resolution` counts samples along the longest side (128 if neither is
-        given). `smooth` moves vertices onto the field, `sharp` makes rims edges of the mesh, `simplify` (mm) takes
-        out triangles that matter less than that.
+        `voxel` is the grid spacing, in mm or as a text with a unit (`"0.5mm"`); or `resolution` counts samples along
+        the longest side (128 if neither is given). `smooth` moves vertices onto the field, `sharp` makes rims edges of
+        the mesh, `simplify` (a length) takes out triangles that matter less than that. A mesh that is not the part is
+        told as a `PoreWarning` (W202). Errors: those of bounds; E068 where a `check` of the program fails, unless
+        `check` is False; E110, E111, E114 about the samples.
         """
         return self.design(settings, preset=preset, **more).mesh(
-            name, voxel, resolution, bounds, backend, dtype, smooth, sharp, simplify
+            name, voxel, resolution, bounds, backend, dtype, smooth, sharp, simplify, check
         )
 
     def measure(
@@ -243,17 +274,113 @@ class Program:
         name: str | None = None,
         /,
         within: str | None = None,
-        voxel: float | None = None,
+        voxel: Length | None = None,
         resolution: int | None = None,
+        bounds: Bounds | None = None,
+        backend: Backend = "numpy",
+        dtype: Dtype = "f32",
         settings: Settings | None = None,
         preset: str | None = None,
         **more: Setting,
     ) -> dict[str, Any]:
         """Volume, porosity, area, components and topology of an output, each with its error under `"error"`.
 
-        `within` names the envelope: an output or a let. The keys are those of `pore measure`; mm, mm^2, mm^3.
+        `within` names the envelope: an output or a let. The keys are those of `pore measure --json`; mm, mm^2, mm^3.
+        A `check` of the program that fails is listed under `"failed_checks"`, and told as a `PoreWarning`.
         """
-        return self.design(settings, preset=preset, **more).measure(name, within, voxel, resolution)
+        return self.design(settings, preset=preset, **more).measure(
+            name, within, voxel, resolution, bounds, backend, dtype
+        )
+
+    def slices(
+        self,
+        name: str | None = None,
+        /,
+        *,
+        folder: str | Path,
+        step: Length,
+        format: Literal["png", "svg"] = "png",
+        voxel: Length | None = None,
+        bounds: Bounds | None = None,
+        backend: Backend = "numpy",
+        dtype: Dtype = "f32",
+        check: bool = True,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> dict[str, Any]:
+        """Write the layers of an output into a folder, whole or not at all, and return their manifest.
+
+        A layer every `step`, as pictures whose pixels are `voxel` wide (the step unless given), or as SVG contours in
+        mm. Lengths are in mm or texts with a unit. Errors: those of a mesh; E113 about the folder.
+        """
+        return self.design(settings, preset=preset, **more).slices(
+            name,
+            folder=folder,
+            step=step,
+            format=format,
+            voxel=voxel,
+            bounds=bounds,
+            backend=backend,
+            dtype=dtype,
+            check=check,
+        )
+
+    def render(
+        self,
+        name: str | Sequence[str] | None = None,
+        /,
+        *,
+        bodies: bool = False,
+        view: str | tuple[float, float] = "iso",
+        projection: Literal["perspective", "orthographic"] = "perspective",
+        size: str | tuple[int, int] = (800, 600),
+        zoom: float = 1.0,
+        cut: str | Sequence[str] = (),
+        slice: str | Sequence[str] = (),
+        field: str | None = None,
+        range: str | tuple[float, float] | None = None,
+        legend: bool | str = False,
+        solid: Literal["none", "opaque", "glass"] | None = None,
+        background: Literal["white", "transparent"] = "white",
+        samples: int = 3,
+        axes: bool = False,
+        scale_bar: bool = False,
+        frame: Literal["surface", "bounds"] = "surface",
+        bounds: Bounds | None = None,
+        check: bool = True,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Picture:
+        """A picture of an output, or of several in colours of their own; a notebook shows it.
+
+        The options are those of `pore render` (docs/render.md), as there or as values: `view="front"` or degrees
+        `(azimuth, elevation)`, `size="800x600"` or pixels, `cut="y<0"` or several, `slice="z=1cm"`, `field="heat"` on
+        the slices or else on the surface, `range=(0, 1)`, `legend=True` or a text. Errors: those of bounds; E068 where
+        a `check` fails, unless `check` is False; E107, E108 for wishes that cannot be; E120-E122 about OpenGL.
+        """
+        return self.design(settings, preset=preset, **more).render(
+            name,
+            bodies=bodies,
+            view=view,
+            projection=projection,
+            size=size,
+            zoom=zoom,
+            cut=cut,
+            slice=slice,
+            field=field,
+            range=range,
+            legend=legend,
+            solid=solid,
+            background=background,
+            samples=samples,
+            axes=axes,
+            scale_bar=scale_bar,
+            frame=frame,
+            bounds=bounds,
+            check=check,
+        )
 
     def reduced(
         self, settings: Settings | None = None, preset: str | None = None, **more: Setting
@@ -319,6 +446,12 @@ class Design:
     def __repr__(self) -> str:
         set_to = ", ".join(f"{name} = {self.program.params[name].shown(v)}" for name, v in self.settings.items())
         return f"<design of {self.program.source.name}{': ' if set_to else ''}{set_to}>"
+
+    def _repr_html_(self) -> str:
+        infos = self.program.params
+        rows = [(name, infos[name].shown(v), infos[name].range, infos[name].doc) for name, v in self.settings.items()]
+        heads = ("param", "set to", "range", "what it is")
+        return title(f"design of {self.program.source.name}") + (table(heads, rows) if rows else "")
 
     def __reduce__(self) -> tuple[type[Design], tuple[Program, dict[str, float], dict[Node, Any]]]:
         files = {n: v for n, v in self._bindings.items() if n.op in READERS}
@@ -413,9 +546,9 @@ class Design:
         dtype: Dtype | None = None,
         threads: int | None = None,
     ) -> Field:
-        """An output as a function of points; see `Program.field`."""
+        """An output or a `let` as a function of points; see `Program.field`."""
         dtype = dtype or ("f32" if backend == "glsl" else "f64")
-        return make_field(self.formula(*self.program.roots(name)), self.program.ranges, backend, dtype, threads)
+        return make_field(self.formula(*self.program.field_roots(name)), self.program.ranges, backend, dtype, threads)
 
     def bounds(self, name: str | None = None, /) -> Box:
         """The box that holds an output's solid, in mm. Errors: E102 where it has no end, E103 where it is empty."""
@@ -444,17 +577,116 @@ class Design:
             )
         return box
 
-    def mesh(self, *wishes: Any, **more: Any) -> Any:
+    def mesh(
+        self,
+        name: str | None = None,
+        /,
+        voxel: Length | None = None,
+        resolution: int | None = None,
+        bounds: Bounds | None = None,
+        backend: Backend = "numpy",
+        dtype: Dtype = "f32",
+        smooth: bool = False,
+        sharp: bool = False,
+        simplify: Length | None = None,
+        check: bool = True,
+    ) -> Any:
         """The surface of an output as a `trimesh.Trimesh`; see `Program.mesh`."""
-        from porelang.mesh.part import mesh
+        from porelang.asked import mesh
 
-        return mesh(self, *wishes, **more)
+        return mesh(self, name, voxel, resolution, bounds, backend, dtype, smooth, sharp, simplify, check)
 
-    def measure(self, *wishes: Any, **more: Any) -> dict[str, Any]:
+    def measure(
+        self,
+        name: str | None = None,
+        /,
+        within: str | None = None,
+        voxel: Length | None = None,
+        resolution: int | None = None,
+        bounds: Bounds | None = None,
+        backend: Backend = "numpy",
+        dtype: Dtype = "f32",
+    ) -> dict[str, Any]:
         """What an output measures; see `Program.measure`."""
-        from porelang.measure import measure
+        from porelang.asked import measure
 
-        return measure(self, *wishes, **more)
+        return measure(self, name, within, voxel, resolution, bounds, backend, dtype)
+
+    def slices(
+        self,
+        name: str | None = None,
+        /,
+        *,
+        folder: str | Path,
+        step: Length,
+        format: Literal["png", "svg"] = "png",
+        voxel: Length | None = None,
+        bounds: Bounds | None = None,
+        backend: Backend = "numpy",
+        dtype: Dtype = "f32",
+        check: bool = True,
+    ) -> dict[str, Any]:
+        """The layers of an output, written into a folder; see `Program.slices`."""
+        from porelang.asked import slices
+
+        return slices(self, name, folder, step, format, voxel, bounds, backend, dtype, check)
+
+    def render(
+        self,
+        name: str | Sequence[str] | None = None,
+        /,
+        *,
+        bodies: bool = False,
+        view: str | tuple[float, float] = "iso",
+        projection: Literal["perspective", "orthographic"] = "perspective",
+        size: str | tuple[int, int] = (800, 600),
+        zoom: float = 1.0,
+        cut: str | Sequence[str] = (),
+        slice: str | Sequence[str] = (),
+        field: str | None = None,
+        range: str | tuple[float, float] | None = None,
+        legend: bool | str = False,
+        solid: Literal["none", "opaque", "glass"] | None = None,
+        background: Literal["white", "transparent"] = "white",
+        samples: int = 3,
+        axes: bool = False,
+        scale_bar: bool = False,
+        frame: Literal["surface", "bounds"] = "surface",
+        bounds: Bounds | None = None,
+        check: bool = True,
+    ) -> Picture:
+        """A picture of an output, or of several; see `Program.render`."""
+        from porelang.asked import render
+
+        return render(
+            self,
+            name,
+            bodies=bodies,
+            view=view,
+            projection=projection,
+            size=size,
+            zoom=zoom,
+            cut=cut,
+            slice=slice,
+            field=field,
+            range=range,
+            legend=legend,
+            solid=solid,
+            background=background,
+            samples=samples,
+            axes=axes,
+            scale_bar=scale_bar,
+            frame=frame,
+            bounds=bounds,
+            check=check,
+        )
+
+
+@cache
+def _options() -> frozenset[str]:
+    """The options of what can be asked of a design."""
+    asked = (Design.field, Design.mesh, Design.measure, Design.slices, Design.render)
+    return frozenset(option for one in asked for option in signature(one).parameters) - {"self", "name"}
 
 
 def _about(root: Node) -> list[Node]:

@@ -15,6 +15,9 @@ class Source:
     text: str
     prelude: bool = False
 
+    def __repr__(self) -> str:
+        return f"<source {self.name}: {len(self.text)} characters>"
+
     @cached_property
     def line_starts(self) -> tuple[int, ...]:
         starts = [0]
@@ -40,6 +43,9 @@ class Span:
     source: Source
     start: int
     end: int
+
+    def __repr__(self) -> str:
+        return f"<{self}>"
 
     def to(self, other: Span) -> Span:
         """The smallest span that covers this one and `other` (of the same source)."""

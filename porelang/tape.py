@@ -41,6 +41,9 @@ class Tape:
     kinds: tuple[Kind, ...]
     roots: tuple[int, ...]
 
+    def __repr__(self) -> str:
+        return f"<tape of {len(self)} operations>"
+
     def __len__(self) -> int:
         return len(self.ops)
 

@@ -31,6 +31,7 @@ uniform float nearest;  // nor than this, once a ray has taken MANY_STEPS
 uniform float jump;     // the step where the field may jump, in mm
 uniform float reach;    // how far around a place light is looked for, in mm
 uniform float grain;    // the distance over which a normal is measured, in mm
+uniform float bare;     // 1 draws the light alone, on white: what it falls on is coloured afterwards
 
 const int LIGHT = 0;
 const int DISTANCE = 1;
@@ -234,7 +235,7 @@ vec3 lit(vec3 p) {
     bool section = face != vec3(0.0);
     vec3 n = section ? face : normal(p);
     vec3 v = n * camera;  // in the viewer's axes: right, up, forward
-    if (section) return SECTION * (0.90 + 0.20 * max(dot(v, normalize(vec3(-0.2, 0.9, -0.4))), 0.0));
+    if (section) return mix(SECTION, vec3(1.0), bare) * (0.90 + 0.20 * max(dot(v, normalize(vec3(-0.2, 0.9, -0.4))), 0.0));
     float turn = turn_of_sample();
     float open = sky(p, n, turn);
     float key = max(dot(v, LAMP), 0.0);
@@ -245,7 +246,7 @@ vec3 lit(vec3 p) {
     float facing = clamp(-v.z, 0.0, 1.0);
     light *= 0.80 + 0.20 * smoothstep(0.0, 0.35, facing);
     vec3 shade = mix(vec3(0.80, 0.86, 1.0), vec3(1.0), smoothstep(0.0, 0.75, light));  // hollows are cool
-    return clamp(MATERIAL * shade * pow(light * 1.10, 0.80), 0.0, 1.0);
+    return clamp(mix(MATERIAL, vec3(1.0), bare) * shade * pow(light * 1.10, 0.80), 0.0, 1.0);
 }
 
 // The surface alone, in clear glass, from either side: how light it is, and how much it hides. Cut faces are not there.

@@ -596,6 +596,19 @@ def test_mesh_needs_no_opengl_unless_it_is_asked_for(pore: Pore, monkeypatch: py
     assert (pore.json()["backend"], pore.json()["dtype"], pore.err) == ("numpy", "f32", "")
 
 
+def test_show_takes_settings(pore: Pore) -> None:
+    """What is set is a value in the notes, what is not keeps its range."""
+    path = pore.write("param r = 5mm in 1mm..9mm\nparam d = 1mm in 0mm..2mm\nsphere(r + d)")
+    assert pore("show", path, "--note", "bounds") == 0
+    assert "within (-6, -6, -6)" in pore.out
+    assert "1 .. 11" in pore.out
+    assert pore("show", path, "--note", "bounds", "--set", "r=0.8cm") == 0
+    assert "within (-9, -9, -9)" in pore.out
+    assert "8 .. 10" in pore.out
+    assert pore("show", path, "--set", "q=3") == 2
+    assert "E083" in pore.err
+
+
 def test_show_with_bounds_tells_the_box_and_the_steepness(pore: Pore) -> None:
     Path("ball.pore").write_text("sphere(5) |> translate([10, 0, 0])\n")
     assert pore("show", "ball.pore", "--note", "bounds") == 0

@@ -51,6 +51,16 @@ def test_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str], monkeypat
     assert names["mesh"].is_watertight  # type: ignore[attr-defined]
 
 
+def test_python_of_its_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    (text,) = re.findall(r"```python\n(.*?)```", DOCUMENTS["docs/python.md"], re.DOTALL)
+    names: dict[str, object] = {}
+    exec(text, names)
+    out = capsys.readouterr().out
+    assert out.startswith(re.findall(r"# (<param .*>)\n", text)[0])
+    assert "porosity" in out
+    assert "+-" in out
+
+
 def test_generated_parts_of_the_reference_are_up_to_date() -> None:
     spec = importlib.util.spec_from_file_location("generate", ROOT / "docs" / "generate.py")
     assert spec is not None

@@ -14,8 +14,8 @@ import porelang
 from porelang.cli import main
 from porelang.render import Wishes, render_output
 from porelang.render.camera import VIEWS
-from porelang.render.legend import numbers
-from porelang.render.planes import COLOURS, Plane, Scale
+from porelang.render.planes import Plane
+from porelang.render.scale import COLOURS, Scale, numbers
 
 BALL = porelang.compile("sphere(20)").design()
 FACE = Wishes((500, 400), VIEWS["top"], "orthographic", samples=1, slices=(Plane(2, 0.0),), solid="none")

@@ -28,7 +28,9 @@ from porelang.render.camera import VIEWS
 from porelang.render.cells import SOLID, STEEP, VOID, bound_cells
 from porelang.render.cuts import HalfSpace, take_away, whole
 from porelang.render.march import Marcher, Scene
-from porelang.render.planes import COLOURS, Plane
+from porelang.render.marks import AXES, axes_mark, lay, scale_bar_mark, told
+from porelang.render.planes import Plane
+from porelang.render.scale import COLOURS, VIRIDIS, Ramp, Scale
 
 ROOT = Path(__file__).parent.parent
 SPECIMEN = str(ROOT / "examples" / "specimen.pore")
@@ -390,9 +392,12 @@ def test_command_writes_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[
         (["-o", "a.png", "--view", "above"], 2, "AZIMUTH,ELEVATION"),
         (["-o", "a.png", "--zoom", "0"], 2, "twice as large"),
         (["-o", "a.png", "--solid", "none"], 2, "--slice x=0"),
-        (["-o", "a.png", "--field", "part"], 2, "--slice x=0"),
+        (["-o", "a.png", "--field", "part"], 2, "is where `part` is zero"),
+        (["-o", "a.png", "--field", "nothing"], 2, "no number called `nothing`"),
+        (["-o", "a.png", "--field", "specimen", "--solid", "glass"], 2, "glass has no colours"),
         (["-o", "a.png", "--range", "-1..1"], 2, "--slice x=0"),
-        (["-o", "a.png", "--slice", "x=0", "--range", "1..2"], 2, "-20..20"),
+        (["-o", "a.png", "--legend"], 2, "there are none"),
+        (["-o", "a.png", "--slice", "x=0", "--range", "2..1"], 2, "-20..20"),
         (["-o", "a.png", "--slice", "x=0", "--legend", "mm", "--size", "90x400"], 2, "has no room for a legend"),
         (["-o", "a.png", "--size", "0x0"], 2, "WIDTHxHEIGHT"),
         (["-o", "a.png", "--size", "16000x16000"], 2, "40 million pixels"),
@@ -410,6 +415,204 @@ def test_command_refuses(
     assert main(["render", SPECIMEN, *words]) == status
     assert said in capsys.readouterr().err
     assert not os.listdir(tmp_path)
+
+
+EXCHANGER = """
+let block = box([40, 40, 30])
+let wall = x
+out solid = abs(wall) - 2 & block
+out left = wall + 2 & block
+out right = 2 - wall & block
+"""
+
+
+def covers(picture: Picture) -> tuple[float, float]:
+    """The shares of the picture's width and height that the part takes, from its first pixel to its last."""
+    seen = picture.pixels[..., 3] > 0
+    return tuple(float(np.ptp(np.flatnonzero(seen.any(axis=axis))) + 1) / seen.shape[1 - axis] for axis in (0, 1))  # type: ignore[return-value]  # two of them
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sphere(10)",
+        "translate(cylinder(4, 60), [300, 20, -7]) |> rotate([1, 2, 3], 0.7)",
+        # bounds that are safe, and far too large
+        "sphere(10) & (sphere(10) @ [x + 0 * x * y, y, z]) | (translate(sphere(1), [0, 90, 0]) & z > 50)"
+        .replace(" & z > 50", " & (50 - z)"),
+        "sphere(4) | (cube(200) & length(p) - 3)",
+    ],
+)  # fmt: skip
+@pytest.mark.usefixtures("gpu")
+def test_the_part_fills_the_picture_and_none_of_it_is_cut_off(text: str, projection: Any) -> None:
+    wishes = Wishes((200, 150), projection=projection, samples=1, transparent=True)
+    made = render_output(porelang.compile(text).design(), None, wishes)
+    rim = np.concatenate([made.pixels[[0, -1], :, 3].ravel(), made.pixels[:, [0, -1], 3].ravel()])
+    assert not rim.any()
+    assert 0.85 <= max(covers(made)) <= 0.97
+
+
+@pytest.mark.usefixtures("gpu")
+def test_a_pin_that_a_coarse_picture_misses_is_not_cut_off() -> None:
+    """It is thinner than a coarse pixel by far, and reaches out of the frame that a ball alone would have."""
+    program = porelang.compile("sphere(10) | capsule([0.03, 0, 0], [0.03, 0, 60], 0.06)")
+    made = render_output(program.design(), None, Wishes((400, 400), VIEWS["front"], samples=2, transparent=True))
+    rows = np.flatnonzero(made.pixels[..., 3].any(axis=1))
+    assert rows[0] > 0
+    assert np.ptp(rows) * made.pixel == pytest.approx(70, rel=0.05)
+
+
+@pytest.mark.usefixtures("gpu")
+def test_pictures_of_one_frame_can_be_compared() -> None:
+    program = porelang.compile("param r = 10 in 5..10\ncube(40) & (sphere(r) | translate(sphere(1), [30, 0, 0]))")
+    wishes = Wishes((120, 90), projection="orthographic", samples=1, frame="bounds")
+    bounds = (-20.0, -20.0, -20.0, 20.0, 20.0, 20.0)
+    same = [render_output(program.design(r=r), None, replace(wishes, frame="surface"), bounds).pixel for r in (6, 9)]
+    assert same[0] == same[1]
+    pixels = [render_output(program.design(r=9), None, replace(wishes, frame=f)).pixel for f in ("surface", "bounds")]  # type: ignore[arg-type]  # each is one
+    assert pixels[0] <= pixels[1]
+
+
+@pytest.mark.usefixtures("gpu")
+def test_each_output_has_its_colour() -> None:
+    design = porelang.compile(EXCHANGER).design()
+    wishes = Wishes((300, 200), VIEWS["top"], "orthographic", samples=1)
+    made = render_output(design, ["solid", "left", "right"], wishes)
+    assert [name for name, _ in made.colours] == ["solid", "left", "right"]
+    width = 40 / made.pixel
+    for (_, colour), x in zip(made.colours, (0, -12, 12), strict=True):
+        seen = made.pixels[100, round(150 + x / 40 * width), :3].astype(float)
+        assert np.abs(seen - np.array(colour)).max() < 40  # as bright as it is lit
+        nearest = min(made.colours, key=lambda c: float(np.abs(seen - np.array(c[1])).sum()))
+        assert nearest[1] == colour
+    # where one ends the next begins: at 2 mm from the middle
+    row = made.pixels[100, :, :3].astype(float)
+    blue = row[:, 2] > row[:, 0] + 30
+    assert (np.flatnonzero(blue)[0] - 149.5) * made.pixel == pytest.approx(2, abs=1.5 * made.pixel)
+    with pytest.raises(PoreError, match="glass"):
+        render_output(design, ["solid", "left"], replace(wishes, solid="glass"))
+    with pytest.raises(PoreError, match="no output `solit`"):
+        render_output(design, ["solit"], wishes)
+
+
+@pytest.mark.usefixtures("gpu")
+def test_a_field_is_seen_on_the_surface() -> None:
+    design = porelang.compile("let heat = 20 + x\nlet both = x\ncube(20)").design()
+    wishes = Wishes((200, 200), VIEWS["top"], "orthographic", samples=1, field="heat")
+    made = render_output(design, None, wishes)
+    assert isinstance(made.scale, Ramp)
+    assert made.scale.ends == pytest.approx((10, 30), abs=0.3)
+    seen = made.pixels[100, [15, 185], :3].astype(float)
+    assert np.abs(seen[0] - 255 * VIRIDIS[0]).max() < 45
+    assert np.abs(seen[1] - 255 * VIRIDIS[-1]).max() < 60
+    around = render_output(design, None, replace(wishes, field="both"))
+    assert isinstance(around.scale, Scale)
+    seen = around.pixels[100, [15, 185], :3].astype(float)
+    assert seen[0, 0] > seen[0, 2] + 60  # red where it is negative
+    assert seen[1, 2] > seen[1, 0] + 60
+
+
+@pytest.mark.parametrize(
+    ("pixel", "width", "length"), [(0.1, 800, 10), (1.0, 800, 100), (0.003, 500, 0.2), (7, 300, 200)]
+)
+def test_a_scale_bar_has_a_round_length_that_is_true(pixel: float, width: int, length: float) -> None:
+    blank = np.full((400, width, 4), 255, np.uint8)
+    made = lay(blank, [scale_bar_mark(pixel, (width, 400))], blank[..., 0] < 0)
+    dark = (made[..., :3].max(axis=2) < 110).sum(axis=1)
+    bar = np.flatnonzero(made[int(np.argmax(dark)), :, 0] < 140)
+    assert np.ptp(bar) + 1 == pytest.approx(length / pixel, abs=4)  # and the thickness of its ends
+    assert told(length) == {10: "10 mm", 100: "100 mm", 0.2: "0.2 mm", 200: "200 mm"}[length]
+    assert [told(v) for v in (5000.0, 0.05, 1000.0)] == ["5 m", "50 um", "1 m"]
+
+
+@pytest.mark.parametrize(
+    ("view", "axis", "column", "row"),
+    [("front", 0, 1, 0), ("front", 2, 0, -1), ("right", 1, 1, 0), ("top", 1, 0, -1), ("back", 0, -1, 0)],
+)
+def test_the_triad_points_where_the_axes_do(view: str, axis: int, column: int, row: int) -> None:
+    box = Box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
+    blank = np.full((600, 800, 4), 255, np.uint8)
+    made = lay(blank, [axes_mark(look(box, VIEWS[view], (800, 600)), (800, 600))], blank[..., 0] < 0)
+
+    def near(colour: tuple[int, int, int]) -> NDArray[np.bool_]:
+        return np.abs(made[..., :3].astype(int) - colour).max(axis=2) < 40
+
+    place = np.argwhere(near(AXES[axis])).mean(axis=0)
+    ends = np.argwhere(near(AXES[axis]))
+    long = np.ptp(ends, axis=0)
+    assert (long[1] > 2 * long[0]) if column else (long[0] > 2 * long[1])
+    middle = np.argwhere((made[..., :3] < 250).any(axis=2)).mean(axis=0)
+    if column:
+        assert (place[1] - middle[1]) * column > 0
+    else:
+        assert (place[0] - middle[0]) * row > 0
+    assert not (made[300:, 400:, :3] < 255).any()  # it stays in its corner
+
+
+def test_marks_keep_off_the_part_where_they_can() -> None:
+    box, size = Box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), (400, 300)
+    blank = np.full((300, 400, 4), 255, np.uint8)
+    marks = [axes_mark(look(box, VIEWS["iso"], size), size), scale_bar_mark(0.1, size)]
+    seen = np.zeros((300, 400), np.bool_)
+    seen[200:, :250] = True  # the lower left corner
+    drawn = (lay(blank, marks, seen)[..., :3] < 250).any(axis=2)
+    assert drawn[:150, :200].any()
+    assert drawn[200:, 250:].any()
+    assert not (drawn & seen).any()
+    everywhere = lay(blank, marks, np.ones((300, 400), np.bool_))  # then they are on it
+    assert (everywhere[150:, :200, :3] < 250).any()
+    tiny = lay(blank[:20, :30], marks, seen[:20, :30])
+    assert tiny.shape == (20, 30, 4)
+
+
+@pytest.mark.usefixtures("gpu")
+def test_a_picture_for_python(tmp_path: Path) -> None:
+    program = porelang.compile(EXCHANGER)
+    made = program.render(bodies=True, size="120x90", samples=1, cut="x>0", axes=True, scale_bar=True, view=(-30, 20))
+    assert made.array.shape == (90, 120, 3)
+    assert made.array.dtype == np.uint8
+    made.save(tmp_path / "a.png")
+    with Image.open(tmp_path / "a.png") as image:
+        assert np.array_equal(np.asarray(image), made.array)
+    assert made._repr_png_().startswith(b"\x89PNG")
+    assert "\n" not in repr(made)
+    assert len(repr(made)) < 100
+    clear = program.render("solid", size=(60, 40), samples=1, background="transparent")
+    assert clear.pixels[0, 0].tolist()[3] == 0
+    assert clear.array[0, 0].tolist() == [255, 255, 255]
+    with pytest.raises(PoreError, match="E112"):
+        made.save(tmp_path / "a.jpg")
+    for wrong, code in (
+        ({"view": "above"}, "E108"), ({"cut": "y=0"}, "E108"), ({"size": (0, 5)}, "E108"), ({"slice": ["q=1"]}, "E108"),
+        ({"projection": "flat"}, "E108"), ({"legend": True}, "E108"), ({"zoom": 0}, "E108"), ({"samples": 9}, "E108"),
+        ({"range": "2..1", "field": "wall"}, "E108"), ({"solid": "none"}, "E108"),
+    ):  # fmt: skip
+        with pytest.raises(PoreError) as caught:
+            program.render("solid", **wrong)  # type: ignore[arg-type]  # as a user might
+        assert caught.value.diagnostics[0].code == code
+    failing = porelang.compile('param r = 5 in 1..9\ncheck r < 4, "too large"\nsphere(r)')
+    with pytest.raises(PoreError, match="too large"):
+        failing.render(size=(40, 30))
+    assert failing.render(size=(40, 30), samples=1, check=False).covered > 0
+
+
+@pytest.mark.usefixtures("gpu")
+def test_the_command_draws_several_outputs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "hx.pore"
+    path.write_text(EXCHANGER)
+    target = tmp_path / "a.png"
+    words = ["render", str(path), "-o", str(target), "--size", "300x200", "--samples", "1", "--json"]
+    assert main([*words, "--bodies", "--legend", "--axes", "--scale-bar"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["output"] == ["solid", "left", "right"]
+    assert set(told["colours"]) == {"solid", "left", "right"}
+    with Image.open(target) as image:
+        assert image.size == (300, 200)
+    assert main([*words, "--out", "left", "--out", "right"]) == 0
+    assert json.loads(capsys.readouterr().out)["output"] == ["left", "right"]
+    assert main([*words, "--out", "left"]) == 0
+    assert json.loads(capsys.readouterr().out)["output"] == "left"
 
 
 @pytest.mark.slow

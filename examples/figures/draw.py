@@ -13,18 +13,20 @@ from PIL import Image, ImageDraw, ImageFont
 import porelang
 from porelang.field import Bounds
 from porelang.render.cuts import HalfSpace
-from porelang.render.picture import Wishes, render_output
+from porelang.render.picture import render_output
 from porelang.render.planes import Plane
+from porelang.render.wishes import Wishes
 
 HERE = Path(__file__).parent
 COLOURS = 256  # of a picture's palette; planes behind glass have more
 THREE_PLANES = tuple(Plane(axis, 0.0) for axis in range(3))
 
-SAMPLE = Wishes(size=(560, 560), view=(-65, 25))
+# Pictures that are compared have one frame.
+SAMPLE = Wishes(size=(560, 560), view=(-65, 25), frame="bounds")
 FIELD = Wishes(size=(640, 560), view=(-60, 28), slices=THREE_PLANES, solid="glass", legend="mm")
 # The paper cuts its cylinders along the planes XY and XZ: a quarter is taken out, and both sections are seen.
 QUARTER = (HalfSpace(1, True, 0.0), HalfSpace(2, False, 0.0))
-SPECIMEN = Wishes(size=(480, 800), view=(-68, 22), cuts=(QUARTER,))
+SPECIMEN = Wishes(size=(480, 800), view=(-68, 22), cuts=(QUARTER,), frame="bounds")
 FRAMES = Wishes(size=(480, 390), view=(-90, 90), projection="orthographic", slices=(Plane(2, 5.0),), field="lattice")
 
 
@@ -48,7 +50,7 @@ DRAWINGS = {
     "fig08": Drawing(SPECIMEN),
     "fig09": Drawing(SPECIMEN),
     "fig10": Drawing(SPECIMEN),
-    "fig11": Drawing(Wishes(size=(112, 112), view=(-60, 28))),
+    "fig11": Drawing(Wishes(size=(112, 112), view=(-60, 28), frame="bounds")),
 }
 
 

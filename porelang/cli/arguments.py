@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from porelang.cli import values
+from porelang import values
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ COMMANDS: dict[str, Command] = {
         Command(
             "show",
             "the graph that a program becomes, after any pass; or with --stages the plan of an output",
-            ("file", "out", "after", "note", "stages", "json"),
+            ("file", "set", "out", "after", "note", "stages", "json"),
             "pore show specimen.pore --after simplify",
         ),
         Command(
@@ -70,9 +70,12 @@ COMMANDS: dict[str, Command] = {
         ),
         Command(
             "render",
-            "draw the part, cut open or with fields on planes: .png",
+            "draw the part, or several outputs, cut open or with fields on planes or on the surface: .png",
             (
-                *ASK,
+                "file",
+                "set",
+                "outs",
+                "bodies",
                 "output",
                 "view",
                 "projection",
@@ -86,11 +89,20 @@ COMMANDS: dict[str, Command] = {
                 "solid",
                 "background",
                 "samples",
+                "axes",
+                "scale_bar",
+                "frame",
                 "bounds",
                 "json",
                 "quiet",
             ),
             "pore render specimen.pore -o specimen.png --cut 'y<0' --view -60,20",
+        ),
+        Command(
+            "watch",
+            "carry out a command (check, unless one is named) again at every save of a program or of a file it names",
+            ("file", "words"),
+            "pore watch specimen.pore -- mesh -o part.stl",
         ),
         Command(
             "explain",
@@ -119,6 +131,10 @@ COMMANDS: dict[str, Command] = {
 #: what it misses differ from one Python to the next.
 OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "file": (("file",), {"metavar": "FILE", "required": True, "help": "the program, a .pore file"}),
+    "words": (
+        ("words",),
+        {"metavar": "COMMAND", "help": "a command with its options, without the file: mesh -o a.stl"},
+    ),
     "code": (("code",), {"metavar": "CODE", "help": "the code of a diagnostic, as in E012"}),
     "action": (
         ("action",),
@@ -145,6 +161,34 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         {"metavar": "NAME", "help": "set the params as a `preset` of the program says; --set goes over it"},
     ),
     "out": (("--out",), {"metavar": "NAME", "help": "which output of the program (default: part)"}),
+    "outs": (
+        ("--out",),
+        {
+            "metavar": "NAME",
+            "action": "append",
+            "default": [],
+            "dest": "outs",
+            "help": "which output of the program (default: part); repeat it to draw several, each in its colour",
+        },
+    ),
+    "bodies": (("--bodies",), {"action": "store_true", "help": "draw all solid outputs, each in its colour"}),
+    "axes": (("--axes",), {"action": "store_true", "help": "draw which way x, y and z point, in a corner"}),
+    "frame": (
+        ("--frame",),
+        {
+            "choices": ("surface", "bounds"),
+            "default": "surface",
+            "help": "what fills the picture: the surface that is seen, or the bounds of the part (default: surface)",
+        },
+    ),
+    "scale_bar": (
+        ("--scale-bar",),
+        {
+            "action": "store_true",
+            "dest": "scale_bar",
+            "help": "draw a round length in mm; in perspective it is true in the middle of the part",
+        },
+    ),
     "measure": (
         ("--measure",),
         {"action": "store_true", "help": "look at checks about whole fields too (a porosity): takes seconds"},
@@ -258,13 +302,19 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "help": "draw the field on a plane: red negative, yellow near zero, blue positive; repeat it for several",
         },
     ),
-    "field": (("--field",), {"metavar": "NAME", "help": "which output or `let` the planes show (default: the part)"}),
+    "field": (
+        ("--field",),
+        {
+            "metavar": "NAME",
+            "help": "which output or `let` the planes show (default: the part); without planes, the surface does",
+        },
+    ),
     "range": (
         ("--range",),
         {
             "metavar": "LO..HI",
             "type": values.value_range,
-            "help": "the values of full red and full blue (default: found on the planes)",
+            "help": "the values at the ends of the colours (default: found in the picture)",
         },
     ),
     "legend": (
@@ -273,7 +323,8 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "metavar": "TEXT",
             "nargs": "?",
             "const": "",
-            "help": "draw the scale of the planes with its numbers, and TEXT above it (default: the field's unit)",
+            "help": "draw the scale of the colours with its numbers, and TEXT above it (default: the field's unit); "
+            "of several outputs their names",
         },
     ),
     "solid": (

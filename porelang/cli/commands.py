@@ -31,6 +31,7 @@ RUN: dict[str, str] = {
     "glsl": "showing.glsl",
     "notation": "showing.notation",
     "render": "render.render",
+    "watch": "watching.watch",
     "explain": "explain.explain",
     "cache": "caching.cache",
     "doctor": "examining.doctor",

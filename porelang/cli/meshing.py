@@ -7,20 +7,18 @@ import time
 from argparse import Namespace
 from typing import Any
 
-from porelang.analysis.box import block
 from porelang.atomic import destination
 from porelang.checks import broken_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
-from porelang.diagnostics import Diagnostic, PoreError, fail
+from porelang.diagnostics import PoreError, fail
 from porelang.field import checked_bounds
-from porelang.ir import node
 from porelang.mesh import Surface, write
+from porelang.mesh.doubts import too_coarse
 from porelang.mesh.export import writer_of
 from porelang.mesh.part import grid_of, notes_of, refine, surface_of
 from porelang.program import Design
-from porelang.tasks.numbers.integrals import volume
 
 #: More samples than this are a slip of the voxel, not a wish.
 MOST_NODES = 20_000_000_000
@@ -44,7 +42,7 @@ def mesh(options: Namespace) -> int:
         surface, design, options.out, placed, smooth=options.smooth, sharp=options.sharp, deviation=options.simplify
     )
     surface = refined.surface
-    doubts = too_coarse(design, options, surface)
+    doubts = too_coarse(design, options.out, options.bounds, surface.volume)
     report.say([] if options.quiet else doubts)
     write(surface, options.output, notes_of(design, options.out))
     seconds = round(time.perf_counter() - start, 3)
@@ -57,32 +55,6 @@ def mesh(options: Namespace) -> int:
     elif not options.quiet:
         print(_text(options.output, found))
     return 0
-
-
-#: A mesh whose volume is further than this from the part's is not the part.
-COARSE = 0.03
-
-
-def too_coarse(design: Design, options: Namespace, surface: Surface) -> list[Diagnostic]:
-    """A warning where the mesh does not hold the part's volume: walls thinner than a voxel come out as specks."""
-    part = design.of(options.out)
-    if options.bounds:
-        part = part.with_roots(node("max", part.root, block(checked_bounds(options.bounds))))
-    true = volume(part, accuracy=2e-3)
-    off = abs(surface.volume - true.value)
-    if off <= COARSE * true.value + true.error:
-        return []
-    return [
-        Diagnostic(
-            "W202",
-            f"the voxel is too coarse: the mesh holds {surface.volume:.4g} mm3, the part "
-            f"{true.value:.4g} +- {true.error:.2g} mm3",
-            design.program.outputs[design.program.output(options.out)].span,
-            "what is thinner than a voxel is lost or torn",
-            hint="use a smaller --voxel, a few to the thinnest wall",
-            severity="warning",
-        )
-    ]
 
 
 def _refuse_too_fine(design: Design, options: Namespace) -> None:

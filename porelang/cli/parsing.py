@@ -12,7 +12,7 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-from porelang.cli import values
+from porelang import values
 from porelang.cli.arguments import COMMANDS, OPTIONS, Command
 from porelang.diagnostics import PoreError, fail, suggest
 
@@ -22,6 +22,8 @@ def parse(argv: Sequence[str]) -> Namespace:
     if not argv:
         return Namespace(command=None)
     name = argv[0]
+    if name == "watch":
+        return _parse_watch(argv[1:])
     if name in COMMANDS:
         return _parse(COMMANDS[name], argv[1:])
     if name in ("-h", "--help"):
@@ -59,6 +61,15 @@ def _parse(command: Command, words: Sequence[str]) -> Namespace:
     if missing:
         raise fail("E108", f"`pore {command.name}` needs {' and '.join(missing)}", hint=f"write `{command.example}`")
     options.command = command.name
+    return options
+
+
+def _parse_watch(words: Sequence[str]) -> Namespace:
+    """The options of `pore watch` up to its file; what follows is the command line that it carries out."""
+    at = next((i for i, word in enumerate(words) if not word.startswith("-") or word == "--"), len(words))
+    options = _parse(COMMANDS["watch"], words[: at + 1])
+    rest = list(words[at + 1 :])
+    options.words = rest[1:] if rest[:1] == ["--"] else rest
     return options
 
 

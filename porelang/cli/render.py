@@ -11,42 +11,30 @@ from porelang.cli import report
 from porelang.cli.loading import bound
 from porelang.diagnostics import PoreError, fail
 
+#: Options that say what the picture shows.
+_WISHES = ("view", "projection", "size", "zoom", "cut", "slice", "field", "range", "legend", "solid", "background",
+           "samples", "axes", "scale_bar", "frame")  # fmt: skip
+
 
 def render(options: Namespace) -> int:
     """Draw an output and write the picture. What can be refused is refused before anything is computed."""
-    from porelang.render.camera import VIEWS
-    from porelang.render.cuts import HalfSpace
-    from porelang.render.picture import Wishes, render_output, write_png
-    from porelang.render.planes import Plane, Scale
+    from porelang.picture import write_png
+    from porelang.render.picture import bodies_of, render_output
+    from porelang.render.wishes import wishes_of
 
     if not options.output.lower().endswith(".png"):
         raise fail("E112", f"{options.output}: pictures are written as .png", hint="end the name with .png")
     destination(options.output)
-    for option, given in (("--field", options.field), ("--range", options.range), ("--legend", options.legend)):
-        if given is not None and not options.slice:
-            raise fail("E108", f"{option} is about planes, and there is none", hint="add one: --slice x=0")
-    if options.solid == "none" and not options.slice:
-        raise fail("E108", "--solid none leaves nothing to be seen", hint="add a plane, as in --slice x=0")
+    named: list[str] = options.outs
+    wishes = wishes_of(
+        **{o: getattr(options, o) for o in _WISHES}, several=options.bodies or len(set(named)) > 1
+    )  # what contradicts itself is refused before the program is read
     design = bound(options)
     if broken := broken_checks(design):
         raise PoreError(broken)
-    low, high = options.range or (0.0, 0.0)
-    wishes = Wishes(
-        size=options.size,
-        view=VIEWS[options.view] if isinstance(options.view, str) else options.view,
-        projection=options.projection,
-        zoom=options.zoom,
-        samples=options.samples,
-        cuts=tuple(tuple(HalfSpace(*side) for side in c) for c in options.cut),
-        slices=tuple(Plane(*p) for p in options.slice),
-        field=options.field,
-        scale=None if options.range is None else Scale(-low or high, high or -low),
-        legend=options.legend,
-        solid=options.solid or ("glass" if options.slice else "opaque"),
-        transparent=options.background == "transparent",
-    )
+    names = bodies_of(design.program) if options.bodies else named or None
     start = time.perf_counter()
-    made = render_output(design, options.out, wishes, options.bounds)
+    made = render_output(design, names, wishes, options.bounds)
     write_png(made, options.output, wishes.transparent)
     seconds = round(time.perf_counter() - start, 3)
     width, height = options.size
@@ -58,20 +46,23 @@ def render(options: Namespace) -> int:
         report.put(
             {
                 "file": options.output,
-                "output": design.program.output(options.out),
+                "output": [name for name, _ in made.colours] or design.program.output(named[0] if named else None),
                 "size": [width, height],
                 "seconds": seconds,
                 "steps": made.steps,
                 "covered": made.covered,
                 "pixel": made.pixel,
-                "slice_range": None if made.scale is None else [-made.scale.low, made.scale.high],
+                "slice_range": None if made.scale is None else list(made.scale.ends),
+                "colours": {name: "#{:02x}{:02x}{:02x}".format(*colour) for name, colour in made.colours},
                 "backend": made.backend,
             }
         )
     elif not options.quiet:
         lines = {"size": f"{width} x {height} pixels of {made.pixel:.3g} mm"}
         if made.scale is not None:
-            lines["planes"] = f"red -{made.scale.low:.3g}, yellow 0, blue {made.scale.high:.3g}"
+            lines["planes" if options.slice else "colours"] = str(made.scale)
+        for name, colour in made.colours:
+            lines[name] = "#{:02x}{:02x}{:02x}".format(*colour)
         lines["time"] = f"{seconds:.2f} s ({made.backend})"
         print("\n".join([options.output, *(f"  {name:<10} {value}" for name, value in lines.items())]))
     return 0

@@ -12,13 +12,12 @@ from porelang.analysis.bounds import lipschitz
 from porelang.analysis.notes import NOTES
 from porelang.backends.glsl import Form, shader
 from porelang.cli import report
-from porelang.cli.loading import load
 from porelang.diagnostics import PoreError, fail, suggest
 from porelang.elaborate.values import Scalar
 from porelang.ir import Node
 from porelang.notation import steps
 from porelang.ops import TASK_TABLE
-from porelang.program import Program
+from porelang.program import Design, Program
 from porelang.rewrites import PIPELINE, Graph, run
 from porelang.tape import lower
 
@@ -29,7 +28,10 @@ _NOTED = {"stages": "stage", "separate": "axes", "bounds": "bounds"}
 
 
 def show(options: Namespace) -> int:
-    """Print the graph after a pass, with a note beside each node; or with --stages the plan of an output."""
+    """Print the graph after a pass, with a note beside each node; or with --stages the plan of an output.
+
+    Params that are set have their values in notes, where others have their ranges.
+    """
     passes = [WRITTEN, *(step.name for step in PIPELINE)]
     after = options.after or passes[-1]
     if after not in passes:
@@ -37,7 +39,10 @@ def show(options: Namespace) -> int:
         hint = f"did you mean `{near}`?" if near else f"the passes are {', '.join(passes)}"
         hint = f"write --note {_NOTED[after]}" if after in _NOTED else hint
         raise fail("E108", f"there is no pass `{after}`", hint=hint)
-    program = load(options)
+    design = bound(options)
+    program = design.program
+    fixed = {name for name, _ in options.settings} | set(program.presets.get(options.preset, ()))
+    ranges = program.ranges | {name: (design.settings[name],) * 2 for name in fixed}
     chosen = program.output(options.out) if options.out else None
     if options.stages:
         lines = _plan(program, program.output(options.out))
@@ -45,10 +50,10 @@ def show(options: Namespace) -> int:
         return 0
     graph = program.written if after == WRITTEN else run(program.written, after)
     roots = _named(graph, chosen)
-    note = NOTES[options.note](list(roots.values()), program.ranges) if options.note else None
+    note = NOTES[options.note](list(roots.values()), ranges) if options.note else None
     text = ir.show(roots, note)
     if options.note == "bounds":
-        text += "".join(f"\n; {line}" for line in _boxes(program, chosen))
+        text += "".join(f"\n; {line}" for line in _boxes(design, chosen))
     if options.json:
         report.put({"after": after, "nodes": len(ir.order(roots.values())), "lines": text.split("\n")})
     else:
@@ -58,7 +63,7 @@ def show(options: Namespace) -> int:
 
 def glsl(options: Namespace) -> int:
     """`pore glsl`: the text of the shader."""
-    program = load(options)
+    program = bound(options).program
     form: Form = "grid" if options.stage == "compute" else options.stage
     made = shader((program.solid(options.out),), program.ranges, form)
     if options.json:
@@ -70,7 +75,7 @@ def glsl(options: Namespace) -> int:
 
 def notation(options: Namespace) -> int:
     """`pore notation`: the steps of the program as the paper writes them."""
-    found = steps(load(options))
+    found = steps(bound(options).program)
     if options.json:
         report.put(
             [{"line": s.span.line, "step": s.text, "notation": s.notation, "dimension": s.dimension} for s in found]
@@ -119,11 +124,10 @@ def _plan(program: Program, name: str) -> list[str]:
     return lines
 
 
-def _boxes(program: Program, chosen: str | None) -> list[str]:
-    """The box of each solid output with the params at their defaults, and a bound on how steep its field is inside."""
+def _boxes(design: Design, chosen: str | None) -> list[str]:
+    """The box of each solid output of a design, and a bound on how steep its field is inside."""
     lines: list[str] = []
-    design = program.design()
-    for name, output in program.outputs.items():
+    for name, output in design.program.outputs.items():
         if chosen not in (None, name) or not isinstance(output.value, Scalar):
             continue
         try:

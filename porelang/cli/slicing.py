@@ -6,9 +6,11 @@ import time
 from argparse import Namespace
 from typing import Any
 
+from porelang.checks import broken_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
+from porelang.diagnostics import PoreError
 from porelang.progress import watching
 from porelang.slices import SLICING, write_slices
 
@@ -16,6 +18,8 @@ from porelang.slices import SLICING, write_slices
 def slices(options: Namespace) -> int:
     """Write the layers of an output into a folder."""
     design = bound(options)
+    if broken := broken_checks(design, measure=True):
+        raise PoreError(broken)
     backend, dtype = machine(options, "f32")
     start = time.perf_counter()
     told = report.progress(options.quiet)

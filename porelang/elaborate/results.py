@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from porelang.diagnostics import Diagnostic, Label
-from porelang.elaborate.values import Bool, Scalar, Value, Vector
+from porelang.elaborate.values import Bool, Scalar, Value, Vector, describe
+from porelang.html import table
 from porelang.ir import Node
 from porelang.rewrites import Graph
 from porelang.source import Span
@@ -49,6 +51,22 @@ class ParamInfo:
         """A value as a user would write it."""
         return self.choices[int(value)] if self.choices and not self.numbers else f"{value:g}{self.unit}"
 
+    @property
+    def range(self) -> str:
+        """What it may be, as it is written: `10mm..60mm step 1mm`, `{gyroid, schwarz_p}`."""
+        if self.choices:
+            return f"{{{', '.join(self.choices)}}}"
+        step = "" if self.step is None else f" step {self.shown(self.step)}"
+        return f"{self.shown(self.low)}..{self.shown(self.high)}{step}"
+
+    def __repr__(self) -> str:
+        doc = f' "{self.doc}"' if self.doc else ""
+        return f"<param {self.name} = {self.shown(self.default)} in {self.range}{doc}>"
+
+    def row(self) -> dict[str, str]:
+        """What a table says of it."""
+        return {"param": self.name, "default": self.shown(self.default), "range": self.range, "what it is": self.doc}
+
 
 @dataclass(frozen=True, slots=True)
 class Preset:
@@ -72,6 +90,33 @@ class Output:
     def nodes(self) -> tuple[Node, ...]:
         """Its roots as written: one, or the three of a vector."""
         return self.value.nodes if isinstance(self.value, Vector) else (self.value.node,)
+
+    def __repr__(self) -> str:
+        return f"<output {self.name}, {describe(self.value)}: {self.written}>"
+
+    @property
+    def written(self) -> str:
+        """Its statement in a line, shortened."""
+        text = " ".join(self.span.text.split())
+        return text if len(text) <= 80 else f"{text[:77]}..."
+
+    def row(self) -> dict[str, str]:
+        """What a table says of it."""
+        return {"output": self.name, "kind": describe(self.value), "written as": self.written}
+
+
+Row = TypeVar("Row", ParamInfo, Output)
+
+
+class Listed(dict[str, Row]):
+    """Params or outputs by their names; shown one a line, and as a table in a notebook."""
+
+    def __repr__(self) -> str:
+        return "\n".join(map(repr, self.values())) or "<none>"
+
+    def _repr_html_(self) -> str:
+        rows = [item.row() for item in self.values()]
+        return table(list(rows[0]), [list(row.values()) for row in rows]) if rows else "none"
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +146,7 @@ class CallRecord:
     span: Span
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, repr=False)
 class Elaborated:
     """All that elaboration finds out about a program. `structure` are the params that have to be fixed."""
 

@@ -6,7 +6,6 @@ import hashlib
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -42,8 +41,8 @@ def mesh(
     smooth: bool = False,
     sharp: bool = False,
     simplify: float | None = None,
-) -> Any:
-    """The surface of an output as a `trimesh.Trimesh` in mm; see `Program.mesh`."""
+) -> Surface:
+    """The surface of an output in mm, as it is wished; see `Program.mesh`."""
     number = isinstance(simplify, int | float | np.number) and not isinstance(simplify, bool)
     if simplify is not None and not (number and 0 < simplify < math.inf):
         raise fail("E114", f"{simplify!r} is no deviation to simplify within", hint="give a number of mm above 0")
@@ -51,7 +50,7 @@ def mesh(
     surface = surface_of(design, name, placed, backend, dtype)
     if smooth or sharp or simplify is not None:
         surface = refine(surface, design, name, placed, smooth=smooth, sharp=sharp, deviation=simplify).surface
-    return surface.to_trimesh()
+    return surface
 
 
 @dataclass(frozen=True, slots=True)

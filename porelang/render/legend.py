@@ -9,11 +9,9 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from porelang.diagnostics import fail
-from porelang.render.planes import Scale, scale_colours
+from porelang.render.scale import Colouring, numbers, scale_colours
 
 INK = (34, 32, 32, 255)
-#: Steps of the numbers are these times a power of ten, and there are about so many on either side of zero.
-ROUND, NUMBERS = (1.0, 2.0, 5.0, 10.0), 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +33,7 @@ def strip_of(size: tuple[int, int]) -> Strip:
     return strip
 
 
-def legend(scale: Scale, unit: str, strip: Strip, height: int, transparent: bool) -> NDArray[np.uint8]:
+def legend(scale: Colouring, unit: str, strip: Strip, height: int, transparent: bool) -> NDArray[np.uint8]:
     """A strip of pixels (height, strip.width, 4): a bar of the colours, numbers beside it, the unit above."""
     em = strip.font
     page = Image.new("RGBA", (strip.width, height), (255, 255, 255, 0 if transparent else 255))
@@ -43,26 +41,34 @@ def legend(scale: Scale, unit: str, strip: Strip, height: int, transparent: bool
     top, tall, wide = height // 4, height // 2, max(4, int(1.1 * em))
     left = em // 2
     # the bar is drawn in its own values, so that a step of a number is as long below zero as above
-    values = np.linspace(scale.high, -scale.low, tall)
+    least, greatest = scale.ends
+    values = np.linspace(greatest, least, tall)
     bar = np.rint(scale_colours(values, scale) * 255).astype(np.uint8)
     page.paste(Image.fromarray(np.ascontiguousarray(np.repeat(bar[:, None], wide, axis=1))), (left, top))
     pen.rectangle((left, top, left + wide - 1, top + tall - 1), outline=INK, width=max(1, em // 16))
-    high, low = (f"{v:.3g}" for v in (scale.high, -scale.low))
-    apart = 1.2 * em / (tall - 1) * (scale.high + scale.low)
-    inner = [v for v in numbers(scale) if -scale.low + apart < v < scale.high - apart]
-    for v, text in [(-scale.low, low), *((v, f"{v:.6g}") for v in inner), (scale.high, high)]:
-        y = top + (scale.high - v) / (scale.high + scale.low) * (tall - 1)
+    high, low = (f"{v:.4g}" for v in (greatest, least))
+    apart = 1.2 * em / (tall - 1) * (greatest - least)
+    inner = [v for v in numbers(scale) if least + apart < v < greatest - apart]
+    for v, text in [(least, low), *((v, f"{v:.6g}") for v in inner), (greatest, high)]:
+        y = top + (greatest - v) / (greatest - least) * (tall - 1)
         pen.line((left + wide, y, left + wide + em // 3, y), INK, max(1, em // 14))
         pen.text((left + wide + em // 2, y), text, INK, letters, anchor="lm")
-    if unit:
-        fits = (s for s in range(em, 5, -1) if ImageFont.load_default(s).getbbox(unit)[2] < strip.width - left)
-        pen.text((left, top - 0.9 * em), unit, INK, ImageFont.load_default(next(fits, 6)), anchor="ls")
+    lines = _lines(unit, em, strip.width - left)
+    fits = (s for s in range(em, 5, -1) if max(map(ImageFont.load_default(s).getlength, lines)) < strip.width - left)
+    small = ImageFont.load_default(next(fits, 6))
+    for i, line in enumerate(reversed(lines)):
+        pen.text((left, top - (0.9 + 1.25 * i) * em), line, INK, small, anchor="ls")
     return np.asarray(page)
 
 
-def numbers(scale: Scale) -> list[float]:
-    """The round numbers of a scale, zero among them, lowest first."""
-    longest = max(scale.low, scale.high)
-    power = 10.0 ** np.floor(np.log10(longest / NUMBERS))
-    step = next(r * power for r in ROUND if longest / (r * power) <= NUMBERS + 0.5)
-    return [float(step * k) for k in range(-int(scale.low / step + 1e-9), int(scale.high / step + 1e-9) + 1)]
+def _lines(text: str, em: int, room: int) -> list[str]:
+    """A text in as many lines, up to three, as it needs to fit, broken between words."""
+    letters = ImageFont.load_default(em)
+    lines = [""]
+    for word in text.split():
+        longer = f"{lines[-1]} {word}".strip()
+        if lines[-1] and len(lines) < 3 and letters.getlength(longer) >= room:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines

@@ -57,7 +57,10 @@ class Scene:
 class Marcher:
     """The shader of a scene, ready to draw it from a camera in pictures of `size` pixels (width, height)."""
 
-    def __init__(self, scene: Scene, camera: Camera, size: tuple[int, int], gpu: Gpu, samples: int = 1):
+    def __init__(
+        self, scene: Scene, camera: Camera, size: tuple[int, int], gpu: Gpu, samples: int = 1, bare: bool = False
+    ):
+        """`bare` draws the light alone, on white."""
         self.size, self.gpu, self.pixel = size, gpu, camera.pixel(size, scene.box)
         self.shader = _shader(scene.part.roots, tuple(sorted(scene.ranges.items())), bool(scene.shown.notches))
         self.data = resident(scene.part, self.shader)
@@ -76,6 +79,7 @@ class Marcher:
             corners[:, i] = notch.lo, notch.hi
         self.uniforms: dict[str, Any] = {
             "samples": samples,
+            "bare": float(bare),
             "eye": camera.eye,
             "camera": np.stack([camera.right, camera.up, camera.forward]),
             "zoom": camera.zoom,

@@ -1,31 +1,37 @@
-"""The picture of an output: the part, field planes and a legend put together, averaged to its final size."""
+"""The picture of outputs: parts, field planes, a legend and marks put together, averaged to its final size."""
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
-from typing import Any, BinaryIO, Literal
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.box import Box
-from porelang.atomic import save
-from porelang.diagnostics import fail, suggest
+from porelang.diagnostics import fail
+from porelang.elaborate.values import Scalar
 from porelang.field import Bounds, checked_bounds, make_field
-from porelang.ir import Node
+from porelang.formula import Formula
+from porelang.gpu import Gpu
+from porelang.ir import Node, node
+from porelang.picture import Picture
 from porelang.program import Design, Program
 from porelang.progress import activity
 from porelang.render import planes
-from porelang.render.camera import VIEWS, Camera, Projection, look
+from porelang.render.camera import Camera, look
 from porelang.render.cells import bound_cells
-from porelang.render.cuts import Cut, take_away, whole
+from porelang.render.cuts import Shown, take_away, whole
+from porelang.render.frame import ROUNDS, SMALL, closer, coarse, met, touches_rim, zoomed
 from porelang.render.legend import legend, strip_of
 from porelang.render.march import Distances, Marcher, Scene
-from porelang.render.planes import Plane, Scale
+from porelang.render.marks import axes_mark, key, lay, scale_bar_mark
+from porelang.render.painting import BODIES, colour, patches_of, ramp_of, survey
+from porelang.render.scale import fitting
+from porelang.render.wishes import Wishes
 from porelang.units import RATIO
 
-Solid = Literal["none", "opaque", "glass"]
 Light = NDArray[np.float32]
 #: Samples of a picture, all pixels and all samples of a pixel counted, that are held in memory at once.
 MOST_SAMPLES = 40_000_000
@@ -37,73 +43,37 @@ OUTLINE, LEAP = 0.42, 6.0
 GLASS, LAYERS = np.array((0.86, 0.87, 0.90), np.float32), 8
 
 
-@dataclass(frozen=True, slots=True)
-class Wishes:
-    """What a picture should show: `view` is azimuth and elevation in degrees, `samples` squared make a pixel.
-
-    `scale` is found from the field where it is None. `legend` is the text above the scale's numbers, "" for the unit
-    of the field where that is known, None for no legend.
-    """
-
-    size: tuple[int, int] = (800, 600)
-    view: tuple[float, float] = VIEWS["iso"]
-    projection: Projection = "perspective"
-    zoom: float = 1.0
-    samples: int = 3
-    cuts: tuple[Cut, ...] = ()
-    slices: tuple[Plane, ...] = ()
-    field: str | None = None
-    scale: Scale | None = None
-    legend: str | None = None
-    solid: Solid = "opaque"
-    transparent: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """Pixels (height, width, 4), 8 bits, top row first, colours not multiplied by alpha; and how they came about.
-
-    `pixel` is the size of one in mm at the middle of the part, `covered` the share of the picture where the part is
-    seen, `steps` the samples of the field for a ray on average, `scale` that of the colours of planes.
-    """
-
-    pixels: NDArray[np.uint8]
-    camera: Camera
-    pixel: float
-    covered: float
-    steps: float
-    scale: Scale | None
-    backend: str
-    seconds: float
-
-
 def render_output(
     design: Design,
-    name: str | None = None,
+    name: str | Sequence[str] | None = None,
     wishes: Wishes | None = None,
     bounds: Bounds | None = None,
 ) -> Picture:
-    """A picture of an output of a design, and of fields on planes.
+    """A picture of an output of a design, or of several in colours of their own, and of fields on planes or on it.
 
-    Where `bounds` (mm) are given, the part is cut at them. Errors: E100-E103 about the output, E107 where bounds and
-    cuts leave nothing, E111 where they hold nothing solid, E114 for a picture too large, E120-E122 about OpenGL.
+    Where `bounds` (mm) are given, the part is cut at them, and they are what the picture takes in; else that is the
+    surface that is seen. Errors: E100-E103 about the output, E107 where bounds and cuts leave nothing, E111 where they
+    hold nothing solid, E114 for a picture too large, E120-E122 about OpenGL, E108 for wishes that contradict another.
     """
     wishes = wishes or Wishes()
     begun = time.perf_counter()
-    part, program = design.of(name), design.program
-    shown_on_planes = design.formula(_field_named(program, wishes.field)) if wishes.field else part
-    box = checked_bounds(bounds) if bounds is not None else _roomy(design.bounds(name))
+    program = design.program
+    names = _names(program, name, wishes)
+    part = _together(design, names)
+    shown_field = design.formula(*field_roots(program, wishes.field)) if wishes.field else part
+    box = checked_bounds(bounds) if bounds is not None else _roomy(_around([design.bounds(n) for n in names]))
     shown = take_away(whole(box, bounds is not None), wishes.cuts)
-    strip = strip_of(wishes.size) if wishes.legend is not None and wishes.slices else None
-    size, samples = _samples(wishes, strip.width if strip else 0)
+    painted = wishes.field is not None and not wishes.slices
+    strip, names_beside = _beside(wishes, names, painted)
+    size, samples = _samples(wishes, strip)
     stage = planes.stage(box, wishes.slices) if wishes.slices else shown.box
     camera = look(stage, wishes.view, size, wishes.projection, wishes.zoom)
     width, height = size
     over = np.zeros((height, width, 4), np.float32)  # red, green, blue times alpha, and alpha
     far = np.full((height, width), np.inf, np.float32)
     covered, steps, scale, backend = 0.0, 0.0, None, ""
-    if wishes.slices:
-        field = make_field(shown_on_planes, program.ranges, "auto", "f32")
+    field = make_field(shown_field, program.ranges, "auto", "f32") if wishes.slices or painted else None
+    if wishes.slices and field is not None:
         scale = wishes.scale or planes.reach(wishes.slices, stage, field)
         seen = planes.cross(wishes.slices, stage, camera, size, field)
         on = seen.which >= 0
@@ -111,48 +81,136 @@ def render_output(
         over[on, 3] = 1.0
         far, backend = seen.distance, field.backend
     if wishes.solid != "none":
-        from porelang.gpu.fields import gpu
-
-        scene = Scene(part, program.ranges, bound_cells(part, shown.box), shown)
-        if scene.cells.empty:
-            raise fail("E111", "nothing solid lies in what is to be shown",
-                       hint="solid is negative: widen --bounds, or take a --cut away")  # fmt: skip
-        marcher = Marcher(scene, camera, size, gpu("person"), samples)
-        # where a plane lies in a cut face, the plane is seen
-        far = far - 4 * np.float32(marcher.nearest)
-        lay = _lay_glass if wishes.solid == "glass" else _lay_solid
+        several = len(names) > 1
+        scene = _scene(part, program, shown)
+        tight = wishes.frame == "surface" and not wishes.slices and bounds is None
         with activity("drawing"):
-            covered, steps, backend = lay(over, marcher, far), marcher.steps, "glsl"
+            camera, marcher, distance = _met(scene, camera, size, samples, wishes, tight, bare=several or painted)
+            # where a plane lies in a cut face, the plane is seen
+            far = far - 4 * np.float32(marcher.nearest)
+            if wishes.solid == "glass":
+                _lay_glass(over, marcher, far, distance)
+            else:
+                light = marcher.light(distance, (1, 2, 3))  # this round over the picture takes twice as long
+                if field is not None and painted:
+                    scale = wishes.scale or fitting(survey(camera, size, distance, field))
+                    colour(light, camera, distance, size, ramp_of(field, scale))
+                elif several:
+                    outputs = [make_field(design.of(n), program.ranges, "auto", "f32") for n in names]
+                    colour(light, camera, distance, size, patches_of(outputs, marcher.nearest, camera))
+                front = distance < far
+                over[front] = _with_outlines(light, distance, marcher.pixel * LEAP)[front]
+        covered, steps, backend = float(np.isfinite(distance).mean()), marcher.steps, "glsl"
     pixels = _averaged(over, samples, wishes.transparent)
-    if strip is not None and scale is not None:
-        unit = wishes.legend or _unit_of(program, wishes.field or program.output(name))
-        beside = legend(scale, unit, strip, pixels.shape[0], wishes.transparent)
+    pixel = samples * camera.pixel(size, stage if wishes.slices else shown.box)
+    marks = [axes_mark(camera, wishes.size)] if wishes.axes else []
+    if wishes.scale_bar:
+        drawn = (pixels.shape[1], pixels.shape[0])
+        marks.append(scale_bar_mark(pixel, drawn, " in the middle" if camera.perspective else ""))
+    if marks:
+        pixels = lay(pixels, marks, over[::samples, ::samples, 3] > 0)
+    if names_beside is not None:
+        pixels = np.concatenate([pixels, names_beside], axis=1)
+    elif strip and scale is not None:
+        unit = wishes.legend or _unit_of(program, wishes.field or names[0])
+        beside = legend(scale, unit, strip_of(wishes.size), pixels.shape[0], wishes.transparent)
         pixels = np.concatenate([pixels, beside], axis=1)
-    pixel, seconds = samples * camera.pixel(size, box), time.perf_counter() - begun
-    return Picture(pixels, camera, pixel, covered, steps, scale, backend, seconds)
+    seconds = time.perf_counter() - begun
+    return Picture(pixels, camera, pixel, covered, steps, scale, backend, seconds, wishes.transparent,
+                   tuple(zip(names, BODIES, strict=False)) if len(names) > 1 else ())  # fmt: skip
 
 
-def write_png(picture: Picture, path: str, transparent: bool = False) -> None:
-    """Write a picture, whole or not at all. Errors: E113."""
-    from PIL import Image
-
-    image = Image.fromarray(picture.pixels if transparent else np.ascontiguousarray(picture.pixels[..., :3]))
-
-    def put(file: BinaryIO) -> None:
-        image.save(file, "PNG")
-
-    save(path, put)
-
-
-def _field_named(program: Program, name: str) -> Node:
+def field_roots(program: Program, name: str) -> tuple[Node, ...]:
     """The flat root of an output, or of a `let` at the top of the file, that is a number. Errors: E100, E101."""
-    found = program.named(name)
-    if found is None:
-        known = [*program.outputs, *program.elaborated.lets]
-        near = suggest(name, known)
-        raise fail("E100", f"the program has no output and no number called `{name}`",
-                   hint=f"did you mean `{near}`?" if near else f"it has {', '.join(known)}")  # fmt: skip
-    return found
+    return (program.solid(name),) if name in program.outputs else program.field_roots(name)
+
+
+def bodies_of(program: Program) -> list[str]:
+    """The outputs that are solids, as far as their kind tells: numbers that vary in space."""
+    return [name for name, o in program.outputs.items() if isinstance(o.value, Scalar) and o.value.node.axes]
+
+
+def _names(program: Program, name: str | Sequence[str] | None, wishes: Wishes) -> list[str]:
+    """The outputs to be drawn, each once. Errors: E100, E108."""
+    given = [name] if name is None or isinstance(name, str) else name
+    names = list(dict.fromkeys(program.output(n) for n in given)) or [program.output(None)]
+    if wishes.field in names and not wishes.slices:
+        raise fail("E108", f"the surface of `{wishes.field}` is where `{wishes.field}` is zero: it has one colour",
+                   hint="name another output or a `let` as the field, or add a plane: --slice x=0")  # fmt: skip
+    if len(names) > len(BODIES):
+        raise fail("E108", f"{len(names)} outputs are to be drawn, and there are {len(BODIES)} colours for them",
+                   hint=f"draw {len(BODIES)} at a time")  # fmt: skip
+    if len(names) > 1 and wishes.solid == "glass":
+        raise fail("E108", "glass has no colours for several outputs", hint="draw one, or draw them opaque and cut")
+    if len(names) > 1 and wishes.field and not wishes.slices:
+        raise fail("E108", "a field's colours leave none for several outputs", hint="draw one output with a field")
+    return names
+
+
+def _together(design: Design, names: Sequence[str]) -> Formula:
+    """What lies in any of some outputs, as a formula."""
+    formula = design.formula(*(design.program.solid(n) for n in names))
+    root = formula.roots[0]
+    for other in formula.roots[1:]:
+        root = node("min", root, other)
+    return formula.with_roots(root)
+
+
+def _around(found: Sequence[Box]) -> Box:
+    lo, hi = np.min([b.lo for b in found], axis=0), np.max([b.hi for b in found], axis=0)
+    return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
+
+
+def _beside(wishes: Wishes, names: Sequence[str], painted: bool) -> tuple[int, NDArray[np.uint8] | None]:
+    """The width of what is drawn beside a picture; and that, where it is the names of outputs."""
+    if wishes.legend is None:
+        return 0, None
+    if wishes.slices or painted:
+        return strip_of(wishes.size).width, None
+    if len(names) < 2:
+        return 0, None
+    made = key(list(zip(names, BODIES, strict=False)), wishes.size, wishes.transparent)
+    return made.shape[1], made
+
+
+def _scene(part: Formula, program: Program, shown: Shown) -> Scene:
+    """What is shown of a part, ready to be drawn. Errors: E111."""
+    scene = Scene(part, program.ranges, bound_cells(part, shown.box), shown)
+    if scene.cells.empty:
+        raise fail("E111", "nothing solid lies in what is to be shown",
+                   hint="solid is negative: widen --bounds, or take a --cut away")  # fmt: skip
+    return scene
+
+
+def _met(
+    scene: Scene, camera: Camera, size: tuple[int, int], samples: int, wishes: Wishes, tight: bool, bare: bool
+) -> tuple[Camera, Marcher, Distances]:
+    """Where rays meet a part, and from where they are cast: from `camera`, or if `tight` from as near as it can be."""
+    from porelang.gpu.fields import gpu
+
+    device = gpu("person")
+    nearer = _nearer(scene, camera, size, device, wishes) if tight else camera
+    marcher = Marcher(scene, nearer, size, device, samples, bare)
+    distance = marcher.distances((0, 1, 3))
+    if nearer is not camera and wishes.zoom <= 1 and touches_rim(distance):  # so thin that the coarse picture missed it
+        marcher = Marcher(scene, camera, size, device, samples, bare)
+        return camera, marcher, marcher.distances((0, 1, 3))
+    return nearer, marcher, distance
+
+
+def _nearer(scene: Scene, camera: Camera, size: tuple[int, int], device: Gpu, wishes: Wishes) -> Camera:
+    """The camera that just takes in the surface that is seen, as far as a coarse picture shows it."""
+    small = coarse(size)
+    found = look(scene.box, wishes.view, size, wishes.projection)
+    for _ in range(ROUNDS):
+        marcher = Marcher(scene, found, small, device)
+        places = met(found, small, marcher.distances())
+        if not len(places):
+            return camera
+        before, found = found, closer(found, size, places, marcher.pixel)
+        if found.pixel(small, scene.box) > SMALL * before.pixel(small, scene.box):
+            break
+    return zoomed(found, wishes.zoom)
 
 
 def _roomy(box: Box) -> Box:
@@ -174,7 +232,7 @@ def _samples(wishes: Wishes, strip: int) -> tuple[tuple[int, int], int]:
 
     Errors: E114.
     """
-    width, height = wishes.size[0] - strip, wishes.size[1]
+    width, height = max(1, wishes.size[0] - strip), wishes.size[1]
     for n in range(wishes.samples, 0, -1):
         if width * height * n * n <= MOST_SAMPLES:
             return (width * n, height * n), n
@@ -182,26 +240,17 @@ def _samples(wishes: Wishes, strip: int) -> tuple[tuple[int, int], int]:
                hint=f"{MOST_SAMPLES // 1_000_000} million pixels are the most")  # fmt: skip
 
 
-def _lay_solid(over: Light, marcher: Marcher, far: Distances) -> float:
-    """Lay the part over what is there, where it is nearer than `far`. Returns the share of the picture it covers."""
-    distance = marcher.distances((0, 1, 3))
-    light = marcher.light(distance, (1, 2, 3))  # this round over the picture takes twice as long
-    front = distance < far
-    over[front] = _with_outlines(light, distance, marcher.pixel * LEAP)[front]
-    return float(np.isfinite(distance).mean())
+def _lay_glass(over: Light, marcher: Marcher, far: Distances, first: Distances) -> None:
+    """Lay the surface over what is there as clear glass, each time a ray meets or leaves the part, first at `first`.
 
-
-def _lay_glass(over: Light, marcher: Marcher, far: Distances) -> float:
-    """Lay the surface over what is there as clear glass, each time a ray meets or leaves the part.
-
-    What lies behind `far` is hidden. Returns the share of the picture that the part covers.
+    What lies behind `far` is hidden.
     """
     through = np.ones_like(far)
     colour = np.zeros((*far.shape, 3), np.float32)
-    distance, covered = None, 0.0
+    distance = first.copy()
     for layer in range(LAYERS):
-        distance = marcher.distances((layer, 1, LAYERS), distance, leaving=layer % 2 == 1)
-        covered = covered or float(np.isfinite(distance).mean())
+        if layer:
+            distance = marcher.distances((layer, 1, LAYERS), distance, leaving=layer % 2 == 1)
         distance[distance >= far] = np.inf
         if not np.isfinite(distance).any():
             break
@@ -211,7 +260,6 @@ def _lay_glass(over: Light, marcher: Marcher, far: Distances) -> float:
         through -= alpha
     over[..., :3] = colour + through[..., None] * over[..., :3]
     over[..., 3] = (1 - through) + through * over[..., 3]
-    return covered
 
 
 def _with_outlines(light: NDArray[np.uint8], distance: Light, leap: float) -> Light:

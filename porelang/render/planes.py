@@ -5,7 +5,6 @@ A plane reaches a little beyond the part, so that one sees the field outside of 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,17 +14,12 @@ from numpy.typing import NDArray
 
 from porelang.analysis.box import Box
 from porelang.render.camera import Camera
+from porelang.render.scale import Colouring, Scale, around_zero, scale_colours
 
 Points = NDArray[np.float64]
 Values = NDArray[np.float32]
 #: A field as a function of points (n, 3) in mm.
 Evaluate = Callable[[Points], NDArray[Any]]
-#: RdYlBu of ColorBrewer (Brewer 2003), nine classes: also readable for the colour-blind.
-COLOURS = np.array([
-    (215, 48, 39), (244, 109, 67), (253, 174, 97), (254, 224, 144), (255, 255, 191),
-    (224, 243, 248), (171, 217, 233), (116, 173, 209), (69, 117, 180),
-], dtype=np.float32) / 255  # fmt: skip
-UNDEFINED = np.array((0.6, 0.6, 0.6), np.float32)
 LINE = np.array((0.13, 0.12, 0.12), np.float32)
 #: How far a plane reaches beyond the part, in its longest side.
 BEYOND = 0.04
@@ -40,14 +34,6 @@ class Plane:
 
     axis: int
     at: float
-
-
-@dataclass(frozen=True, slots=True)
-class Scale:
-    """Red is full at `-low`, yellow is zero, blue is full at `high`; both numbers are above 0."""
-
-    low: float
-    high: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,37 +88,10 @@ def reach(planes: Sequence[Plane], within: Box, field: Evaluate) -> Scale:
         ends[p.axis] = np.array([p.at])
         places = np.stack(np.meshgrid(*ends, indexing="ij"), axis=-1).reshape(-1, 3)
         found.append(np.asarray(field(places), dtype=np.float64))
-    values = np.concatenate(found)
-    values = values[np.isfinite(values)]
-    if not len(values) or not values.any():
-        return Scale(1.0, 1.0)
-    low, high = _round_up(float(-values.min())), _round_up(float(values.max()))
-    return Scale(low if low > 0 else high, high if high > 0 else low)
+    return around_zero(np.concatenate(found))
 
 
-def _round_up(value: float) -> float:
-    """To two digits, away from zero: 51.8 is 52. Samples seldom meet the extreme itself, and 9.98 says 10."""
-    if value <= 0:
-        return 0.0
-    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return math.ceil(value / unit * (1 - 1e-3)) * unit
-
-
-def scale_colours(values: Values | Points, scale: Scale) -> Values:
-    """Red, green and blue (..., 3) in 0..1 of values; grey where they are not numbers."""
-    with np.errstate(all="ignore"):
-        place = np.where(values < 0, values / scale.low, values / scale.high)
-        place = np.clip((place + 1) / 2, 0, 1) * (len(COLOURS) - 1)
-    known = np.isfinite(place)
-    place = np.where(known, place, 0.0).astype(np.float32)
-    below = np.minimum(place.astype(np.intp), len(COLOURS) - 2)
-    share = (place - below)[..., None]
-    out: Values = (COLOURS[below] * (1 - share) + COLOURS[below + 1] * share).astype(np.float32)
-    out[~known] = UNDEFINED
-    return out
-
-
-def colours(seen: Cross, scale: Scale, width: float) -> Values:
+def colours(seen: Cross, scale: Colouring, width: float) -> Values:
     """Red, green and blue (height, width, 3) in 0..1; the line of zero is `width` pixels wide."""
     line = zero_line(seen, width)[..., None]
     mixed: Values = (scale_colours(seen.value, scale) * (1 - line) + LINE * line).astype(np.float32)

@@ -1,4 +1,4 @@
-"""What may stand as a value on the command line: each reader takes a word and gives what it means."""
+"""The values of options as words, on the command line and in a call: each reader takes one and gives what it means."""
 
 from __future__ import annotations
 
@@ -137,9 +137,9 @@ def cut(text: str) -> tuple[tuple[int, bool, float], ...]:
 
 
 def value_range(text: str) -> tuple[float, float]:
-    """`-20..20`: from zero or below it to zero or above it."""
+    """`-20..20`, `0.3..1.2`: the lower end first."""
     match = re.fullmatch(rf"\s*({_NUMBER})\s*\.\.\s*({_NUMBER})\s*", text)
     low, high = (float(match[1]), float(match[2])) if match else (0.0, 0.0)
-    if not (low <= 0 <= high and low < high and math.isfinite(high - low)):
-        raise Unreadable(f"`{text}` is no range of colours", "zero has to lie in it, as in -20..20 or 0..1")
+    if not (low < high and math.isfinite(high - low)):
+        raise Unreadable(f"`{text}` is no range of colours", "write the lower end first, as in -20..20 or 0..1")
     return low, high

@@ -1,0 +1,237 @@
+"""What Python asks of a design, done as the commands do it: words read as values, checks kept, doubts told as warnings.
+
+The functions that do the work (`mesh.part`, `measure`, `slices`, `render`) take values that are ready.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+from porelang import values
+from porelang.backends.numpy import Dtype
+from porelang.checks import broken_checks, undecided_checks
+from porelang.diagnostics import PoreError, fail, warn
+from porelang.field import Backend, Bounds
+from porelang.html import table, title
+from porelang.picture import Picture
+from porelang.program import Design, Length
+
+Some = TypeVar("Some")
+_UNITS = {"volume": "mm3", "envelope_volume": "mm3", "area": "mm2"}
+
+
+def mesh(
+    design: Design,
+    name: str | None = None,
+    voxel: Length | None = None,
+    resolution: int | None = None,
+    bounds: Bounds | None = None,
+    backend: Backend = "numpy",
+    dtype: Dtype = "f32",
+    smooth: bool = False,
+    sharp: bool = False,
+    simplify: Length | None = None,
+    check: bool = True,
+) -> Any:
+    """The surface of an output as a `trimesh.Trimesh`; see `Program.mesh`."""
+    from porelang.mesh.doubts import too_coarse
+    from porelang.mesh.part import mesh as surface
+
+    spacing, deviation = length("voxel", voxel), length("simplify", simplify)
+    if check:
+        keep_checks(design)
+    found = surface(design, name, spacing, resolution, bounds, backend, dtype, smooth, sharp, deviation)
+    warn(too_coarse(design, name, bounds, found.volume))
+    return found.to_trimesh()
+
+
+def measure(
+    design: Design,
+    name: str | None = None,
+    within: str | None = None,
+    voxel: Length | None = None,
+    resolution: int | None = None,
+    bounds: Bounds | None = None,
+    backend: Backend = "numpy",
+    dtype: Dtype = "f32",
+) -> Report:
+    """What an output measures; see `Program.measure`."""
+    from porelang.measure import measure as measured
+
+    found = measured(design, name, within, length("voxel", voxel), resolution, bounds, backend, dtype)
+    broken = broken_checks(design, measure=True)
+    warn([*broken, *undecided_checks(design)])
+    return Report(design.program.output(name), found | {"failed_checks": [d.to_json() for d in broken]})
+
+
+def slices(
+    design: Design,
+    name: str | None,
+    folder: str | Path,
+    step: Length,
+    format: Literal["png", "svg"] = "png",
+    voxel: Length | None = None,
+    bounds: Bounds | None = None,
+    backend: Backend = "numpy",
+    dtype: Dtype = "f32",
+    check: bool = True,
+) -> Layers:
+    """The layers of an output, written into a folder; see `Program.slices`."""
+    from porelang.slices import write_slices
+
+    if format not in ("png", "svg"):
+        raise fail("E108", f"layers are no {format!r}", hint="choose from png, svg")
+    apart, pixel = length("step", step), length("voxel", voxel)
+    if apart is None:
+        raise fail("E114", "layers need a step", hint='give their thickness: step="0.1mm"')
+    if check:
+        keep_checks(design)
+    return Layers(folder, write_slices(design, folder, apart, name=name, form=format, pixel=pixel, bounds=bounds,
+                                       backend=backend, dtype=dtype))  # fmt: skip
+
+
+def render(
+    design: Design,
+    name: str | Sequence[str] | None = None,
+    *,
+    bodies: bool = False,
+    view: str | tuple[float, float] = "iso",
+    size: str | tuple[int, int] = (800, 600),
+    cut: str | Sequence[str] = (),
+    slice: str | Sequence[str] = (),
+    field: str | None = None,
+    range: str | tuple[float, float] | None = None,
+    legend: bool | str = False,
+    bounds: Bounds | None = None,
+    check: bool = True,
+    **more: Any,
+) -> Picture:
+    """A picture of an output, or of several; see `Program.render`."""
+    from porelang.render.picture import bodies_of, render_output
+    from porelang.render.wishes import wishes_of
+
+    cuts, planes = ([one] if isinstance(one, str) else list(one) for one in (cut, slice))
+    names = bodies_of(design.program) if bodies else name
+    for what, reader in (("zoom", values.factor), ("samples", values.fineness)):
+        if what in more:
+            more[what] = read(what, str(more[what]), reader)
+    for what, known in _WORDS.items():
+        if more.get(what) not in (*known, None):
+            raise fail("E108", f"{what} cannot be {more[what]!r}", hint=f"choose from {', '.join(known)}")
+    wishes = wishes_of(
+        view=read("view", view if isinstance(view, str) else _joined(view), values.view),
+        size=read("size", size if isinstance(size, str) else _joined(size, "x"), values.picture_size),
+        cut=[read("cut", one, values.cut) for one in cuts],
+        slice=[read("slice", one, values.plane) for one in planes],
+        field=field,
+        range=None if range is None else read("range", range if isinstance(range, str) else _joined(range, ".."),
+                                              values.value_range),
+        legend="" if legend is True else legend or None,
+        several=not isinstance(names, str | None) and len(set(names)) > 1,
+        **more,
+    )  # fmt: skip
+    if check:
+        keep_checks(design, measure=False)
+    return render_output(design, names, wishes, bounds)
+
+
+#: What options may be that are one of a few words.
+_WORDS = {
+    "projection": ("perspective", "orthographic"),
+    "solid": ("none", "opaque", "glass"),
+    "background": ("white", "transparent"),
+    "frame": ("surface", "bounds"),
+}
+
+
+def _joined(given: Any, sign: str = ",") -> str:
+    """Numbers as the command line has them, so that there is one reader of each option."""
+    try:
+        return sign.join(str(v) for v in given)
+    except TypeError:
+        return str(given)
+
+
+def keep_checks(design: Design, measure: bool = True) -> None:
+    """Refuse a design of which a `check` fails, those about whole fields included if `measure`. Errors: E068."""
+    if broken := broken_checks(design, measure):
+        raise PoreError(broken)
+
+
+def read(what: str, given: Any, reader: Callable[[str], Some]) -> Any:
+    """A text read as the command line reads it; what is no text stays as it is. Errors: E108."""
+    if not isinstance(given, str):
+        return given
+    try:
+        return reader(given)
+    except values.Unreadable as no:
+        raise fail("E108", f"{what}: {no.text}", hint=no.hint) from None
+
+
+def length(what: str, given: Length | None) -> Any:
+    """A text as a length in mm; what is no text stays as it is, and is judged by who uses it. Errors: E114."""
+    if not isinstance(given, str):
+        return given
+    try:
+        return values.length(given)
+    except values.Unreadable as no:
+        raise fail(
+            "E114", f"{what}: {no.text}", hint=f'a length is a number of mm or has a unit: {what}="0.5mm"'
+        ) from None
+
+
+class Report(dict[str, Any]):
+    """What a part measures, by the keys of `pore measure --json`; printed as a table with the errors."""
+
+    def __init__(self, output: str = "part", found: Mapping[str, Any] | None = None) -> None:
+        super().__init__(found or {})
+        self.output = output
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Each quantity that has an error: its name, value and error, with units."""
+        out = []
+        for key, error in self.get("error", {}).items():
+            unit, value = _UNITS.get(key, ""), self[key]
+            if key == "bounds":
+                key, unit = "size", "mm"
+                value = " x ".join(f"{b - a:.5g}" for a, b in zip(*value, strict=True))
+            value = f"{value:.6g}" if isinstance(value, float) else str(value)
+            known = (f"{value} {unit}".rstrip(), f"+- {error:.2g} {unit}".rstrip())
+            out.append((key, *(known if math.isfinite(error) else ("not certain at this voxel", ""))))
+        for text, number in self.get("reduced", {}).items():
+            out.append((text, f"{number['value']:.6g}", f"+- {number['error']:.2g}"))
+        return out
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{name} {value} {error}" for name, value, error in self.rows()[:3])
+        failed = len(self.get("failed_checks", ()))
+        return f"<report of {self.output}: {told}{f'; {failed} failed checks' if failed else ''}>"
+
+    def __str__(self) -> str:
+        rows = self.rows()
+        wide, long = (max((len(row[i]) for row in rows), default=0) for i in (0, 1))
+        return "\n".join([self.output, *(f"  {a:<{wide}}  {b:<{long}}  {c}" for a, b, c in rows)])
+
+    def _repr_html_(self) -> str:
+        failed = [f"failed check: {d['message']}" for d in self.get("failed_checks", ())]
+        heads = ("quantity", "value", "error")
+        return title(f"measures of {self.output}") + table(heads, self.rows()) + "".join(map(title, failed))
+
+
+class Layers(dict[str, Any]):
+    """The manifest of layers, as it lies in their `folder`."""
+
+    def __init__(self, folder: str | Path = "", found: Mapping[str, Any] | None = None) -> None:
+        super().__init__(found or {})
+        self.folder = Path(folder)
+
+    @property
+    def paths(self) -> list[Path]:
+        """The files of the layers, lowest first."""
+        return [self.folder / name for name in self["files"]]
+
+    def __repr__(self) -> str:
+        return f"<{self['layers']} layers of {self['step']:g} mm in {self.folder}, {self['volume']:.6g} mm3>"

@@ -1,0 +1,72 @@
+"""The colours of what light falls on: those of a field on a surface, or of the output that a place belongs to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.field import Field
+from porelang.render.camera import Camera
+from porelang.render.frame import met
+from porelang.render.march import Distances
+from porelang.render.marks import Colour
+from porelang.render.planes import ROWS
+from porelang.render.scale import Colouring, scale_colours
+
+#: The colours of several outputs, after those that Okabe and Ito (2008) found the colour-blind to tell apart: the first
+#: is that of the material, the next two are as far from each other as warm from cold.
+BODIES: tuple[Colour, ...] = (
+    (236, 230, 216), (226, 110, 50), (86, 160, 220), (0, 158, 115), (240, 200, 60), (204, 121, 167), (90, 90, 96),
+)  # fmt: skip
+#: How much of a colour is seen in the darkest shade: colours are to be read, not only seen.
+AMBIENT = 0.35
+#: Places on the surface from which the range of a field's colours is taken.
+MOST_SURVEYED = 100_000
+
+
+#: Colours (n, 3) in 0..1 of places (n, 3).
+Paint = Callable[[NDArray[np.float64]], NDArray[np.float32]]
+
+
+def ramp_of(field: Field, scale: Colouring) -> Paint:
+    return lambda places: scale_colours(np.asarray(field(places), np.float64), scale)
+
+
+def patches_of(outputs: Sequence[Field], within: float, camera: Camera) -> Paint:
+    """The colour of the output that a place belongs to: the one that it lies deepest in, just behind the surface."""
+    colours = np.array(BODIES, np.float32) / 255
+
+    def paint(places: NDArray[np.float64]) -> NDArray[np.float32]:
+        ahead = places - camera.eye if camera.perspective else np.broadcast_to(camera.forward, places.shape)
+        behind = places + within * ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+        values = np.stack([np.asarray(f(behind), np.float64) for f in outputs])
+        return np.asarray(colours[np.nanargmin(np.where(np.isnan(values), np.inf, values), axis=0)])
+
+    return paint
+
+
+def survey(camera: Camera, size: tuple[int, int], distance: Distances, field: Field) -> NDArray[np.float64]:
+    """The values of a field on the surface that is seen, at some of its places."""
+    hits = np.flatnonzero(np.isfinite(distance))
+    if not len(hits):
+        return np.zeros(0)
+    few = np.full(distance.size, np.inf, np.float32)
+    chosen = hits[:: max(1, len(hits) // MOST_SURVEYED)]
+    few[chosen] = distance.ravel()[chosen]
+    return np.asarray(field(met(camera, size, few.reshape(distance.shape))), np.float64)
+
+
+def colour(light: NDArray[np.uint8], camera: Camera, distance: Distances, size: tuple[int, int], paint: Paint) -> None:
+    """Give what the light falls on its colours, in place."""
+    for top in range(0, size[1], ROWS):
+        rows = slice(top, min(top + ROWS, size[1]))
+        hit = np.isfinite(distance[rows])
+        if not hit.any():
+            continue
+        origin, way = camera.rays(size, rows)
+        places = origin[hit] + way[hit] * distance[rows][hit][:, None].astype(np.float64)
+        lit = light[rows]
+        shade = (AMBIENT * 255 + (1 - AMBIENT) * lit[hit, :3]) * paint(places)
+        lit[hit, :3] = np.rint(shade).astype(np.uint8)
