@@ -21,12 +21,19 @@ from porelang.rewrites import Graph, run
 from porelang.settings import settle
 from porelang.source import Source, Span
 from porelang.syntax import tree
+from porelang.syntax.mistakes.statements import OTHER_WORDS
 from porelang.syntax.parse import parse
 
 #: Nobody reads more; the first are the likeliest causes.
 MOST_DIAGNOSTICS = 100
-#: What a statement that cannot be read was about to bind.
-_BINDING = re.compile(r"^[ \t]*(?:let|def|param|use\s.*\sas)\s+(\w+)", re.MULTILINE)
+#: What a statement that cannot be read was about to bind: `let a`, `use ... as a`, also with another language's word
+#: (`module a`, `float a`, `import ... as a`) or with none (`a = 5`, `a(x) = 5`).
+_WORDS = "|".join(
+    ["let", "def", "param", "out", *(word for word, ours in OTHER_WORDS.items() if ours not in ("use", ""))]
+)
+_BINDING = re.compile(
+    rf"^[ \t]*(?:(?:(?:{_WORDS})|.*\bas)[ \t]+(\w+)|(\w+)[ \t]*(?:\([^()\n]*\)[ \t]*)?:?=(?![=>]))", re.MULTILINE
+)
 
 
 def compile(text: str | None = None, *, path: str | Path | None = None, name: str = "<text>") -> Program:
@@ -85,7 +92,7 @@ def _compiled(
     source: Source, load: Loader, used: Mapping[str, Source], folder: str
 ) -> tuple[Program | None, list[Diagnostic]]:
     file, found = parse(source)
-    lost = frozenset(_BINDING.findall(source.text)) if found else frozenset()
+    lost = frozenset(a or b for a, b in _BINDING.findall(source.text)) if found else frozenset()
     out = elaborate_file(file, prelude_scope(), load, lost, folder)
     diagnostics = [*found, *out.diagnostics]
     program: Program | None = None
