@@ -152,14 +152,27 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "help": "the envelope: an output or a let (default: the largest shape the part is intersected with)",
         },
     ),
-    "folder": (("-o", "--output"), {"metavar": "DIR", "required": True, "help": "the folder to write"}),
+    "folder": (
+        ("-o", "--output"),
+        {"metavar": "DIR", "type": values.output, "required": True, "help": "the folder to write"},
+    ),
     "step": (
         ("--step",),
         {"metavar": "LENGTH", "type": values.length, "required": True, "help": "the thickness of a layer, as in 0.1mm"},
     ),
     "format": (("--format",), {"choices": ("png", "svg"), "default": "png", "help": "pictures, or contours in mm"}),
-    "output": (("-o", "--output"), {"metavar": "FILE", "required": True, "help": "the file to write"}),
-    "values": (("-o", "--output"), {"metavar": "V.npy", "help": "write the values to a file, not to standard output"}),
+    "output": (
+        ("-o", "--output"),
+        {"metavar": "FILE", "type": values.output, "required": True, "help": "the file to write"},
+    ),
+    "values": (
+        ("-o", "--output"),
+        {
+            "metavar": "V.npy",
+            "type": values.output,
+            "help": "write the values to a file, not to standard output",
+        },
+    ),
     "points": (
         ("--points",),
         {

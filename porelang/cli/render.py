@@ -19,9 +19,9 @@ def render(options: Namespace) -> int:
     from porelang.render.picture import Wishes, render_output, write_png
     from porelang.render.planes import Plane, Scale
 
+    destination(options.output)
     if not options.output.lower().endswith(".png"):
         raise fail("E112", f"{options.output}: pictures are written as .png", hint="end the name with .png")
-    destination(options.output)
     for option, given in (("--field", options.field), ("--range", options.range), ("--legend", options.legend)):
         if given is not None and not options.slice:
             raise fail("E108", f"{option} is about planes, and there is none", hint="add one: --slice x=0")
