@@ -93,7 +93,9 @@ def _forgive(made: Any) -> None:
     def loaded(*arguments: Any) -> Any:
         try:
             return load(*arguments)
-        except Exception:  # whatever a damaged file leads to: it is compiled again
+        except Exception:  # whatever a damaged file leads to: it is compiled again, and the index begun anew
+            with suppress(Exception):
+                kept.flush()
             return None
 
     def saved(*arguments: Any) -> None:

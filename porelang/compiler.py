@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from porelang.contracts import broken_requirements, doubtful_contracts
-from porelang.diagnostics import Diagnostic, PoreError
+from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.elaborate.prelude import prelude_scope
 from porelang.elaborate.results import Elaborated, graph_of
 from porelang.elaborate.runtime import room_to_compile
@@ -48,6 +48,13 @@ def compile(text: str | None = None, *, path: str | Path | None = None, name: st
     """
     if (text is None) == (path is None):
         raise TypeError("compile takes a text or a path")
+    if isinstance(text, os.PathLike) or (isinstance(text, str) and re.fullmatch(r"[^\n]*\.pore", text)):
+        raise fail("E108", f"`{text}` is the name of a file, and `compile` was given it as the text of a program",
+                   hint=f"name it as a path: porelang.compile(path={str(text)!r})")  # fmt: skip
+    if not isinstance(text, str | None):
+        raise TypeError(f"a program is a text (str), not {type(text).__name__}; a file is compile(path=...)")
+    if not isinstance(path, str | os.PathLike | None):
+        raise TypeError(f"a path is a text or a pathlib.Path, not {type(path).__name__}")
     source = read_source(os.path.normpath(path)) if path is not None else Source(name, text or "")
     program, found = try_compile(source)
     if program is None:

@@ -134,6 +134,8 @@ class Program:
         A param that is called like an option of some method is set in the mapping. Errors: E083-E085 about settings,
         E064 where a contract breaks.
         """
+        if not isinstance(settings, Mapping | None):
+            raise fail("E084", f"{settings!r:.60} are no settings", hint=_SETTINGS_HINT)
         if twice := sorted(set(settings or {}) & set(more)):
             raise fail("E084", f"`{twice[0]}` is set twice", hint="in the mapping or by its name, not both")
         values = settle(self.params, {**(settings or {}), **more})
@@ -403,6 +405,9 @@ class Design:
         from porelang.measure import measure
 
         return measure(self, *wishes, **more)
+
+
+_SETTINGS_HINT = 'they are names and values: settings={"w": 25}, or w=25'
 
 
 def _about(root: Node) -> list[Node]:

@@ -52,7 +52,7 @@ def run(argv: Sequence[str]) -> int:
     """Run a command line; whatever goes wrong is said as a diagnostic."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
+            stream.reconfigure(errors="porelang")
     status = _run(argv)
     if (lost := unheard()) is not None:
         report.say([lost])
