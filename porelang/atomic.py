@@ -8,6 +8,7 @@ name of that file (a hard link) keeps the old content.
 from __future__ import annotations
 
 import atexit
+import errno
 import os
 import secrets
 import stat
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from porelang.diagnostics import PoreError, fail
+from porelang.limits import no_memory
 
 _KINDS = (
     (stat.S_ISCHR, "a device"),
@@ -53,12 +55,20 @@ def destination(path: str | Path) -> Path:
 
 
 def followed(path: str | Path) -> tuple[Path, os.stat_result | None]:
-    """A path without links, and what is there, if anything is. Errors: E113 where the system does not let us look."""
+    """A path without links, and what is there, if anything is.
+
+    Errors: E113 where the system does not let us look, for an empty name, and for one that leads through a folder that
+    is not there to something that is: `nowhere/..` is no name of this folder.
+    """
+    if not os.fspath(path):
+        raise fail("E113", "nothing is named to be written", hint="name a file or a folder: -o part.stl")
     try:
         target = Path(os.path.realpath(path))
         return target, os.stat(path)
     except FileNotFoundError as error:
         if error.filename is None:  # the current folder has been deleted
+            raise unwritable(path, error) from None
+        if os.path.lexists(target):
             raise unwritable(path, error) from None
         return target, None
     except (OSError, ValueError) as error:  # the latter for a NUL in the name
@@ -141,7 +151,26 @@ def keep_owner(old: Path, new: Path) -> None:
         os.chmod(new, found.st_mode & 0o777)
 
 
+#: What to do about a reason that the system gives, where it is not to choose another folder.
+_WAYS_OUT = {
+    errno.ENAMETOOLONG: "choose a shorter name: most systems take 255 letters",
+    errno.ENOSPC: "make room there, or choose another folder",
+    errno.EFBIG: "this disk, or `ulimit -f`, allows no larger files: use a larger --voxel, or choose another folder",
+    errno.EROFS: "choose a folder on a disk that can be written to",
+    errno.ENOENT: "check the path: a folder in it is not there",
+    errno.ENOTDIR: "check the path: what is named as a folder in it is a file",
+    errno.EAGAIN: "another process is writing there: try again when it has ended",
+    errno.ELOOP: "check the path: its links lead in a ring",
+    errno.EMFILE: "close some files first, or raise their number: ulimit -n 1024",
+    getattr(errno, "EDQUOT", -1): "make room in your quota, or choose another folder",
+}
+
+
 def unwritable(path: str | Path, error: OSError | ValueError) -> PoreError:
-    """E113 for a reason that the system gives."""
+    """E113 for a reason that the system gives; E124 where that is want of memory."""
+    number = getattr(error, "errno", None)
+    if number == errno.ENOMEM:
+        return PoreError(no_memory())
     reason = (getattr(error, "strerror", None) or str(error)).lower()
-    return fail("E113", f"cannot write {path}: {reason}", hint="choose a folder with room that you may write to")
+    hint = _WAYS_OUT.get(number or 0, "choose a folder with room that you may write to")
+    return fail("E113", f"cannot write {path}: {reason}", hint=hint)

@@ -17,9 +17,15 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
-#: A temporary file of ours: `.NAME.0123456789abcdef.part`. One that is older than an hour was left by a crash.
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+#: A temporary file of ours: `.NAME.0123456789abcdef.part`.
 _TEMPORARY = re.compile(r"\..+\.[0-9a-f]{16}\.part")
-_STALE = 3600.0
+_STALE, _ABANDONED = 3600.0, 60.0  # seconds: whoever holds it, and if nobody does
+LOOPS = "loops"  # the folder in ours where compiled loops are
 _READ = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 _WRITE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
@@ -116,9 +122,14 @@ def write(where: Path, name: str, parts: Iterable[Any]) -> bool:
             return False
         try:
             with os.fdopen(os.open(temporary, _WRITE, 0o600), "wb") as file:
+                _hold(file.fileno())
                 for part in parts:
                     file.write(part)
-            os.replace(temporary, where / name)
+                file.flush()
+                if fcntl is not None:  # while it is held, so that nobody takes it for a crash's
+                    os.replace(temporary, where / name)
+            if fcntl is None:
+                os.replace(temporary, where / name)
         except BaseException:  # an interrupt too leaves nothing behind
             with suppress(OSError):
                 os.unlink(temporary)
@@ -128,15 +139,42 @@ def write(where: Path, name: str, parts: Iterable[Any]) -> bool:
     return True
 
 
+def left(where: Path) -> list[tuple[Path, os.stat_result]]:
+    """The temporary files that crashes have left in a folder: a process that writes one holds it (`flock`)."""
+    now = time.time()
+    return [
+        (path, found)
+        for path, found in entries(where, _TEMPORARY)
+        if now - found.st_mtime > _STALE or (now - found.st_mtime > _ABANDONED and not _is_held(path))
+    ]
+
+
 def sweep(where: Path) -> int:
     """Delete the temporary files that crashes have left in a folder, and say how many bytes they held."""
     freed = 0
-    for path, found in entries(where, _TEMPORARY):
-        if time.time() - found.st_mtime > _STALE:
-            with suppress(OSError):
-                os.unlink(path)
-                freed += found.st_size
+    for path, found in left(where):
+        with suppress(OSError):
+            os.unlink(path)
+            freed += found.st_size
     return freed
+
+
+def _hold(handle: int) -> None:
+    if fcntl is not None:
+        with suppress(OSError):  # not every network's file system can
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _is_held(path: Path) -> bool:
+    """Whether a process writes this file; also where that cannot be known."""
+    if fcntl is None:
+        return True
+    try:
+        with open_own(path) as file:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    return False
 
 
 def entries(where: Path, pattern: re.Pattern[str]) -> list[tuple[Path, os.stat_result]]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from porelang.contracts import broken_requirements, doubtful_contracts
-from porelang.diagnostics import Diagnostic, Label, PoreError, warn
+from porelang.diagnostics import Diagnostic, Label, PoreError, fail, warn
 from porelang.elaborate.prelude import prelude_scope
 from porelang.elaborate.results import Elaborated, Listed, graph_of
 from porelang.elaborate.runtime import room_to_compile
@@ -23,12 +23,19 @@ from porelang.rewrites import Graph, run
 from porelang.settings import settle
 from porelang.source import Source, Span
 from porelang.syntax import tree
+from porelang.syntax.mistakes.statements import OTHER_WORDS
 from porelang.syntax.parse import parse
 
 #: Nobody reads more; the first are the likeliest causes.
 MOST_DIAGNOSTICS = 100
-#: What a statement that cannot be read was about to bind.
-_BINDING = re.compile(r"^[ \t]*(?:let|def|param|use\s.*\sas)\s+(\w+)", re.MULTILINE)
+#: What a statement that cannot be read was about to bind: `let a`, `use ... as a`, also with another language's word
+#: (`module a`, `float a`, `import ... as a`) or with none (`a = 5`, `a(x) = 5`).
+_WORDS = "|".join(
+    ["let", "def", "param", "out", *(word for word, ours in OTHER_WORDS.items() if ours not in ("use", ""))]
+)
+_BINDING = re.compile(
+    rf"^[ \t]*(?:(?:(?:{_WORDS})|.*\bas)[ \t]+(\w+)|(\w+)[ \t]*(?:\([^()\n]*\)[ \t]*)?:?=(?![=>]))", re.MULTILINE
+)
 
 
 def compile(text: str | None = None, *, path: str | Path | None = None, name: str = "<text>") -> Program:
@@ -43,6 +50,13 @@ def compile(text: str | None = None, *, path: str | Path | None = None, name: st
     """
     if (text is None) == (path is None):
         raise TypeError("compile takes a text or a path")
+    if isinstance(text, os.PathLike) or (isinstance(text, str) and re.fullmatch(r"[^\n]*\.pore", text)):
+        raise fail("E108", f"`{text}` is the name of a file, and `compile` was given it as the text of a program",
+                   hint=f"name it as a path: porelang.compile(path={str(text)!r})")  # fmt: skip
+    if not isinstance(text, str | None):
+        raise TypeError(f"a program is a text (str), not {type(text).__name__}; a file is compile(path=...)")
+    if not isinstance(path, str | os.PathLike | None):
+        raise TypeError(f"a path is a text or a pathlib.Path, not {type(path).__name__}")
     source = read_source(os.path.normpath(path)) if path is not None else Source(name, text or "")
     program, found = try_compile(source)
     if program is None:
@@ -98,7 +112,7 @@ def _compiled(
     structure: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[Program | None, list[Diagnostic]]:
     file, found = parse(source)
-    lost = frozenset(_BINDING.findall(source.text)) if found else frozenset()
+    lost = frozenset(a or b for a, b in _BINDING.findall(source.text)) if found else frozenset()
     out = elaborate_file(file, prelude_scope(), load, lost, folder, structure)
     diagnostics = [*found, *out.diagnostics, *_wrong_presets(out)]
     program: Program | None = None

@@ -166,7 +166,7 @@ def _excerpt(place: Label, mark: str, width: int) -> list[str]:
         text = ("..." if cut else "") + text[cut : cut + WIDEST] + "..."
         column = column - cut + (3 if cut else 0)
     before = text[: column - 1].replace("\t", TAB)
-    shown = "".join(c if c.isprintable() else "\ufffd" for c in text.replace("\t", TAB))
+    shown = "".join(c if c.isprintable() else " " if c.isspace() else "\ufffd" for c in text.replace("\t", TAB))
     carets = mark * max(1, len(text[column - 1 : column - 1 + length].replace("\t", TAB)))
     gap = " " * width
     return [f"{gap} |", f"{line:>{width}} | {shown}", f"{gap} | {' ' * len(before)}{carets} {place.text}".rstrip()]

@@ -10,15 +10,19 @@ from typing import TypeVar
 
 import numpy as np
 
+from porelang.diagnostics import fail
 from porelang.progress import checkpoint
 
 Item = TypeVar("Item")
 
 
 def workers(threads: int | None = None) -> int:
-    """The number of threads to use: as asked, else as many as this process may run on."""
+    """The number of threads to use: as asked, else as many as this process may run on. Errors: E108."""
     if threads is not None:
-        return max(1, threads)
+        if not isinstance(threads, int | np.integer) or isinstance(threads, bool) or threads < 1:
+            hint = "give a whole number above 0, or None for as many as this process may use"
+            raise fail("E108", f"{threads!r} is no number of threads", hint=hint)
+        return int(threads)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -169,6 +169,8 @@ class Program:
         A param that is called like an option of some method is set in the mapping. Errors: E083-E085 about settings,
         E088 where there is no such preset, E064 where a contract breaks.
         """
+        if not isinstance(settings, Mapping | None):
+            raise fail("E084", f"{settings!r:.60} are no settings", hint=_SETTINGS_HINT)
         if twice := sorted(set(settings or {}) & set(more)):
             raise fail("E084", f"`{twice[0]}` is set twice", hint="in the mapping or by its name, not both")
         for name in more:  # a keyword that is no param may be a slip of an option's
@@ -687,6 +689,9 @@ def _options() -> frozenset[str]:
     """The options of what can be asked of a design."""
     asked = (Design.field, Design.mesh, Design.measure, Design.slices, Design.render)
     return frozenset(option for one in asked for option in signature(one).parameters) - {"self", "name"}
+
+
+_SETTINGS_HINT = 'they are names and values: settings={"w": 25}, or w=25'
 
 
 def _about(root: Node) -> list[Node]:

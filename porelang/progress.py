@@ -61,18 +61,21 @@ def activity(name: str) -> Iterator[None]:
         _activity.reset(token)
 
 
-_on_compiling: list[Callable[[], None]] = []
+_on_compiling: list[Callable[[bool], None]] = []
 
 
-def on_compiling(say: Callable[[], None]) -> None:
-    """Have `say` called, once, if a loop has to be compiled from now on: after an installation that takes seconds."""
+def on_compiling(say: Callable[[bool], None]) -> None:
+    """Have `say` called, once, if a loop has to be compiled from now on: after an installation that takes seconds.
+
+    It is told whether the loop is kept for the next run.
+    """
     _on_compiling[:] = [say]
 
 
-def compiling() -> None:
+def compiling(kept: bool) -> None:
     """Said by who compiles loops."""
     while _on_compiling:
-        _on_compiling.pop()()
+        _on_compiling.pop()(kept)
 
 
 def tell(done: int, total: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,11 +10,18 @@ from functools import cached_property
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A named text: a file, a line typed into the REPL, or a part of the prelude."""
+    """A named text: a file, a line typed into the REPL, or a part of the prelude.
+
+    A carriage return alone ends a line too, as on old machines: it becomes the usual end, and no place changes.
+    """
 
     name: str
     text: str
     prelude: bool = False
+
+    def __post_init__(self) -> None:
+        if "\r" in self.text:
+            object.__setattr__(self, "text", re.sub(r"\r(?!\n)", "\n", self.text))
 
     def __repr__(self) -> str:
         return f"<source {self.name}: {len(self.text)} characters>"

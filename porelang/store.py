@@ -41,6 +41,7 @@ _FILES = 16_384
 _HELD_BYTES = 512_000_000
 _HELD = 4096
 _NAME = re.compile(r"([0-9a-f]{16,128})\.result")
+_LOOP = re.compile(r".+\.nb[ic]")  # Numba's index of a function, and its code
 _MAGIC = b"porelang result "
 _VERSION = b"1"
 _LONGEST = 8192  # bytes of a header
@@ -62,12 +63,17 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Usage:
-    """What lies on disk, the last used first; `refusal` says why nothing is kept there, where that is so."""
+    """What lies on disk, the last used first; `refusal` says why nothing is kept there, where that is so.
+
+    `left` are the bytes that runs which were killed have left there, `loops` those of compiled loops.
+    """
 
     folder: Path | None
     entries: tuple[Entry, ...]
     limit: int
     refusal: str
+    left: int = 0
+    loops: int = 0
 
     @property
     def total(self) -> int:
@@ -168,21 +174,34 @@ def usage() -> Usage:
             about = _header(file, key) or {}
             kind, label = str(about.get("kind", "damaged")), _line(str(about.get("label", "")))
             found.append(Entry(key, kind, status.st_size, status.st_mtime, label))
-    return Usage(where, tuple(sorted(found, key=lambda e: (-e.used, e.key))), most, "")
+    left = sum(status.st_size for _, status in cache.left(where))
+    loops = sum(status.st_size for _, status in _loops(where.parent))
+    return Usage(where, tuple(sorted(found, key=lambda e: (-e.used, e.key))), most, "", left, loops)
 
 
 def clear() -> int:
-    """Delete all results on disk and what crashes have left of them, nothing else; the bytes that were freed."""
+    """Delete all results on disk, compiled loops and what crashes left, nothing else; the bytes that were freed."""
     where = _folder()
     if where is None or cache.distrust(where.parent) or cache.distrust(where):
         return 0
     freed = cache.sweep(where)
-    for path, status in cache.entries(where, _NAME):
+    for path, status in [*cache.entries(where, _NAME), *_loops(where.parent)]:
         if _deleted(path):
             freed += status.st_size
     with _lock:
         _memory.ledgers.pop(where, None)
     return freed
+
+
+def _loops(root: Path) -> list[tuple[Path, os.stat_result]]:
+    """The files of compiled loops in the user's cache: Numba keeps them in a folder for each of ours."""
+    where = root / cache.LOOPS
+    if cache.distrust(where):
+        return []
+    folders = [where]
+    with suppress(OSError), os.scandir(where) as listed:
+        folders += [where / e.name for e in listed if e.is_dir(follow_symlinks=False)]
+    return [found for folder in folders for found in cache.entries(folder, _LOOP)]
 
 
 def limit() -> int:

@@ -11,6 +11,8 @@ AXES = "xyz"
 VIEW_NAMES = ("iso", "front", "back", "left", "right", "top", "bottom")
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _WIDEST = 16384
+#: What a length on the command line may be, in mm.
+SHORTEST, LONGEST = 1e-9, 1e9
 
 
 class Unreadable(Exception):  # noqa: N818 - it is a word that is unreadable
@@ -30,7 +32,19 @@ def length(text: str) -> float:
     value = float(match[1]) * unit.scale
     if not (math.isfinite(value) and value > 0):
         raise Unreadable(f"{text} is no length to sample at", "it must be above 0")
+    if not SHORTEST <= value <= LONGEST:
+        hint = "it is in mm" if text.strip()[-1].isdigit() else "lengths are from 1e-9mm to 1e9mm"
+        raise Unreadable(f"{text} is {'longer than any part' if value > 1 else 'shorter than an atom'}", hint)
     return value
+
+
+def output(text: str) -> str:
+    """The name of a file or folder to be written."""
+    if not text.strip():
+        raise Unreadable("nothing is named to be written", "name a file: -o part.stl")
+    if text == "-":
+        raise Unreadable("results go to files, not to standard output", "name a file: -o part.stl")
+    return text
 
 
 def count(text: str) -> int:
@@ -53,6 +67,8 @@ def box(text: str) -> tuple[float, ...]:
             raise Unreadable(
                 f"the bounds are empty along {axis}, from {lo:g} to {hi:g}", "the lower corner comes first"
             )
+        if hi - lo < SHORTEST:
+            raise Unreadable(f"the bounds are thinner than an atom along {axis}: {hi - lo:g} mm", "they are in mm")
     return values
 
 

@@ -12,7 +12,7 @@ CODE = """
 import sys
 sys.path.insert(0, {folder!r})
 from porelang.progress import on_compiling
-on_compiling(lambda: print("compiling"))
+on_compiling(lambda kept: print("compiling" if kept else "compiling, not kept"))
 import loops
 print(loops.total(loops.np.arange(4.0)), loops.total(loops.np.arange(4)))
 """

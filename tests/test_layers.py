@@ -17,7 +17,7 @@ PACKAGE = Path(__file__).parent.parent / "porelang"
 STOREYS = {
     "": 0,  # porelang/__init__.py: names only, and what it hands on it imports when asked
     "source": 0, "diagnostics": 0, "error_codes": 0, "units": 0, "resources": 0, "cache": 0, "once": 0, "progress": 0,
-    "atomic": 0, "parallel": 0, "html": 0,
+    "atomic": 0, "limits": 0, "parallel": 0, "html": 0,
     "compiled": 0,
     "interval": 1, "ir": 1, "data": 1, "store": 1, "ops": 1, "rewrite": 1,
     "tape": 2, "formula": 2, "rewrites": 2, "analysis": 2, "backends": 2,

@@ -44,6 +44,10 @@ def _main(argv: Sequence[str] | None) -> int:
         ender.resting = False
         on_signals(ender)
         sys.unraisablehook = ender.lost
+        if not sys.warnoptions:  # warnings of Python's are for those who write it: ours are diagnostics
+            import warnings
+
+            warnings.simplefilter("ignore")
     from porelang.cli.streams import open_streams, silence
 
     if argv is None:

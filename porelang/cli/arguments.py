@@ -56,16 +56,14 @@ COMMANDS: dict[str, Command] = {
         Command(
             "show",
             "the graph that a program becomes, after any pass; or with --stages the plan of an output",
-            ("file", "set", "out", "after", "note", "stages", "json"),
+            (*ASK, "after", "note", "stages", "json"),
             "pore show specimen.pore --after simplify",
         ),
-        Command(
-            "glsl", "the shader that a program becomes", ("file", "out", "stage", "json"), "pore glsl specimen.pore"
-        ),
+        Command("glsl", "the shader that a program becomes", (*ASK, "stage", "json"), "pore glsl specimen.pore"),
         Command(
             "notation",
             "each step in the notation of the paper, as in (F)(C)(W)(F)",
-            ("file", "json"),
+            ("file", "set", "preset", "json"),
             "pore notation specimen.pore",
         ),
         Command(
@@ -200,14 +198,27 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "help": "the envelope: an output or a let (default: the largest shape the part is intersected with)",
         },
     ),
-    "folder": (("-o", "--output"), {"metavar": "DIR", "required": True, "help": "the folder to write"}),
+    "folder": (
+        ("-o", "--output"),
+        {"metavar": "DIR", "type": values.output, "required": True, "help": "the folder to write"},
+    ),
     "step": (
         ("--step",),
         {"metavar": "LENGTH", "type": values.length, "required": True, "help": "the thickness of a layer, as in 0.1mm"},
     ),
     "format": (("--format",), {"choices": ("png", "svg"), "default": "png", "help": "pictures, or contours in mm"}),
-    "output": (("-o", "--output"), {"metavar": "FILE", "required": True, "help": "the file to write"}),
-    "values": (("-o", "--output"), {"metavar": "V.npy", "help": "write the values to a file, not to standard output"}),
+    "output": (
+        ("-o", "--output"),
+        {"metavar": "FILE", "type": values.output, "required": True, "help": "the file to write"},
+    ),
+    "values": (
+        ("-o", "--output"),
+        {
+            "metavar": "V.npy",
+            "type": values.output,
+            "help": "write the values to a file, not to standard output",
+        },
+    ),
     "points": (
         ("--points",),
         {

@@ -33,6 +33,10 @@ def cache(options: Namespace) -> int:
             return 0
     where = f" in {_short(found.folder)}" if found.folder is not None else ""
     said = f"{report.plural(len(found.entries), 'result')}, {size(found.total)} of {size(found.limit)}{where}"
+    if found.loops:
+        said += f"; {size(found.loops)} of compiled loops"
+    if found.left:
+        said += f"; {size(found.left)} left by runs that were killed: `pore cache clear` deletes them"
     if options.action == "list":
         report.note(said)
     else:
@@ -61,7 +65,8 @@ def _cleared(options: Namespace) -> int:
 
 def _sized(found: store.Usage) -> dict[str, Any]:
     folder = None if found.folder is None else str(found.folder)
-    return {"folder": folder, "results": len(found.entries), "bytes": found.total, "limit": found.limit}
+    return {"folder": folder, "results": len(found.entries), "bytes": found.total, "limit": found.limit,
+            "loops": found.loops, "left": found.left}  # fmt: skip
 
 
 def _listed(found: store.Usage) -> dict[str, Any]:

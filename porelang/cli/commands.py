@@ -17,6 +17,7 @@ from porelang.cli.interrupts import interruption
 from porelang.cli.parsing import parse
 from porelang.cli.streams import unheard
 from porelang.diagnostics import Diagnostic, PoreError
+from porelang.limits import is_short_of_memory, no_memory
 from porelang.progress import on_compiling, watching
 
 Command = Callable[[Namespace], int]
@@ -52,7 +53,7 @@ def run(argv: Sequence[str]) -> int:
     """Run a command line; whatever goes wrong is said as a diagnostic."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
+            stream.reconfigure(errors="porelang")
     status = _run(argv)
     if (lost := unheard()) is not None:
         report.say([lost])
@@ -67,20 +68,20 @@ def _run(argv: Sequence[str]) -> int:
         command = options.command or "help"
         quiet = getattr(options, "quiet", False)
         if not quiet:
-            on_compiling(lambda: report.note("compiling loops, once after an installation: this takes some seconds"))
+            on_compiling(_compiling)
         with watching(report.progress(quiet)):
             return command_of(command)(options)
     except PoreError as error:
         found = list(error.diagnostics)
     except SystemExit as asked:  # argparse has printed help or the version
         return int(asked.code or 0)
-    except MemoryError:
-        found = [NO_MEMORY]
     except (KeyboardInterrupt, BrokenPipeError):
         raise
     except Exception as error:
         if (ended := interruption()) is not None:
             raise ended from None
+        if is_short_of_memory(error):
+            return rejected([no_memory()], command, "--json" in argv)
         if isinstance(error, OSError) and (lost := unheard()) is not None:
             report.say([lost])
             return report.status([lost])
@@ -91,19 +92,20 @@ def _run(argv: Sequence[str]) -> int:
     return rejected(found, command, "--json" in argv)
 
 
-NO_MEMORY = Diagnostic(
-    "E124",
-    "this machine has not enough memory for that",
-    hint="use a larger --voxel, smaller --bounds or fewer points",
-)
+def _compiling(kept: bool) -> None:
+    if kept:
+        report.note("compiling loops, once after an installation: this takes some seconds")
+    else:
+        report.note("compiling loops, which takes half a minute, in every run: no folder here can keep them; "
+                    "PORELANG_CACHE names one")  # fmt: skip
+
+
 #: Refusals of the system that no program can help.
 _REFUSALS = ("ENOSPC", "EDQUOT", "EFBIG", "EROFS", "EIO", "EBADF", "EMFILE", "ENFILE")
 
 
 def of_the_system(error: OSError) -> Diagnostic | None:
     """What is said where the system refuses something for want of room; None if the mistake may be ours."""
-    if error.errno == errno.ENOMEM:
-        return NO_MEMORY
     if error.errno in {getattr(errno, name, None) for name in _REFUSALS}:
         what = f"`{error.filename}`" if error.filename else "what was asked for"
         reason = (error.strerror or str(error)).lower()

@@ -29,9 +29,9 @@ def evaluate(options: Namespace) -> int:
     """Values of an output at points. Errors: E104 for points that are none, and what `Program.field` rejects."""
     design = bound(options)
     if options.output:
+        destination(options.output)
         if not options.output.endswith(".npy"):
             raise fail("E112", f"{options.output}: values are written as .npy", hint="end the name with .npy")
-        destination(options.output)
     backend, dtype = machine(options, "f64")
     if broken := broken_checks(design):
         raise PoreError(broken)
@@ -83,6 +83,8 @@ def read_points(path: str) -> NDArray[np.float64]:
     """Points (n, 3) in mm from `.npy`, from CSV, or from CSV on standard input (`-`). Errors: E104, E105."""
     try:
         if path == "-":
+            if sys.stdin is None:
+                raise fail("E105", "there is no standard input: it is closed", hint="name a file after --points")
             return checked_points(_from_csv(sys.stdin, "standard input"))
         if os.path.exists(path) and stat.S_ISCHR(os.stat(path).st_mode) and path != "/dev/stdin":
             raise fail("E105", f"`{path}` is a device that never ends", hint="name a file after --points")

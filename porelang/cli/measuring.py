@@ -24,6 +24,10 @@ _WORDS = {
 }
 
 
+#: What is counted at a voxel and looked at again at a coarser one.
+_COUNTS = frozenset(("solid_components", "void_components", "euler"))
+
+
 def measure(options: Namespace) -> int:
     """Measure an output; exit 1 where a check of the program does not hold."""
     design = bound(options)
@@ -56,11 +60,13 @@ def _text(path: str, found: dict[str, Any]) -> str:
     for key, (name, unit) in _WORDS.items():
         error = found["error"][key]
         value = f"{found[key]:.6g}" if isinstance(found[key], float) else f"{found[key]}"
-        told = (
-            f"{value} +- {error:.2g} {unit}".rstrip() if math.isfinite(error) else "not known: the voxel is too coarse"
-        )
+        told = f"{value} +- {error:.2g} {unit}".rstrip()
+        if not math.isfinite(error):
+            told = "not known: the voxel is too coarse"
+        elif key in _COUNTS:
+            told = value if error == 0 else f"{value}, not certain at this voxel: a coarser one differs by {error:.0f}"
         more = f"({found['envelope']})" if key == "envelope_volume" else ""
         lines.append(f"  {name:<16} {told} {more}".rstrip())
     lines.extend(f"  {text} = {r['value']:.6g} +- {r['error']:.2g}" for text, r in found["reduced"].items())
-    lines.append(f"  counts at a voxel of {found['voxel']:.4g} mm; their errors from one 1.5 times as large")
+    lines.append(f"  counts at a voxel of {found['voxel']:.4g} mm, compared with those at one 1.5 times as large")
     return "\n".join(lines)

@@ -26,8 +26,8 @@ MOST_NODES = 20_000_000_000
 
 def mesh(options: Namespace) -> int:
     """Mesh an output, write it and print a report. What can be refused is refused before anything is computed."""
-    writer_of(options.output)
     folder = destination(options.output).parent
+    writer_of(options.output)
     if options.voxel is not None and options.resolution is not None:
         raise fail("E108", "--voxel and --resolution say the same thing twice", hint="give one of them")
     design = bound(options)

@@ -22,9 +22,9 @@ def render(options: Namespace) -> int:
     from porelang.render.picture import bodies_of, render_output
     from porelang.render.wishes import wishes_of
 
+    destination(options.output)
     if not options.output.lower().endswith(".png"):
         raise fail("E112", f"{options.output}: pictures are written as .png", hint="end the name with .png")
-    destination(options.output)
     named: list[str] = options.outs
     wishes = wishes_of(
         **{o: getattr(options, o) for o in _WISHES}, several=options.bodies or len(set(named)) > 1

@@ -12,6 +12,7 @@ from porelang.analysis.bounds import lipschitz
 from porelang.analysis.notes import NOTES
 from porelang.backends.glsl import Form, shader
 from porelang.cli import report
+from porelang.cli.loading import bound
 from porelang.diagnostics import PoreError, fail, suggest
 from porelang.elaborate.values import Scalar
 from porelang.ir import Node

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import errno
 import io
 import os
@@ -22,6 +23,23 @@ class _Remembering(io.FileIO):
         except OSError as error:
             self.refusal = self.refusal or error
             raise
+
+
+def as_it_came(error: UnicodeError) -> tuple[str | bytes, int]:
+    """What a stream is given for letters that it cannot encode: bytes of a file's name as they came, else `\\u....`.
+
+    A handler for `codecs.register_error`.
+    """
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    letter = error.object[error.start]
+    if 0xDC80 <= ord(letter) <= 0xDCFF:  # a byte that was no letter, as Python keeps it (PEP 383)
+        return bytes([ord(letter) - 0xDC00]), error.start + 1
+    return codecs.backslashreplace_errors(UnicodeEncodeError(error.encoding, error.object, error.start,
+                                                             error.start + 1, error.reason))  # fmt: skip
+
+
+codecs.register_error("porelang", as_it_came)
 
 
 def open_streams() -> None:

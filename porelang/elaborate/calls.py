@@ -21,6 +21,7 @@ from porelang.elaborate.values import (
     Poison,
     Scalar,
     Scope,
+    Text,
     Value,
     Vector,
     as_list,
@@ -30,11 +31,13 @@ from porelang.elaborate.values import (
 )
 from porelang.ir import Node, Stage, node
 from porelang.source import Span
-from porelang.syntax import tree
+from porelang.syntax import habits, tree
 
 DEEPEST = 150
 #: The line of a def's documentation that names the def for a list of what it takes two of.
 _LIST_FORM = re.compile(r"^List form: (\w+)$", re.MULTILINE)
+#: Kinds that are one number.
+_NUMBERS = frozenset(("number", "field", "solid", "ratio", "length", "angle", "force", "stress", "rate", "count"))
 #: What a builtin does: of the place of the call, the values of its arguments, and the place of each.
 Call = Callable[[Context, tree.Call, list[Value], list[Span]], Value]
 
@@ -156,7 +159,7 @@ def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], si
             continue  # the other one of a pair `w or phase` is given
         if p.kinds and not isinstance(value, Poison):
             place = given[p.name].span if p.name in given else site.span
-            coerced = _coerce(ctx, function, p, value, place)
+            coerced = _coerce(ctx, function, p, value, place, site)
             if coerced is None:
                 value, sound = POISON, False
             else:
@@ -187,7 +190,7 @@ def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], si
 
 
 def _coerce(
-    ctx: Context, function: Function, p: tree.Parameter, value: Value, place: Span
+    ctx: Context, function: Function, p: tree.Parameter, value: Value, place: Span, site: tree.Call
 ) -> tuple[Kind, Value] | None:
     """The value as the first declared kind that it fits."""
     declared = [KINDS[k.name] for k in p.kinds if k.name in KINDS] or [KINDS["any"]]
@@ -203,10 +206,25 @@ def _coerce(
         return None
     wanted = " or ".join(k.words for k in declared) or "something else"
     code = "E062" if isinstance(value, Scalar | Vector) and value.dimension is not None else "E060"
-    others = (Label(p.span, "declared here"),)
+    others = (Label(p.span, "declared here"),) if not p.span.source.prelude else ()
     hint = f"divide it by a length: `{place.text} / 10mm`" if declared[0].name == "rate" else ""
+    edit: Edit | None = None
     if isinstance(value, Function):
         hint = f"`{value.name}` is a function; call it first: `{value.name}(...)`"
+    elif isinstance(value, Vector) and function.name in habits.OF_A_VECTOR and isinstance(site.function, tree.Name):
+        ours, hint = habits.OF_A_VECTOR[function.name]
+        edit = Edit(site.function.span, ours)
+    elif isinstance(value, Scalar) and function.name in habits.OF_A_NUMBER and isinstance(site.function, tree.Name):
+        ours, hint = habits.OF_A_NUMBER[function.name]
+        edit = Edit(site.function.span, ours)
+    elif isinstance(value, Vector) and declared[0].name in _NUMBERS:
+        hint = f"a vector has three numbers: `{place.text}.x`, or `length({place.text})`"
+    elif isinstance(value, Text) and declared[0].name in _NUMBERS:
+        hint, edit = "a number stands without quotes", Edit(place, value.value)
+    elif code == "E060" and isinstance(value, Scalar):
+        hint = {"point": f"a point is `[{place.text}, 0, 0]`", "list": f"a list is `[{place.text}]`"}.get(
+            declared[0].name, ""
+        )
     ctx.error(
         code,
         f"`{p.name}` of `{function.name}` must be {wanted}, not {describe(value)}",
@@ -214,6 +232,7 @@ def _coerce(
         label=f"this is {describe(value)}",
         others=others,
         hint=hint,
+        edit=edit,
     )
     return None
 
@@ -244,14 +263,15 @@ def _contracts(
     for condition_node, text, name, p in conditions:
         place = given[name].span if name in given else site.span
         others = () if p.span.source.prelude else (Label(p.span, "declared here"),)
-        message = f"`{function.name}` needs `{text}`"
+        message = f"`{function.name}` needs {_in_words(text)}"
         if condition_node.stage is Stage.CONST:
             if ctx.constant(condition_node):
                 continue
             value = bound[name]
             now = ctx.constant(value.node) if isinstance(value, Scalar) else None
             label = f"`{name}` is {now:g} here" if isinstance(now, float) else "this breaks it"
-            ctx.error("E064", message, place, label=label, others=others)
+            hint, edit = _kept(function, text, name, place)
+            ctx.error("E064", message, place, label=label, others=others, hint=hint, edit=edit)
             return None
         if condition_node.stage is Stage.UNIFORM:
             ctx.require(condition_node, message, place, others)
@@ -272,6 +292,34 @@ def _list_form(function: Function, arguments: Sequence[Given]) -> Function:
     return other if isinstance(other, Function) else function
 
 
+#: Contracts of the prelude that say more than a comparison, in words.
+_WORDS = (
+    (re.compile(r"min_component\((\w+)\) > 0"), r"`\1` to be above 0 along every axis"),
+    (re.compile(r"dot\((\w+), \1\) > 0"), r"a `\1` that points somewhere, not [0, 0, 0]"),
+    (re.compile(r"len\((\w+)\) >= (\d+)"), r"at least \2 `\1`"),
+    (re.compile(r"(\w+) is a whole number"), r"a whole number for `\1`"),
+)
+
+
+def _in_words(contract: str) -> str:
+    for form, words in _WORDS:
+        if form.fullmatch(contract):
+            return form.sub(words, contract)
+    return f"`{contract}`"
+
+
+def _kept(function: Function, contract: str, name: str, place: Span) -> tuple[str, Edit | None]:
+    """How a contract may be kept that a constant breaks. The prelude's cannot be changed, the user's can."""
+    if function.name in habits.BROKEN and contract.endswith("> 0"):
+        return habits.BROKEN[function.name], None
+    if re.fullmatch(r"-\s*[\w.]+", place.text) and re.fullmatch(rf"{name} >=? 0", contract):
+        positive = place.text[1:].strip()
+        return f"write `{positive}`", Edit(place, positive)
+    hint = f"give `{name}` a value for which that holds"
+    prelude = function.definition is not None and function.definition.span.source.prelude
+    return hint if prelude else f"{hint}, or change the contract", None
+
+
 def _match(ctx: Context, function: Function, arguments: Sequence[Given], site: tree.Call) -> dict[str, Given] | None:
     """Arguments by parameter name; None (after a diagnostic) where they do not fit."""
     names = [p.name for p in function.parameters]
@@ -282,14 +330,14 @@ def _match(ctx: Context, function: Function, arguments: Sequence[Given], site: t
     for a in arguments:
         if a.name is None:
             if position >= len(names):
-                _too_many(ctx, function.name, names, a.span, function.definition)
+                _too_many(ctx, function.name, names, a.span, function.definition, _as_list(function, arguments))
                 return None
             name = names[position]
             position += 1
         else:
             name = a.name
             if name not in names:
-                _no_such_parameter(ctx, function.name, a, names)
+                _no_such_parameter(ctx, function.name, a, names, site)
                 return None
         if name in given:
             ctx.error(
@@ -331,7 +379,7 @@ def _missing(ctx: Context, function: Function, what: str, site: tree.Call) -> No
         site.span,
         label="an argument is missing here",
         others=others,
-        hint=f"it is called as `{signature(function)}`",
+        hint=habits.FORMS.get((function.name, what.strip("`")), "") or f"it is called as `{signature(function)}`",
     )
 
 
@@ -347,7 +395,39 @@ def signature(function: Function) -> str:
     return f"{function.name}({', '.join(parts)})"
 
 
-def _too_many(ctx: Context, name: str, names: Sequence[str], span: Span, definition: tree.Def | None) -> Value:
+def _as_list(function: Function, arguments: Sequence[Given]) -> tuple[str, Edit | None]:
+    """What to write where the items of a list, or the components of a vector, are given one by one."""
+    params = function.parameters
+    extra = len(arguments) - len(params)
+    at = next((i for i, p in enumerate(params) if {k.name for k in p.kinds} & {"list", "vector", "point"}), None)
+    if at is None or any(a.name for a in arguments):
+        return "", None
+    is_list = any(k.name == "list" for k in params[at].kinds)
+    count = extra + 1 if is_list else 3
+    taken = arguments[at : at + count]
+    if len(taken) < count or (not is_list and not all(isinstance(a.value, Scalar) for a in taken)):
+        return "", None
+    first, end = taken[0].span, taken[-1].span
+    if first.source is not end.source or end.end < first.start:  # the first was handed on by `|>`
+        return f"`{params[at].name}` is one argument: `[a, b, c]`", None
+    items = first.to(end)
+    if len(params) > 1:
+        what = "a list" if is_list else "a vector"
+        return f"`{params[at].name}` is {what}: write `[{items.text}]`", Edit(items, f"[{items.text}]")
+    sign = {"union": "|", "intersection": "&"}.get(function.name)
+    more = f", or `{f' {sign} '.join(a.span.text for a in arguments)}`" if sign and len(items.text) < 60 else ""
+    shown = items.text if len(items.text) < 60 else "a, b"
+    return f"it takes one list: write `{function.name}([{shown}])`{more}", Edit(items, f"[{items.text}]")
+
+
+def _too_many(
+    ctx: Context,
+    name: str,
+    names: Sequence[str],
+    span: Span,
+    definition: tree.Def | None,
+    instead: tuple[str, Edit | None] = ("", None),
+) -> Value:
     others = _defined(definition)
     count = len(names)
     return ctx.error(
@@ -356,7 +436,8 @@ def _too_many(ctx: Context, name: str, names: Sequence[str], span: Span, definit
         span,
         others=others,
         label="one too many",
-        hint=f"its parameters are {', '.join(names) or 'none'}",
+        hint=instead[0] or f"its parameters are {', '.join(names) or 'none'}",
+        edit=instead[1],
     )
 
 
@@ -367,14 +448,35 @@ def _defined(definition: tree.Def | None) -> tuple[Label, ...]:
     return (Label(definition.name_span, "defined here"),)
 
 
-def _no_such_parameter(ctx: Context, name: str, a: Given, names: Sequence[str]) -> Value:
-    near = suggest(a.name or "", names)
-    spot = Span(a.span.source, a.span.start, a.span.start + len(a.name or ""))
+def _no_such_parameter(ctx: Context, name: str, a: Given, names: Sequence[str], site: tree.Call | None = None) -> Value:
+    word = a.name or ""
+    spot = Span(a.span.source, a.span.start, a.span.start + len(word))
+    hint, edit = _other_parameter(name, a, names, spot, site)
     return ctx.error(
-        "E041",
-        f"`{name}` has no parameter `{a.name}`",
-        spot,
-        label="no such parameter",
-        hint=f"did you mean `{near}`?" if near else f"its parameters are {', '.join(names) or 'none'}",
-        edit=Edit(spot, near) if near else None,
+        "E041", f"`{name}` has no parameter `{word}`", spot, label="no such parameter", hint=hint, edit=edit
     )
+
+
+def _other_parameter(
+    name: str, a: Given, names: Sequence[str], spot: Span, site: tree.Call | None
+) -> tuple[str, Edit | None]:
+    """What is meant by a parameter that a function has not."""
+    word = a.name or ""
+    value = a.span.text[len(word) :].partition("=")[2].strip()
+    if word in ("d", "diameter", "dia") and "r" in names and value:
+        half = f"r={value} / 2" if value.replace(".", "").isalnum() else f"r=({value}) / 2"
+        return f"it takes the radius: write `{half}`", Edit(a.span, half)
+    if (name, word) in habits.OTHER_FUNCTIONS and site is not None:
+        ours, why = habits.OTHER_FUNCTIONS[name, word]
+        named = isinstance(site.function, tree.Name) and site.function.name == name
+        return why, Edit(site.function.span, ours) if named else None
+    if word in habits.NEEDLESS:
+        text = a.span.source.text
+        before, after = len(text[: a.span.start].rstrip()), len(text) - len(text[a.span.end :].lstrip())
+        start = before - 1 if text[:before].endswith(",") else a.span.start
+        end = after + 1 if start == a.span.start and text[after : after + 1] == "," else a.span.end
+        return f"leave it out: {habits.NEEDLESS[word]}", Edit(Span(a.span.source, start, end), "")
+    near = next((p for p in habits.PARAMETERS.get(word, ()) if p in names), None) or suggest(word, names)
+    if near:
+        return f"did you mean `{near}`?", Edit(spot, near)
+    return f"its parameters are {', '.join(names) or 'none'}", None

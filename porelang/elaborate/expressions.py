@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from porelang.diagnostics import Edit, Label, suggest
 from porelang.elaborate import operators
 from porelang.elaborate.calls import Given, call
@@ -10,6 +12,7 @@ from porelang.elaborate.kinds import check_kinds
 from porelang.elaborate.values import (
     POISON,
     Bool,
+    Builtin,
     Function,
     ListValue,
     Poison,
@@ -55,7 +58,7 @@ def evaluate(ctx: Context, t: tree.Expr, scope: Scope) -> Value:
             return _block(ctx, t, scope)
         case tree.Lambda():
             parameters = tuple(tree.Parameter(p.span, p.name, p.span, (), None, None, None) for p in t.parameters)
-            return Function("lambda", parameters, t.body, scope)
+            return Function(_written(t.span), parameters, t.body, scope)
         case tree.Comprehension():
             items: list[Value] = []
             sound = _comprehend(ctx, t, 0, scope, items)
@@ -64,6 +67,12 @@ def evaluate(ctx: Context, t: tree.Expr, scope: Scope) -> Value:
             return Text(t.value)
         case tree.Boolean():
             return Bool(const(t.value))
+
+
+def _written(span: Span) -> str:
+    """What a function without a name is called in messages: as it is written."""
+    text = " ".join(span.text.split())
+    return f"({text})" if len(text) <= 40 else f"({text.partition('=>')[0]}=> ...)"
 
 
 def _name(ctx: Context, t: tree.Name, scope: Scope) -> Value:
@@ -91,6 +100,8 @@ def _call(ctx: Context, t: tree.Call, scope: Scope, piped: tuple[Given, ...]) ->
 def _chain(ctx: Context, t: tree.Chain, scope: Scope) -> Value:
     value, span = ctx.evaluate(t.first, scope), t.first.span
     for (op, right), op_span in zip(t.rest, t.op_spans, strict=True):
+        if op == "^" and _is_doubtful_power(t.first, op_span):
+            return _doubtful_power(ctx, t.first, span.to(right.span), right.span)
         if op == "|>":
             value = _pipe(ctx, value, span, right, scope)
         elif op == "..":
@@ -101,6 +112,26 @@ def _chain(ctx: Context, t: tree.Chain, scope: Scope) -> Value:
             value = operators.binary(ctx, op, value, ctx.evaluate(right, scope), (span, op_span, right.span))
         span = span.to(right.span)
     return value
+
+
+def _is_doubtful_power(base: tree.Expr, op: Span) -> bool:
+    """Whether this is `640mm^3`, which reads as 640 mm3 and is (640mm)^3. (What is in parentheses is clear.)"""
+    between = op.source.text[base.span.end : op.start]
+    return isinstance(base, tree.Number) and bool(base.unit) and base.value not in (0, 1) and ")" not in between
+
+
+def _doubtful_power(ctx: Context, base: tree.Expr, span: Span, exponent: Span) -> Value:
+    assert isinstance(base, tree.Number)
+    number = base.span.text.removesuffix(base.unit)
+    unit = f"({number} * 1{base.unit}^{exponent.text})"
+    return ctx.error(
+        "E039",
+        f"`{span.text}` can be read in two ways",
+        span,
+        label=f"{number} {base.unit}{exponent.text}, or the power of {base.span.text}",
+        hint=f"write `{unit}` for the one, `({base.span.text})^{exponent.text}` for the other",
+        edit=(span, unit),
+    )
 
 
 def _range(ctx: Context, low: Value, low_span: Span, high: Value, high_span: Span) -> Value:
@@ -210,7 +241,13 @@ def _member(ctx: Context, t: tree.Member, scope: Scope) -> Value:
             edit=Edit(t.name_span, near) if near else None,
         )
     hint = "a vector has the members x, y and z"
-    return ctx.error("E036", f"{describe(target)} has no `{t.name}`", t.name_span, label="no such member", hint=hint)
+    edit = None
+    if isinstance(scope.find(t.name), Function | Builtin):
+        ours = f"{t.name}({t.target.span.text})"
+        hint, edit = f"`{t.name}` is a function: write `{ours}`", Edit(t.span, ours)
+    return ctx.error(
+        "E036", f"{describe(target)} has no `{t.name}`", t.name_span, label="no such member", hint=hint, edit=edit
+    )
 
 
 def _index(ctx: Context, t: tree.Index, scope: Scope) -> Value:
@@ -265,12 +302,19 @@ def _if(ctx: Context, t: tree.If, scope: Scope) -> Value:
     return out
 
 
+def named(value: Value, let: tree.Let) -> Value:
+    """The value that a `let` binds: a function that is written in it is called as it is."""
+    if isinstance(value, Function) and isinstance(let.value, tree.Lambda):
+        return replace(value, name=let.name)
+    return value
+
+
 def _block(ctx: Context, t: tree.Block, scope: Scope) -> Value:
     for b in t.bindings:
         names: dict[str, Value] = {}
         inner = Scope(names, scope)
         if isinstance(b, tree.Let):
-            names[b.name] = ctx.evaluate(b.value, scope)
+            names[b.name] = named(ctx.evaluate(b.value, scope), b)
         else:
             check_kinds(ctx, b)
             names[b.name] = Function(b.name, b.parameters, b.body, scope, b)

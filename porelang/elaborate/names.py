@@ -11,7 +11,7 @@ from dataclasses import fields, is_dataclass, replace
 
 from porelang.diagnostics import Diagnostic, Edit, Label, suggest
 from porelang.source import Span
-from porelang.syntax import tree
+from porelang.syntax import habits, tree
 
 COORDINATES = ("x", "y", "z", "p")
 Binding = tree.Param | tree.Let | tree.Def | tree.Use | tree.Out
@@ -93,19 +93,71 @@ def resolve(
     for i, s in enumerate(statements):
         uses[i] = set()
         stack: list[tuple[object, frozenset[str]]] = [(s, frozenset())]
+        texts: dict[Span, Span] = {}
+        around: dict[Span, tree.Call | tree.Member] = {}  # a name, and the call or member that it begins
         while stack:
             item, local = stack.pop()
+            if isinstance(item, tree.Call):
+                texts |= _texts(item)
+                around[item.function.span] = item
+            if isinstance(item, tree.Member):
+                around[item.target.span] = item
             if isinstance(item, tree.Name):
                 if item.name in local:
                     continue
                 uses[i].add(item.name)
                 if item.name in missing:
                     missing[item.name][1].append(item.span)
+                elif item.name not in visible and item.span in texts:
+                    missing[item.name] = (_text(texts[item.span]), [])
                 elif item.name not in visible:
-                    missing[item.name] = (unknown_name(item.name, item.span, visible | local), [])
+                    found = unknown_name(item.name, item.span, visible | local)
+                    missing[item.name] = (_recast(found, item.name, around.get(item.span)), [])
                 continue
             stack.extend(reversed(list(_parts(item, local))))
     return uses, [_with_places(d, places) for d, places in missing.values()]
+
+
+def _texts(call: tree.Call) -> dict[Span, Span]:
+    """The names in a call where a text is meant, each with the place of that text: `load(a.npz, vm)`."""
+    files = isinstance(call.function, tree.Name) and call.function.name in ("load", "frame")
+    found: dict[Span, Span] = {}
+    for a in call.arguments:
+        if not (files and a.name is None) and a.name != "side":
+            continue
+        inner = a.value
+        while isinstance(inner, tree.Member):
+            inner = inner.target
+        if isinstance(inner, tree.Name):
+            found[inner.span] = a.value.span
+    return found
+
+
+def _recast(d: Diagnostic, name: str, call: tree.Call | tree.Member | None) -> Diagnostic:
+    """`vec3(1, 2, 3)`, `float(a)` and `np.sin`, which Pore writes without the name: the edit takes it away."""
+    if isinstance(call, tree.Member):
+        prefix = Span(call.span.source, call.span.start, call.name_span.start)
+        return replace(d, edit=Edit(prefix, "")) if habits.NAMES.get(name) == habits.NO_PREFIX else d
+    if call is None or not call.arguments or any(a.name for a in call.arguments):
+        return d
+    values = call.arguments[0].span.to(call.arguments[-1].span).text
+    if name == "vec3" and len(call.arguments) == 3:
+        return replace(d, edit=Edit(call.span, f"[{values}]"))
+    if name == "float" and len(call.arguments) == 1:
+        return replace(d, edit=Edit(call.span, f"({values})"))
+    return d
+
+
+def _text(span: Span) -> Diagnostic:
+    """A name where a text is meant."""
+    return Diagnostic(
+        "E030",
+        f"`{span.text}` is a text, and texts stand in quotes",
+        span,
+        label="nothing is called this",
+        hint=f'write `"{span.text}"`',
+        edit=Edit(span, f'"{span.text}"'),
+    )
 
 
 def _with_places(d: Diagnostic, places: list[Span]) -> Diagnostic:
@@ -154,13 +206,23 @@ def _parts(item: object, local: frozenset[str]) -> Iterator[tuple[object, frozen
 
 def unknown_name(name: str, span: Span, visible: Iterable[str]) -> Diagnostic:
     """The diagnostic for a name that means nothing."""
+    if (theirs := habits.hint(name)) and name != "mesh":
+        ours = habits.ours(name)
+        return Diagnostic(
+            "E037",
+            f"`{name}` is not a word of Pore",
+            span,
+            label="a word of another program",
+            hint=theirs,
+            edit=Edit(span, ours) if ours else None,
+        )
     if name in PLANNED:
         return Diagnostic(
             "E030",
             f"`{name}` is not in this version of the language",
             span,
             label="planned, and not there yet",
-            hint="docs/language.md lists what there is",
+            hint=habits.hint(name) or "docs/language.md lists what there is",
         )
     near = suggest(name, (v for v in visible if not v.startswith("_")))
     if name.lower() in ("nan", "inf", "infinity"):

@@ -45,7 +45,15 @@ def unary(ctx: Context, op: str, a: Value, span: Span, at: Span) -> Value:
     if op == "not":
         if isinstance(a, Bool):
             return Bool(node("not", a.node))
-        return ctx.error("E060", f"`not` needs a condition, not {describe(a)}", at, label="this is no condition")
+        solid = isinstance(a, Scalar) and a.node.stage is Stage.FIELD
+        return ctx.error(
+            "E060",
+            f"`not` needs a condition, not {describe(a)}",
+            at,
+            label="this is no condition",
+            hint="a solid is turned inside out by `~`" if solid else "",
+            edit=(Span(span.source, span.start, at.start), "~") if solid else None,
+        )
     if isinstance(a, Bool) and op == "~":
         return ctx.error(
             "E060", "`~` turns a solid inside out; a condition is turned with `not`", span, edit=(span, "not ")
@@ -83,6 +91,8 @@ def binary(ctx: Context, op: str, a: Value, b: Value, spans: tuple[Span, Span, S
             hint = how_to_call(side)
             if isinstance(side, Bool) and op in _SET_WORDS:
                 hint = f"conditions are joined with `{_SET_WORDS[op]}`"
+            if isinstance(side, Text):
+                hint = "texts are names of files and choices: they cannot be put together or computed with"
             return ctx.error(
                 "E060", f"`{op}` works on numbers, not on {describe(side)}", at, label=_why(side), hint=hint
             )

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from porelang.diagnostics import Diagnostic, Label, PoreError
 from porelang.elaborate import names as resolution
 from porelang.elaborate.context import Context, TooBig
-from porelang.elaborate.expressions import evaluate
+from porelang.elaborate.expressions import evaluate, named
 from porelang.elaborate.kinds import KINDS, check_kinds
 from porelang.elaborate.operators import how_to_call
 from porelang.elaborate.params import declare
@@ -37,7 +37,7 @@ from porelang.elaborate.values import (
 )
 from porelang.ir import Stage
 from porelang.source import Source
-from porelang.syntax import tree
+from porelang.syntax import habits, tree
 
 #: Finds the file of a `use` statement: (path as written, source of the statement) -> the parsed file.
 Loader = Callable[[str, Source], tuple[tree.File, list[Diagnostic]]]
@@ -113,6 +113,7 @@ def _define(ctx: Context, files: _Files, s: resolution.Binding, scope: Scope, pr
             value = ctx.evaluate(s.value, scope)
             if isinstance(value, Scalar) and value.literal and not s.span.source.prelude:
                 value = Scalar(value.node, value.dimension)
+            value = named(value, s)
             if isinstance(value, Scalar) and not prefix:
                 ctx.found.lets[s.name] = value
             return value
@@ -128,6 +129,17 @@ def _define(ctx: Context, files: _Files, s: resolution.Binding, scope: Scope, pr
 
 
 def _use(ctx: Context, files: _Files, s: tree.Use) -> Value:
+    ending = s.path.value.lower()
+    if ending.endswith(habits.MESH_ENDINGS) or ending.endswith((".npz", ".json", ".csv")):
+        mesh = ending.endswith(habits.MESH_ENDINGS)
+        read = f'fields of data are read by `load("{s.path.value}", "name")`, bars by `frame`'
+        return ctx.error(
+            "E046",
+            f'"{s.path.value}" is no program of Pore',
+            s.path.span,
+            label="a mesh" if mesh else "data",
+            hint=habits.MESHES if mesh else read,
+        )
     if files.load is None:
         return ctx.error("E035", "files cannot be used here", s.span, hint="compile the program from a file")
     try:

@@ -43,6 +43,15 @@ MACHINE = (
         "",
     ),
     Code(
+        "E125",
+        "a graphics driver whose process was ended",
+        "Drivers run in a process of their own, for they crash. This one was ended before it answered, by the system\n"
+        "where memory is short or a limit was set (`ulimit -v`, a container's), or by somebody. Nothing has to be\n"
+        "installed. NumPy computes the same numbers without a driver: --backend numpy.",
+        "",
+        "",
+    ),
+    Code(
         "E199",
         "a bug in porelang",
         "Something went wrong in porelang itself. Please report it with the program and the command; with\n"

@@ -62,6 +62,39 @@ NAMES = (
         "let q = [1, 2, 3]\nsphere(q.z)",
     ),
     Code(
+        "E037",
+        "a word of another program",
+        "Some names of OpenSCAD, GLSL, NumPy, Curv and others stand for what Pore calls or writes otherwise:\n"
+        "    difference(a, b)      a \\ b                   smin(a, b, r)     smooth_union(a, b, r)\n"
+        "    union(a, b)           a | b                   vec3(a, b, c)     [a, b, c]\n"
+        "    linear_extrude        extrude(profile, h)     np.sin(x)         sin(x)\n"
+        "    rotate_extrude        revolve(profile)        a ? b : c         if a then b else c\n"
+        "    hull                  capsule, smooth_union   print             pore eval, pore measure\n"
+        "Shapes are centred on the origin, also `cube` and `cylinder`. Angles are in radians unless they have a unit:\n"
+        "`45deg`.",
+        "smin(sphere(5), cube(8), 2)",
+        "smooth_union(sphere(5), cube(8), 2)",
+    ),
+    Code(
+        "E038",
+        "what is done to a solid stands before it",
+        "OpenSCAD writes `translate([1, 2, 3]) sphere(5);`. In Pore a solid is a value: it comes first, and what is\n"
+        "done to it follows by `|>`, or it is an argument, `translate(sphere(5), [1, 2, 3])`. Solids are joined by\n"
+        "operators: `a | b` both, `a & b` what they share, `a \\ b` a without b; many at once by\n"
+        "`union([for i in range(6): ...])`. The way out that the message shows keeps the numbers as they are:\n"
+        "mind that `cube(10)` and `cylinder(h=10, r=2)` are centred on the origin here.",
+        "difference() { sphere(5); translate([0, 0, 3]) cube(4); }",
+        "sphere(5) \\ (cube(4) |> translate([0, 0, 3]))",
+    ),
+    Code(
+        "E039",
+        "a power of a number with a unit",
+        "`640mm^3` reads as 640 mm3, and would be (640mm)^3, which is 409,600 times as much. Write which of\n"
+        "them is meant: `640 * 1mm^3`, or `(640mm)^3`.",
+        'param r = 5mm in 1mm..9mm\ncheck r^3 < 640mm^3, "too large"\nsphere(r)',
+        'param r = 5mm in 1mm..9mm\ncheck r^3 < 640 * 1mm^3, "too large"\nsphere(r)',
+    ),
+    Code(
         "E040",
         "too many arguments",
         "A function takes as many arguments as it has parameters.",
@@ -97,5 +130,22 @@ NAMES = (
         "from which the period follows.",
         "gyroid(10, phase=p / 10) & sphere(20)",
         "gyroid(phase=p / 10) & sphere(20)",
+    ),
+    Code(
+        "E046",
+        "a file that is no program",
+        '`use` brings in programs, files of Pore. Sampled fields come by `load("grid.npz", "name")`, bars by\n'
+        '`frame("bars.json")`. Meshes cannot be read yet: sample the distance to the mesh, here by Python with the\n'
+        "packages trimesh and rtree, and load that:\n"
+        "    import numpy as np, trimesh\n"
+        '    mesh = trimesh.load("part.stl")\n'
+        "    lo, hi, spacing = mesh.bounds[0] - 2, mesh.bounds[1] + 2, 0.5  # mm\n"
+        "    axes = [np.arange(a, b + spacing, spacing) for a, b in zip(lo, hi)]\n"
+        '    points = np.stack(np.meshgrid(*axes, indexing="ij"), -1)\n'
+        "    inside = trimesh.proximity.signed_distance(mesh, points.reshape(-1, 3)).reshape(points.shape[:3])\n"
+        '    np.savez("part.npz", distance=-inside, origin=lo, spacing=spacing)\n'
+        "The distance is then as exact as the grid is fine: half a spacing at corners.",
+        'use "part.stl" as part\npart & gyroid(10)',
+        "",
     ),
 )

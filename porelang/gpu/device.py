@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import importlib.util
 import os
 import sys
@@ -15,9 +16,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.gpu.errors import GpuFailed, GpuMissing, install_command
+from porelang.gpu.errors import GpuEnded, GpuFailed, GpuMissing, install_command, way_out_of_an_end
 from porelang.gpu.process import POLL, Cancel, Child, check
 from porelang.gpu.wire import Arena, Compute, Driver, Failed, GpuInfo, Keep, Render, Request, offsets
+from porelang.limits import memory_limit, speaks_of_memory
 
 #: Long work, or what a person waits for: each has a child of its own, so that neither waits for the other.
 Lane = Literal["work", "person"]
@@ -27,6 +29,7 @@ Uniform = float | int | Sequence[float] | NDArray[Any]
 ENVIRONMENT = "PORELANG_GL"  # none, egl or osmesa; for tests, and for machines whose EGL is broken
 INPUTS = ("float32", "uint32", "int32")
 TIMEOUT = 60.0
+SCARCE = 2_000_000_000  # bytes: where a process is allowed less, a driver that does not start may just lack memory
 
 
 class Gpu:
@@ -198,7 +201,10 @@ class Gpu:
         try:
             arena.grow(max(starts[-1], result))
         except OSError as error:
-            raise GpuFailed(f"no memory to share with the graphics driver: {error.strerror}") from None
+            reason = (error.strerror or str(error)).lower()
+            if error.errno == errno.EFBIG:
+                reason = "files may not be that large (`ulimit -f`)"
+            raise GpuFailed(f"no memory to share with it: {reason}") from None
         for start, array in zip(starts, arrays, strict=False):
             np.copyto(np.frombuffer(arena.view(start, array.nbytes), array.dtype), array.reshape(-1))
         return arena
@@ -243,13 +249,17 @@ def open_gpu(driver: Driver = "auto") -> Gpu:
         raise GpuMissing("there is no OpenGL 4.3 without a screen on this system", install)
     if importlib.util.find_spec("moderngl") is None:
         raise GpuMissing("the Python package moderngl is not installed", f"{sys.executable} -m pip install moderngl")
-    reasons = []
+    failures: list[GpuFailed] = []
     for candidate in ("egl", "osmesa") if driver == "auto" else (driver,):
         try:
             return Gpu(candidate)
         except GpuFailed as failed:
-            reasons.append(str(failed))
-    raise GpuMissing("no OpenGL 4.3 was found (" + "; ".join(reasons) + ")", install)
+            failures.append(failed)
+    tight = (memory_limit() or SCARCE) < SCARCE
+    ended = next((f for f in failures if f.ended or tight or speaks_of_memory(str(f))), None)
+    if ended is not None and (tight or failures[0] is ended):
+        raise GpuEnded(ended.reason, way_out_of_an_end())
+    raise GpuMissing("no OpenGL 4.3 was found (" + "; ".join(map(str, failures)) + ")", install)
 
 
 _shared: dict[tuple[int, Driver, Lane], Gpu] = {}

@@ -6,6 +6,8 @@ import os
 import sys
 from pathlib import Path
 
+from porelang.limits import memory_limit
+
 
 class GpuMissing(Exception):  # noqa: N818 - says what is the case, as FileNotFound does
     """This machine has no OpenGL 4.3; `reason` says what was tried and `install` is the command that brings it."""
@@ -18,15 +20,32 @@ class GpuMissing(Exception):  # noqa: N818 - says what is the case, as FileNotFo
         return GpuMissing, (self.reason, self.install)
 
 
-class GpuFailed(Exception):  # noqa: N818
-    """A shader could not be compiled or run; `reason` says why and `log` is what the driver said about it."""
+class GpuEnded(GpuMissing):
+    """There is a driver, but its process was ended before it answered: nothing has to be installed."""
 
-    def __init__(self, reason: str, log: str = "") -> None:
-        self.reason, self.log = reason, log.strip()
+    def __reduce__(self) -> tuple[type[GpuEnded], tuple[str, str]]:
+        return GpuEnded, (self.reason, self.install)
+
+
+class GpuFailed(Exception):  # noqa: N818
+    """A shader could not be compiled or run; `reason` says why and `log` is what the driver said about it.
+
+    `ended` says that the driver's process was ended from outside, or by its own crash.
+    """
+
+    def __init__(self, reason: str, log: str = "", ended: bool = False) -> None:
+        self.reason, self.log, self.ended = reason, log.strip(), ended
         super().__init__(f"{reason}\n{self.log}" if self.log else reason)
 
-    def __reduce__(self) -> tuple[type[GpuFailed], tuple[str, str]]:
-        return GpuFailed, (self.reason, self.log)
+    def __reduce__(self) -> tuple[type[GpuFailed], tuple[str, str, bool]]:
+        return GpuFailed, (self.reason, self.log, self.ended)
+
+
+def way_out_of_an_end() -> str:
+    """What to do where the driver's process was ended."""
+    if memory_limit() is not None:
+        return "allow it more memory, as with `ulimit -v unlimited`, or use NumPy: --backend numpy"
+    return "try again, with more memory free; NumPy needs no driver: --backend numpy"
 
 
 def install_command(driver: str = "auto") -> str:

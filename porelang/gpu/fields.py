@@ -15,6 +15,7 @@ from porelang.data import Data, SampledField, Segments
 from porelang.diagnostics import PoreError, fail
 from porelang.formula import Formula
 from porelang.gpu import Gpu, GpuFailed, GpuMissing, Lane, shared_gpu
+from porelang.gpu.errors import GpuEnded
 from porelang.ir import Node
 from porelang.ops import Kind, kind
 from porelang.ops.words import words
@@ -30,9 +31,15 @@ LONGEST_ROW = 1 << 20
 
 
 def gpu(lane: Lane = "work") -> Gpu:
-    """The GPU of this process, of a lane. Errors: E120 where there is none, with the command that installs one."""
+    """The GPU of this process, of a lane.
+
+    Errors: E120 where there is none, with the command that installs one; E125 where its process was ended before it
+    answered.
+    """
     try:
         return shared_gpu(lane=lane)
+    except GpuEnded as ended:
+        raise fail("E125", f"the graphics driver could not be started: {ended.reason}", hint=ended.install) from None
     except GpuMissing as missing:
         raise fail("E120", f"no OpenGL here: {missing.reason}", hint=missing.install) from None
 

@@ -18,6 +18,7 @@ from typing import Any
 from porelang.gpu.errors import GpuFailed
 from porelang.gpu.resident import Resident
 from porelang.gpu.wire import Arena, Done, Failed, GpuInfo, Request
+from porelang.limits import memory_limit
 from porelang.resources import PACKAGE
 
 START = 60.0  # seconds until a driver has to be there
@@ -50,7 +51,8 @@ class Child:
             )
         except OSError as error:
             self._free()
-            raise GpuFailed(f"cannot start a Python process for the graphics driver: {error}") from None
+            reason = error.strerror or str(error)
+            raise GpuFailed(f"no process can be started for the graphics driver: {reason}", ended=True) from None
         finally:
             theirs.close()
         _children.add(self)
@@ -114,8 +116,13 @@ class Child:
             code = 0
         log = self._last_words()
         self.end()
+        if -code in (signal.SIGKILL, signal.SIGTERM, signal.SIGXCPU):
+            name = signal.Signals(-code).name
+            return GpuFailed(f"its process was killed ({name}), for want of memory or by somebody", log, ended=True)
         if code < 0:
-            return GpuFailed(f"the graphics driver crashed ({signal.Signals(-code).name})", log)
+            limit = memory_limit()
+            room = "" if limit is None else f", with {limit / 1e6:,.0f} MB of memory allowed to it"
+            return GpuFailed(f"the graphics driver crashed ({signal.Signals(-code).name}){room}", log, ended=True)
         return GpuFailed("the process of the graphics driver ended", log)
 
     def _last_words(self) -> str:

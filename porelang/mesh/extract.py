@@ -130,7 +130,9 @@ def _reject(layers: Layers, sample: Sample, plan: Plan, found: list[Found], soli
     nearest = min(found, key=lambda f: min(abs(f.low), abs(f.high)))
     closest = nearest.high if solid else nearest.low
     where = f"its values there run from {low:.4g} to {high:.4g}; the nearest to 0 is {closest:.4g}"
-    if nearest.nearest is not None:
+    if low == high:
+        where = f"it is {low:.4g} at all of them"
+    elif nearest.nearest is not None:
         where += f", at {place(nearest.nearest)}"
     x, y, z = (f"{axis.lo:.6g}..{axis.hi:.6g}" for axis in layers.axes)
     if solid:
@@ -148,7 +150,8 @@ def _reject(layers: Layers, sample: Sample, plan: Plan, found: list[Found], soli
         )
     raise fail(
         "E111",
-        f"the part is empty: the field is positive, void, at every sample in x {x}, y {y}, z {z} mm ({where})",
+        f"the part is empty: the field is {'positive' if low > 0 else 'nowhere negative'}, void, at every sample in "
+        f"x {x}, y {y}, z {z} mm ({where})",
         hint=f"solid is negative: grown by more than {closest:.4g} (`offset(part, d)`; a shell's thickness by twice as "
         "much) it would not be empty; or else its walls are thinner than the voxel, or the bounds miss it",
     )

@@ -12,6 +12,7 @@ import json
 import os
 import re
 import stat
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -20,7 +21,13 @@ from typing import Any
 from porelang.atomic import followed, keep_owner, read_only, undone, unused_name, unwritable
 from porelang.diagnostics import fail
 
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
 MANIFEST = "layers.json"
+PATIENCE = 20.0  # seconds to wait for another process that renames a folder beside
 _LARGEST = 1 << 28  # bytes of a manifest: more than a million layers take a third of it
 _NEW = "name a new folder, or an older one of layers"
 
@@ -37,22 +44,33 @@ def replace_folder(path: str | Path) -> Iterator[Path]:
     try:
         with undone(lambda: _tidy(target, draft)):
             _tidy(target, draft)
-            if os.path.lexists(aside):
+            layers_folder(path)
+            if _is_stranger(target):
                 hint = "a run that was stopped left it, and something was added: move it elsewhere"
                 raise fail("E113", f"cannot write `{path}`: `{aside}` is in the way", hint=hint)
-            layers_folder(path)
             draft.mkdir()
             yield draft
-            layers_folder(path)
-            if target.exists():
-                keep_owner(target, draft)
-                os.rename(target, aside)
-            os.rename(draft, target)
+            with _turn(target.parent):
+                _settle(target)
+                layers_folder(path)
+                if target.exists():
+                    keep_owner(target, draft)
+                    os.rename(target, aside)
+                os.rename(draft, target)
+                _settle(target)
+                left = os.path.lexists(aside)
     except OSError as error:
         raise unwritable(path, error) from error
-    if os.path.lexists(aside):
+    if left:
         raise fail("E113", f"`{path}` is written, and what came into the old folder meanwhile is kept in `{aside}`",
                    hint="move it elsewhere")  # fmt: skip
+
+
+def _is_stranger(target: Path) -> bool:
+    """Whether something lies where the old folder is put aside that is not to be deleted."""
+    with _turn(target.parent):
+        _settle(target)
+        return os.path.lexists(_aside(target))
 
 
 def layers_folder(path: str | Path) -> Path:
@@ -128,14 +146,52 @@ def _aside(target: Path) -> Path:
 
 def _tidy(target: Path, draft: Path) -> None:
     """Put the old folder back where there is no new one, else delete its layers; delete what was drafted."""
+    if os.path.lexists(_aside(target)):
+        with _turn(target.parent):
+            _settle(target)
+    if draft.is_dir():
+        _remove(draft, os.listdir(draft))
+
+
+def _settle(target: Path) -> None:
+    """The old folder, if it is aside, back where there is no new one, else deleted; in this process's turn."""
     aside = _aside(target)
     if aside.is_dir() and not aside.is_symlink():
         if target.exists():
             _remove(aside, _listed(aside))
         else:
             os.rename(aside, target)
-    if draft.is_dir():
-        _remove(draft, os.listdir(draft))
+
+
+@contextmanager
+def _turn(folder: Path) -> Iterator[None]:
+    """While this lasts no other process of ours renames in a folder: between two renames its layers have no name.
+
+    The lock is on the folder itself, so that nothing is left of it. Where a file system knows no locks there is none.
+    """
+    if fcntl is None:
+        yield
+        return
+    try:
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError:  # it is gone, or may not be looked into: what is done in it will say so
+        yield
+        return
+    try:
+        last = time.monotonic() + PATIENCE
+        while True:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError:
+                if time.monotonic() > last:
+                    raise
+                time.sleep(0.01)
+            except OSError:
+                break
+        yield
+    finally:
+        os.close(handle)
 
 
 def _remove(folder: Path, names: list[str]) -> None:

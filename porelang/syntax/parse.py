@@ -7,16 +7,17 @@ one is reported and every good one is kept. Nothing here recurses: how deep a pr
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from porelang import resources
-from porelang.diagnostics import Diagnostic, Edit, PoreError
+from porelang.diagnostics import Diagnostic, Edit, Label, PoreError
 from porelang.once import once
 from porelang.source import Source, Span
 from porelang.syntax import tree
 from porelang.syntax.builder import Bare, Builder
 from porelang.syntax.failure import Failure
+from porelang.syntax.foreign import foreign_symbol
 from porelang.syntax.mistakes import explain
 from porelang.syntax.tables import pack, unpack
 from porelang.syntax.tokens import LEXER_ONLY, LexedToken, RawStatement, Token, split_statements, tokenize
@@ -50,17 +51,24 @@ def parse(source: Source, start: int = 0, end: int | None = None) -> tuple[tree.
         return tree.File(source, ()), [Diagnostic("E028", message, Span(source, 0, 0), hint=hint)]
     statements: list[tree.Statement] = []
     diagnostics: list[Diagnostic] = []
-    for raw, following in _followed(split_statements(list(tokenize(source, _lexed(source.text[start:end], start))))):
+    habits: list[Diagnostic] = []  # what the statements beside are read in spite of
+    tokens: list[Token] = []
+    for token in tokenize(source, _lexed(source.text[start:end], start)):
+        if token.type == "FOREIGN" and token.text.startswith("//"):
+            habits.append(foreign_symbol(token.type, token.span))
+        else:
+            tokens.append(token)
+    for raw, following in _followed(split_statements(tokens)):
         try:
             if raw.tokens:
                 statements.append(_statement(raw, following))
         except PoreError as error:
             diagnostics.extend(error.diagnostics)
         if raw.error_after is not None:
-            diagnostics.append(raw.error_after)
+            habits.append(raw.error_after)
         if len(diagnostics) >= MOST:
             break
-    return tree.File(source, tuple(statements)), sorted(diagnostics, key=_start)[:MOST]
+    return tree.File(source, tuple(statements)), _told_once(sorted([*diagnostics, *habits], key=_start))[:MOST]
 
 
 def build(text: str, *, strict: bool = False) -> lark.Lark:
@@ -89,6 +97,24 @@ def _lexed(text: str, offset: int = 0) -> Iterable[LexedToken]:
     thread: Any = parser().parse_interactive(text).lexer_thread
     for token in thread.lex(None):
         yield LexedToken(token.type, str(token), offset + (token.start_pos or 0))
+
+
+def _told_once(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """A habit (`;` at the ends of lines, `//` before comments) is one mistake, told where it is first seen."""
+    places: dict[tuple[str, str, str], list[Diagnostic]] = {}
+    for d in diagnostics:
+        if d.code in ("E001", "E020"):
+            places.setdefault((d.code, d.message, d.hint), []).append(d)
+    out: list[Diagnostic] = []
+    for d in diagnostics:
+        same = places.get((d.code, d.message, d.hint), [d])
+        if d is not same[0]:
+            continue
+        if len(same) > 1 and same[1].span is not None:
+            more = f", and in {len(same) - 2} more places" if len(same) > 2 else ""
+            d = replace(d, others=(*d.others, Label(same[1].span, f"and here{more}")))
+        out.append(d)
+    return out
 
 
 def _start(diagnostic: Diagnostic) -> int:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.source import Source, Span
-from porelang.syntax.foreign import foreign_symbol
+from porelang.syntax.foreign import foreign_symbol, is_space
 
 NESTING = 200  # brackets within brackets
 
@@ -79,6 +79,8 @@ def tokenize(source: Source, lexed: Iterable[LexedToken]) -> Iterator[Token]:
         if kind == "NEWLINE":
             starts_line = True
             line_ends += len(text)
+            continue
+        if kind == "JUNK" and is_space(text):
             continue
         if kind == "DOC":
             if starts_line:

@@ -6,10 +6,13 @@ from collections.abc import Callable
 
 from porelang.diagnostics import Diagnostic
 from porelang.syntax.failure import Failure, describe
-from porelang.syntax.mistakes import expressions, statements
+from porelang.syntax.mistakes import expressions, openscad, statements
 
 #: Rules, each for one kind of mistake; the first that knows an answer gives it.
 RULES: tuple[Callable[[Failure], Diagnostic | None], ...] = (
+    openscad.before_its_solid,
+    openscad.module,
+    statements.mesh,
     statements.other_word,
     statements.use,
     statements.preset,
@@ -21,6 +24,7 @@ RULES: tuple[Callable[[Failure], Diagnostic | None], ...] = (
     statements.parameters,
     expressions.value_missing,
     expressions.comprehension,
+    expressions.condition_last,
     expressions.conditional,
     statements.param_range,
     expressions.misplaced,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.source import Span
+from porelang.syntax import habits
 from porelang.syntax.failure import KEYWORDS, Failure, describe, new_value, reserved
 from porelang.syntax.tokens import BINARY, CLOSING, OPENING, STATEMENTS, VALUE_START
 from porelang.units import UNITS
@@ -40,6 +41,10 @@ def value_missing(f: Failure) -> Diagnostic | None:
     if not f.value_wanted:
         return None
     kind, before = f.found.type, f.before
+    if f.found.text == before.text == ">" and f.found.span.start == before.span.end:
+        edit = Edit(before.span.to(f.found.span), "|>")
+        return Diagnostic("E001", "`>>` is not a sign of Pore", edit.span,
+                          hint="`a |> f(b)` hands a value on: it is `f(a, b)`", edit=edit)  # fmt: skip
     after = f"after {describe(before)}" if f.at else "at the start"
     if kind == "PLUS":
         return f.error(
@@ -86,6 +91,8 @@ def value_missing(f: Failure) -> Diagnostic | None:
             return f.error("E007", f"a value is missing {after}: `{word}` begins a statement", "value expected", hint)
     if kind == "STRING" or kind in VALUE_START:
         return None
+    if kind == "COLON" and before.type == "ELSE":
+        return f.error("E014", "no `:` stands after `else`", hint="leave it out", edit=f.instead(""))
     if kind in ("THEN", "ELSE", "ELSE_IF") and f.inner not in ("IF", "THEN"):
         return f.error("E014", f"`{f.found.text}` without `if`", hint="write `if c then a else b`")
     got = "" if kind in ("$END", "_SEP") else f", before {describe(f.found)}"
@@ -116,6 +123,42 @@ def conditional(f: Failure) -> Diagnostic | None:
     if kind in ("THEN", "ELSE", "ELSE_IF"):
         return f.error("E014", f"`{f.found.text}` without `if`", hint="write `if c then a else b`")
     return None
+
+
+def condition_last(f: Failure) -> Diagnostic | None:
+    """`5 if c else 2`, as Python has it."""
+    if f.found.type != "IF" or not f.after_value:
+        return None
+    first, depth = f.at, 0
+    while first > 0:
+        token = f.tokens[first - 1]
+        depth += (token.type in CLOSING) - (token.type in OPENING)
+        if depth < 0 or (depth == 0 and token.type in ("EQUAL", "_COMMA", "ARROW", "_SEP", "COLON")):
+            break
+        first -= 1
+    middle = _at_depth(f, f.at + 1, ("ELSE",))
+    end = _at_depth(f, middle + 1, ("_COMMA", "_SEP", "$END", *CLOSING))
+
+    def text(start: int, stop: int) -> str:
+        return f.tokens[start].span.to(f.tokens[stop - 1].span).text
+
+    if f.tokens[middle].type != "ELSE":
+        return f.error("E014", "the condition of an `if` stands first", hint="write `if c then a else b`")
+
+    ours = f"if {text(f.at + 1, middle)} then {text(first, f.at)} else {text(middle + 1, end)}"
+    edit = Edit(f.tokens[first].span.to(f.tokens[end - 1].span), ours)
+    return f.error("E014", "the condition of an `if` stands first", "a value ends before it", f"write `{ours}`", edit)
+
+
+def _at_depth(f: Failure, start: int, kinds: tuple[str, ...]) -> int:
+    """The first token from `start` on, in no bracket that opens there, of one of these kinds; the last if none is."""
+    depth = 0
+    for i in range(start, len(f.tokens)):
+        kind = f.tokens[i].type
+        if depth == 0 and kind in kinds:
+            return i
+        depth += (kind in OPENING) - (kind in CLOSING)
+    return len(f.tokens) - 1
 
 
 def comprehension(f: Failure) -> Diagnostic | None:
@@ -200,6 +243,10 @@ def two_values(f: Failure) -> Diagnostic | None:
     if not f.after_value or f.found.type not in VALUE_START:
         return None
     before, found = f.before, f.found
+    if before.text == "lambda" and found.type == "NAME":
+        return _lambda(f)
+    if before.type == "NAME" and (theirs := habits.hint(before.text)):
+        return Diagnostic("E037", f"`{before.text}` is not a word of Pore", before.span, hint=theirs)
     others = (Label(before.span, "this value ends here"),)
     if before.type == "NUMBER" and found.type == "NAME" and found.text in UNITS and before.text[-1] in "0123456789.":
         edit = Edit(Span(before.span.source, before.span.end, found.span.start), "")
@@ -211,9 +258,30 @@ def two_values(f: Failure) -> Diagnostic | None:
     if f.inner in ("LPAR", "LBRACK", "SET") and found.type != "LBRACE":
         hint = "put a comma between two values, or an operator"
         return Diagnostic("E008", "a comma or an operator is missing", found.span, "", others, hint, f.insert(","))
+    if before.type == "NAME" and found.type in ("NUMBER", "STRING") and f.within == []:
+        call = f"{before.text}({found.text})"
+        hint = f"a function is called with parentheses: `{call}`"
+        return Diagnostic("E008", "an operator or parentheses are missing between two values", found.span, "", others,
+                          hint, Edit(before.span.to(found.span), call))  # fmt: skip
     simple = found.type in ("NAME", "NUMBER") and before.type in ("NAME", "NUMBER")
     hint = "put an operator between: `*` multiplies, `|` joins solids, `&` intersects them"
     if simple:
         hint = f"for a product write `{before.text}*{found.text}`"
     product = f.insert(" *") if simple else None
     return Diagnostic("E008", "an operator is missing between two values", found.span, "", others, hint, product)
+
+
+def _lambda(f: Failure) -> Diagnostic:
+    """`lambda t: t + 1`, as Python has it."""
+    word = f.before
+    names: list[str] = []
+    at = f.at
+    while f.tokens[at].type == "NAME":
+        names.append(f.tokens[at].text)
+        at += 2 if f.tokens[at + 1].type == "_COMMA" else 1
+    head = names[0] if len(names) == 1 else f"({', '.join(names)})"
+    colon = f.tokens[at]
+    edit = Edit(word.span.to(colon.span), f"{head} =>") if colon.type == "COLON" else None
+    return Diagnostic(
+        "E017", "`lambda` is not a word of Pore", word.span, hint=f"a function is written `{head} => ...`", edit=edit
+    )

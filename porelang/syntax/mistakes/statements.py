@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from porelang.diagnostics import Diagnostic, Edit
 from porelang.source import Span
+from porelang.syntax import habits
 from porelang.syntax.failure import KEYWORDS, Failure, describe, reserved
 from porelang.syntax.tokens import CLOSING, STATEMENTS, VALUE_END, VALUE_START, Token
 
@@ -31,17 +32,32 @@ def other_word(f: Failure) -> Diagnostic | None:
     word = f.before
     if (
         word.type != "NAME"
-        or f.found.type not in {"NAME", "STRING", "NUMBER"} | STATEMENTS
+        or (f.found.type not in {"NAME", "STRING", "NUMBER"} | STATEMENTS and f.found.text != "<")
         or word.text not in OTHER_WORDS
     ):
         return None
     if f.at > 1 and f.tokens[f.at - 2].type in STATEMENTS:
         return None
     ours = OTHER_WORDS[word.text]
+    if ours == "use" and f.found.type == "NAME" and f.at == 1:  # `import numpy as np`, `from math import sin`
+        whole = Edit(word.span.to(f.tokens[-2].span), "")
+        hint = 'leave it out: functions need no prefix, `sin(x)`; a file of yours comes by `use "parts.pore" as parts`'
+        return Diagnostic("E008", f"`{word.text}` is not a word of Pore", word.span, hint=hint, edit=whole)
     hint = f"write `{ours}`" if ours else "leave it out: the value of a block or a def is its last expression"
     end = word.span.end if ours else f.found.span.start
     edit = Edit(Span(word.span.source, word.span.start, end), ours)
     return Diagnostic("E008", f"`{word.text}` is not a word of Pore", word.span, hint=hint, edit=edit)
+
+
+def mesh(f: Failure) -> Diagnostic | None:
+    """`import "part.stl"`, and `use` of one without a name."""
+    words = ("use", *(word for word, ours in OTHER_WORDS.items() if ours == "use"))
+    if f.head.text not in words or len(f.tokens) < 2:
+        return None
+    path = f.tokens[1]
+    if path.type != "STRING" or not path.text.strip('"').lower().endswith(habits.MESH_ENDINGS):
+        return None
+    return Diagnostic("E046", f"{path.text} is no program of Pore", path.span, "a mesh", hint=habits.MESHES)
 
 
 def name_missing(f: Failure) -> Diagnostic | None:
@@ -225,6 +241,10 @@ def assignment(f: Failure) -> Diagnostic | None:
     ):
         edit = Edit(Span(first.span.source, first.span.start, first.span.start), "def ")
         return f.error("E019", "a function is made with `def`", hint=f"write `def {first.text}(...) = ...`", edit=edit)
+    if at_start and start < f.at - 2 and f.before.type == "NAME" and f.tokens[f.at - 2].type == "DOT":
+        owner = Span(first.span.source, first.span.start, f.tokens[f.at - 3].span.end).text
+        hint = f"hand it over in the call, `{owner}({f.before.text}=...)`; a `param` is set from outside"
+        return f.error("E019", f"nothing of `{owner}` can be set", "", hint)
     if f.value_wanted:
         return f.error("E007", "a value is missing before `=`", hint="two values are compared with `==`, `<=` or `>=`")
     return f.error(

@@ -1,0 +1,242 @@
+"""What people write who come from other programs: the way out that is shown is tried, and leads to a program."""
+
+from __future__ import annotations
+
+import pytest
+
+from porelang.compiler import try_compile
+from porelang.diagnostics import Diagnostic, Edit, render
+from porelang.elaborate.names import PLANNED
+from porelang.elaborate.prelude import prelude_scope
+from porelang.source import Source
+from porelang.syntax import habits
+
+
+def errors(text: str) -> list[Diagnostic]:
+    return [d for d in try_compile(Source("a.pore", text))[1] if d.severity == "error"]
+
+
+def edited(text: str, edit: Edit) -> str:
+    return text[: edit.span.start] + edit.text + text[edit.span.end :]
+
+
+def mended(text: str) -> tuple[str, list[Diagnostic]]:
+    """The text after the edit of its first error that has one, and so on; and what is still wrong with it."""
+    for _ in range(12):
+        found = errors(text)
+        edits = [d.edit for d in found if d.edit is not None]
+        if not edits:
+            return text, found
+        text = edited(text, edits[0])
+    raise AssertionError(text)
+
+
+# What was written, and what it becomes by the edits that are shown.
+WRITTEN = {
+    # OpenSCAD: what is done to a solid stands before it
+    "translate([1,2,3]) sphere(5)": "sphere(5) |> translate([1,2,3])",
+    "translate([1,2,3]) sphere(5);": "sphere(5) |> translate([1,2,3])",
+    "difference() { sphere(5); cube(3); }": "sphere(5) \\ cube(3)",
+    "intersection() {\n  sphere(5);\n  cube(8);\n}\n": "sphere(5) & cube(8)\n",
+    "rotate([0,0,45]) cube(10)": "cube(10) |> rotate([0, 0, 1], 45deg)",
+    "rotate([10,0,45]) cube(10)": "cube(10) |> rotate([1, 0, 0], 10deg) |> rotate([0, 0, 1], 45deg)",
+    "rotate(a=45, v=[0,1,0]) cube(3)": "cube(3) |> rotate([0,1,0], 45deg)",
+    "mirror(v=[1,0,0]) cube(4)": "cube(4) |> mirror([1,0,0])",
+    "let a = scale([1,2,3]) sphere(5)\na": "let a = sphere(5) |> scale([1,2,3])\na",
+    "linear_extrude(height=10) circle(5)": "circle(5) |> extrude(10)",
+    "rotate_extrude() translate([10,0,0]) circle(2)": "circle(2) |> translate([10,0,0]) |> revolve()",
+    'color("red") sphere(5)': "sphere(5)",
+    "for (i=[0:5]) translate([i*10,0,0]) sphere(4);": "union([for i in range(6): sphere(4) |> translate([i*10,0,0])])",
+    "for (i = [0 : 60 : 300]) rotate([0, 0, i]) cube(2)": (
+        "union([for i in range(0, 301, 60): cube(2) |> rotate([0, 0, 1], i * 1deg)])"
+    ),
+    "translate([1,2,3]) difference() { cube(9); cylinder(r=2, h=20, center=true); }": (
+        "(cube(9) \\ cylinder(r=2, h=20)) |> translate([1,2,3])"
+    ),
+    "module pin(r, h) {\n  cylinder(r, h);\n  translate([0,0,h]) sphere(r);\n}\npin(1, 5)": (
+        "def pin(r, h) = cylinder(r, h) | sphere(r) |> translate([0,0,h])\npin(1, 5)"
+    ),
+    # its arguments
+    "$fn = 64;\nsphere(5);": "\nsphere(5)",
+    "sphere(r=5, $fn=100)": "sphere(r=5)",
+    "cube(size=[10,20,30], center=true)": "box(s=[10,20,30])",
+    "cube([10,20,30])": "box([10,20,30])",
+    "cylinder(h=10, r1=5, r2=3)": "cone(h=10, r1=5, r2=3)",
+    "cylinder(h=10, d=5)": "cylinder(h=10, r=5 / 2)",
+    "cylinder(center=true, r=5, h=10)": "cylinder( r=5, h=10)",
+    "sphere(radius=10)": "sphere(r=10)",
+    "torus(major=10, minor=3)": "torus(R=10, r=3)",
+    "gyroid(period=10) & sphere(4)": "gyroid(w=10) & sphere(4)",
+    "shell(sphere(5), thickness=1)": "shell(sphere(5), t=1)",
+    "ring(sphere(2), count=6)": "ring(sphere(2), n=6)",
+    "box([1,2,3], radius=0.2)": "box([1,2,3], round=0.2)",
+    # the items of a list and the components of a vector one by one
+    "union(sphere(5), cube(3))": "union([sphere(5), cube(3)])",
+    "box(1, 2, 3)": "box([1, 2, 3])",
+    "translate(sphere(5), 1, 2, 3)": "translate(sphere(5), [1, 2, 3])",
+    "polyline([0,0,0], [1,1,1], 2)": "polyline([[0,0,0], [1,1,1]], 2)",
+    "box(10)": "cube(10)",
+    'sphere("10")': "sphere(10)",
+    # GLSL, C
+    "smin(sphere(5), cube(3), 2)": "smooth_union(sphere(5), cube(3), 2)",
+    "vec3 q = vec3(1,2,3);\nsphere(length(q));": "let q = [1,2,3]\nsphere(length(q))",
+    "float d = 5;\nsphere(d);\n": "let d = 5\nsphere(d)\n",
+    "// a comment\nsphere(5) // another": "# a comment\nsphere(5) # another",
+    "!sphere(5) & cube(4)": "~sphere(5) & cube(4)",
+    "sphere(5) && cube(3)": "sphere(5) & cube(3)",
+    # Python
+    "import numpy as np\nsphere(2 + np.sin(1))": "\nsphere(2 + sin(1))",
+    "let f = lambda a, b: a + b\nsphere(f(1, 2))": "let f = (a, b) => a + b\nsphere(f(1, 2))",
+    "def f(r):\n    return r*2\nsphere(f(2))": "def f(r)=\n    r*2\nsphere(f(2))",
+    "let a = 5 if 3 > 2 else 4\nsphere(a)": "let a = if 3 > 2 then 5 else 4\nsphere(a)",
+    "if x > 0: sphere(5)\nelse: cube(4)": "if x > 0 then sphere(5)\nelse cube(4)",
+    "let r = 2 ** 3\nsphere(r)": "let r = 2 ^ 3\nsphere(r)",
+    "w = 10mm\ngyroid(w) & sphere(20)": "let w = 10mm\ngyroid(w) & sphere(20)",
+    # Curv
+    "sphere(5) >> translate([1,2,3])": "sphere(5) |> translate([1,2,3])",
+    "sphere 5": "sphere(5)",
+    # signs
+    "sphere(-5)": "sphere(5)",
+    "load(a.npz, vm)": 'load("a.npz", "vm")',
+}
+
+
+@pytest.mark.parametrize("text", WRITTEN)
+def test_the_edit_that_is_shown_mends_the_program(text: str) -> None:
+    assert errors(text)
+    became, left = mended(text)
+    assert became == WRITTEN[text]
+    assert not left
+
+
+# What was written, the code, and what the hint or message has to say of it.
+TOLD = {
+    "hull() { sphere(5); cube(3); }": ("E038", "smooth_union"),
+    "hull(sphere(5), cube(3))": ("E037", "smooth_union"),
+    "difference(sphere(5), cube(3))": ("E037", "`a \\ b`"),
+    "gyroid.w = 3\nsphere(5)": ("E019", "`gyroid(w=...)`"),
+    "rotate(cube(10), [0,0,45])": ("E043", "rotate(f, [0, 0, 1], 45deg)"),
+    "scale(sphere(5), -1)": ("E064", "`mirror(f, [1, 0, 0])`"),
+    'import "a.stl"\nsphere(5)': ("E046", "cannot be read yet"),
+    'use "a.stl" as a\na': ("E046", "cannot be read yet"),
+    'use "a.stl"\nsphere(5)': ("E046", "cannot be read yet"),
+    'import("a.stl")': ("E037", "cannot be read yet"),
+    'mesh("a.stl")': ("E030", "cannot be read yet"),
+    'use "a.npz" as a\na': ("E046", '`load("a.npz", "name")`'),
+    'let a = "x" + "y"\nsphere(5)': ("E060", "texts"),
+    "echo(5) + sphere(4)": ("E037", "pore eval"),
+    "while true { }": ("E037", "no loops"),
+    "sphere(640mm^3)": ("E039", "`(640mm)^3`"),
+}
+
+
+@pytest.mark.parametrize("text", TOLD)
+def test_the_word_of_pore_is_told(text: str) -> None:
+    code, said = TOLD[text]
+    (found,) = errors(text)
+    assert found.code == code
+    assert said in found.hint
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "module foo(r) { hull() sphere(r); }\nfoo(5)",
+        "function f(x) = x*2\nsphere(f(3))",
+        "w = 10mm\ngyroid(w) & sphere(20)",
+        "float d = 5\nsphere(d)",
+        "import parts as q\nq.a & sphere(5)",
+        "f(r) = 2*r\nsphere(f(3))",
+        "var w := 5\nsphere(w)",
+    ],
+)
+def test_a_name_whose_statement_is_rejected_is_not_called_unknown(text: str) -> None:
+    assert not {"E030", "E037"} & {d.code for d in errors(text)}
+
+
+@pytest.mark.parametrize("text", ["let f = t => t\nsphere(f)", "let g = { let f = t => t; f }\nsphere(g)"])
+def test_a_function_is_called_as_its_let_calls_it(text: str) -> None:
+    (found,) = errors(text)
+    assert "`f`" in found.message
+    assert "lambda" not in render(found)
+
+
+def test_a_function_without_a_name_is_called_as_it_is_written() -> None:
+    (found,) = errors("sphere(t => 2 * t)")
+    assert "`(t => 2 * t)`" in found.message
+
+
+def test_the_contract_of_the_prelude_is_told_in_words_and_is_not_the_users_to_change() -> None:
+    for text in (
+        "scale(sphere(5), [1, -1, 1])",
+        "box([1, -2, 3])",
+        "plane([0, 0, 0])",
+        "sphere(0)",
+        "polyline([p], 1)",
+    ):
+        (found,) = errors(text)
+        said = render(found)
+        assert found.code == "E064"
+        assert "min_component" not in said
+        assert "dot(" not in said
+        assert "or change the contract" not in said
+    (found,) = errors("def f(a: length where a > 2) = sphere(a)\nf(1)")
+    assert "or change the contract" in found.hint
+
+
+def test_no_word_of_another_program_is_one_of_pore() -> None:
+    known = prelude_scope().visible()
+    assert not (habits.NAMES.keys() - PLANNED) & known
+    assert {habits.ours(word) for word in habits.NAMES} - {""} <= known
+
+
+def test_a_habit_is_told_once_with_how_often_it_was_seen() -> None:
+    found = errors("".join(f"let a{i} = {i};  // the {i}th\n" for i in range(70)) + "sphere(b)")
+    assert [d.code for d in found] == ["E020", "E001", "E030"]
+    assert "and in 68 more places" in found[0].others[0].text
+
+
+@pytest.mark.parametrize("space", "\u00a0\u1680\u2000\u2003\u2007\u2009\u200a\u202f\u205f\u3000")
+def test_every_space_is_a_space(space: str) -> None:
+    assert not errors(f"{space}gyroid(10){space}&{space}sphere(5){space}")
+    assert mended(f"let a = 10{space}mm\nsphere(a)") == ("let a = 10mm\nsphere(a)", [])
+    assert "\ufffd" not in render(errors(f"let a = 10{space}mm\nsphere(a)")[0])
+
+
+@pytest.mark.parametrize("hidden", "\u200b\u200c\u200d\u200e\u2060\u00ad\u202a\u2066")
+def test_a_character_that_is_not_seen_is_pointed_at(hidden: str) -> None:
+    (found,) = errors(f"gy{hidden}roid(10) & sphere(5)")
+    assert f"U+{ord(hidden):04X}" in found.message
+    assert mended(f"gy{hidden}roid(10) & sphere(5)") == ("gyroid(10) & sphere(5)", [])
+
+
+@pytest.mark.parametrize("dash", "\u2010\u2011\u2012\u2013\u2014\u2015\u2212\uff0d\ufe63")
+def test_a_dash_is_a_minus(dash: str) -> None:
+    assert mended(f"sphere(5) {dash} 2") == ("sphere(5) - 2", [])
+
+
+@pytest.mark.parametrize(
+    "marks", ["\u201c\u201d", "\u201e\u201c", "\u00ab\u00bb", "\u2018\u2019", "\u2039\u203a", "``"]
+)
+def test_a_quotation_mark_is_a_straight_one(marks: str) -> None:
+    assert mended(f'load({marks[0]}a.npz{marks[1]}, "b")') == ('load("a.npz", "b")', [])
+
+
+def test_letters_beyond_ascii_are_spelt_in_it() -> None:
+    assert mended("let w\u00e4nde = 3\nsphere(w\u00e4nde)") == ("let wande = 3\nsphere(wande)", [])
+    assert mended("let \u03b1 = 3\nsphere(\u03b1)") == ("let alpha = 3\nsphere(alpha)", [])
+    assert mended("sphere(\uff15\uff09") == ("sphere(5)", [])
+    assert mended("sphere(\u00bd)") == ("sphere(0.5)", [])
+    assert mended("let r = 3\u2075\nsphere(r)") == ("let r = 3^5\nsphere(r)", [])
+
+
+@pytest.mark.parametrize("end", ["\r", "\r\n", "\n"])
+def test_every_line_end_is_one(end: str) -> None:
+    assert not errors(f"# a sphere{end}let r = 5{end}sphere(r){end}")
+    (found,) = errors(f"let r = 5{end}sphere(q){end}")
+    assert found.span is not None
+    assert (found.span.line, found.span.column) == (2, 8)
+
+
+def test_line_ends_of_unicode_are_told() -> None:
+    assert mended("let r = 5\u2028sphere(r)") == ("let r = 5\nsphere(r)", [])
