@@ -8,7 +8,9 @@ from porelang.checks import broken_checks, late_doubts, undecided_checks, unmeas
 from porelang.cli import report
 from porelang.compiler import MOST_DIAGNOSTICS, try_compile
 from porelang.diagnostics import PoreError
+from porelang.doubts import off_step
 from porelang.files import read_source
+from porelang.refusals import refusals
 from porelang.syntax.parse import MOST
 
 
@@ -23,7 +25,9 @@ def check(options: Namespace) -> int:
             design.read_data()
             if options.measure:
                 design.keep_contracts()
-            broken = broken_checks(design, options.measure)
+            broken = off_step(program.params, design.settings)
+            broken += refusals(design, options.measure)
+            broken += broken_checks(design, options.measure)
             if options.measure:
                 broken += [*undecided_checks(design), *late_doubts(design)]
         except PoreError as error:

@@ -7,8 +7,10 @@ from argparse import Namespace
 from porelang.cli import report
 from porelang.compiler import try_compile
 from porelang.diagnostics import PoreError
+from porelang.doubts import off_step
 from porelang.files import read_source
 from porelang.program import Program
+from porelang.settings import settle
 
 
 def load(options: Namespace) -> Program:
@@ -18,4 +20,6 @@ def load(options: Namespace) -> Program:
         raise PoreError(found)
     if not getattr(options, "quiet", False):
         report.say(found)
+        if settings := dict(getattr(options, "settings", None) or ()):
+            report.say(off_step(program.params, settle(program.params, settings)))
     return program

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from porelang.diagnostics import Edit, Label, suggest
-from porelang.elaborate import operators
-from porelang.elaborate.calls import Given, call
+from porelang.elaborate import operators, suspect
+from porelang.elaborate.calls import call
 from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import check_kinds
 from porelang.elaborate.values import (
     POISON,
     Bool,
     Function,
+    Given,
     ListValue,
     Poison,
     Range,
@@ -90,6 +91,7 @@ def _call(ctx: Context, t: tree.Call, scope: Scope, piped: tuple[Given, ...]) ->
 
 def _chain(ctx: Context, t: tree.Chain, scope: Scope) -> Value:
     value, span = ctx.evaluate(t.first, scope), t.first.span
+    suspect.pipe_below_set(ctx, t)
     for (op, right), op_span in zip(t.rest, t.op_spans, strict=True):
         if op == "|>":
             value = _pipe(ctx, value, span, right, scope)

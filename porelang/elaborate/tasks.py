@@ -10,7 +10,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 
-from porelang.elaborate.calls import Call, Given, call
+from porelang.elaborate.calls import Call, call
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import (
     ABSENT,
@@ -18,6 +18,7 @@ from porelang.elaborate.values import (
     Bool,
     Builtin,
     Function,
+    Given,
     Poison,
     Range,
     Record,
