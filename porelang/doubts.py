@@ -12,12 +12,12 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.box import part_box, unbounded_axes
+from porelang.analysis.box import Box, part_box, unbounded_axes
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.elaborate.results import Elaborated, ParamInfo, Suspicion
 from porelang.formula import Bindings, Formula
-from porelang.ir import SLOTS, Node, X, Y, Z, node, order, within
+from porelang.ir import SLOTS, Node, X, Y, Z, node, order, param, substitute, within
 from porelang.rewrites import flatten
 from porelang.source import Span
 
@@ -26,11 +26,19 @@ Points = NDArray[np.float64]
 SAMPLES, FEW = 4000, 8
 #: A larger graph than this takes longer to look at than a warning is worth.
 LARGEST = 20_000
+#: Boxes are looked for of graphs up to this size.
+CLOSE = 400
+#: Values of a lattice that are tried, from the least to the greatest.
+LEVELS = 17
 
 
 def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
     """A warning for each suspicion that values bear out, and for each name that nothing reads."""
-    out = [d for s in found.suspicions if (d := _LOOKS[s.what](s, found.params, bindings)) is not None]
+    whole = {n for output in found.outputs.values() for n in output.nodes}  # of what is empty as a whole more is said
+    looked_at = [
+        s for s in found.suspicions if s.what != "apart" or node("max", *s.nodes) not in whole or s.name != "&"
+    ]
+    out = [d for s in looked_at if (d := _LOOKS[s.what](s, found, bindings)) is not None]
     return [
         *out,
         *_unread(found),
@@ -64,7 +72,7 @@ def _number(n: Node, bindings: Bindings) -> float | None:
 def _inside(body: Node, bindings: Bindings) -> Points | None:
     """Points within a solid; None where it has no end, or is not to be found in its box."""
     (flat,) = flatten(body)
-    if any(n not in bindings for n in order([flat], within) if n.op in SLOTS) or len(order([flat])) > 2000:
+    if any(n not in bindings for n in order([flat], within) if n.op in SLOTS) or len(order([flat])) > CLOSE:
         return None
     box = part_box(Formula((flat,), bindings))
     if box is None or unbounded_axes(box):
@@ -87,7 +95,7 @@ def _figures(value: float) -> str:
 # ---- each kind of suspicion -----------------------------------------------------------------------------------------
 
 
-def _length(s: Suspicion, params: Mapping[str, ParamInfo], bindings: Bindings) -> Diagnostic | None:
+def _length(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     lattice, length = s.nodes
     said = s.argument or s.span
     text = _value_span(said).text
@@ -99,9 +107,9 @@ def _length(s: Suspicion, params: Mapping[str, ParamInfo], bindings: Bindings) -
     hint = f"write a raw number, without a unit; {porous}"
     edit = None
     if slope is not None and mm is not None and mm > 0:
-        about = f"{mm / slope:.2g}"
+        about = _figures(mm / slope)
         period = None if s.period is None else _number(s.period, bindings)
-        label += f", about {about} mm{_with(order([lattice, length]), params)}"
+        label += f", about {about} mm{_with(order([lattice, length]), found.params)}"
         raw = _figures(mm * slope)
         varies = period is not None and s.period is not None and s.period.op == "param"
         if varies and s.period is not None and s.argument is not None:
@@ -136,7 +144,7 @@ def _slope(lattice: Node, bindings: Bindings) -> float | None:
     return None if not np.isfinite(near).all() or near.min() <= 0 else float(1 / np.mean(1 / near))
 
 
-def _total(s: Suspicion, params: Mapping[str, ParamInfo], bindings: Bindings) -> Diagnostic | None:
+def _total(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     a, b = s.nodes
     both = _inside(node("max", a, b), bindings)
     if both is None:  # of two that are apart it is the region nearer to one: that may be meant
@@ -152,7 +160,7 @@ def _total(s: Suspicion, params: Mapping[str, ParamInfo], bindings: Bindings) ->
     )
 
 
-def _copies(s: Suspicion, params: Mapping[str, ParamInfo], bindings: Bindings) -> Diagnostic | None:
+def _copies(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     body, copies, *cell = s.nodes
     points = _inside(body, bindings)
     if points is None:
@@ -161,10 +169,10 @@ def _copies(s: Suspicion, params: Mapping[str, ParamInfo], bindings: Bindings) -
     least: NDArray[np.bool_] | None = None
     for bits in range(8 if cell else 1):  # a row of an even number has no copy in the middle
         shift = [halves[i] if bits >> i & 1 else 0.0 for i in range(3)] if cell else [0.0] * 3
-        found = _values([_moved(copies, shift)], points, bindings)
-        if found is None:
+        values = _values([_moved(copies, shift)], points, bindings)
+        if values is None:
             return None
-        lost = found[0] > 0
+        lost = values[0] > 0
         least = lost if least is None or lost.sum() < least.sum() else least
     assert least is not None
     share = least.sum() / len(points)
@@ -186,7 +194,81 @@ def _copies(s: Suspicion, params: Mapping[str, ParamInfo], bindings: Bindings) -
     )
 
 
-def _seam(s: Suspicion, params: Mapping[str, ParamInfo], bindings: Bindings) -> Diagnostic | None:
+def _apart(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    a, b = s.nodes
+    if s.name == "\\":
+        b = node("neg", b)
+    common = node("max", a, b)
+    points = np.random.default_rng(1).uniform(-1, 1, (SAMPLES, 3)) * np.repeat(
+        [[3], [10], [40], [160]], SAMPLES // 4, 0
+    )
+    values = _values([common], points, bindings)
+    if values is None or (values[0] < 0).any():
+        return None
+    (flat,) = flatten(common)
+    if len(order([flat])) > CLOSE or part_box(Formula((flat,), bindings)) is not None:
+        return None
+    done = "takes nothing away" if s.name == "\\" else "leaves nothing"
+    return _warning(
+        "W223",
+        f"`{s.name}` {done} here: the two solids do not meet",
+        s.span,
+        _gap(*(part_box(Formula(flatten(n), bindings)) for n in (a, b))),
+        "check where the second lies, and its unit",
+        () if s.argument is None else (Label(s.argument, "the second"),),
+    )
+
+
+def _gap(a: Box | None, b: Box | None) -> str:
+    """How far two boxes are apart, along the axis where that is most."""
+    if a is None or b is None:
+        return "apart"
+    gaps = [(max(b.lo[i] - a.hi[i], a.lo[i] - b.hi[i]), i) for i in range(3)]
+    gap, i = max(gaps)
+    return f"{gap:.3g} mm apart along {'xyz'[i]}" if 0 < gap < 1e5 else "apart"
+
+
+def _pores(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    """Whether a wall is solid, or void, whatever value its lattice has."""
+    (walls,) = s.nodes
+    lattices = [n for n in order([walls], within) if n in found.lattices]
+    if not lattices:
+        return None
+    points = np.random.default_rng(1).uniform(-60, 60, (SAMPLES // 10, 3))
+    ranges = _values(lattices, points, bindings)
+    if ranges is None:
+        return None
+    stand_in = {n: param(f"the value of lattice {i}") for i, n in enumerate(lattices)}
+    replaced = flatten(substitute([walls], stand_in)[0])
+    if any(n not in bindings for n in order(replaced, within) if n.op in SLOTS and n not in stand_in.values()):
+        return None
+    values = np.stack(
+        [
+            np.broadcast_to(NumpyField(Formula(replaced, {**bindings, **level}), "f64", 1).at(points), len(points))
+            for share in np.linspace(0, 1, LEVELS)
+            for level in [{p: _between(r, share) for p, r in zip(stand_in.values(), ranges, strict=True)}]
+        ]
+    )
+    # what it might do between two values that were tried is no more than it does from one to the next
+    sure = np.abs(values).min(axis=0) > np.abs(np.diff(values, axis=0)).max(axis=0)
+    solid = bool((values < 0).all() and sure.all())
+    if not solid and not ((values > 0).all() and sure.all()):
+        return None
+    low, high = min(float(r.min()) for r in ranges), max(float(r.max()) for r in ranges)
+    return _warning(
+        "W224",
+        f"`{' '.join(s.span.text.split())}` is {'solid' if solid else 'void'} everywhere: the lattice is lost",
+        s.span,
+        f"the lattice runs from {low:.2g} to {high:.2g}",
+        "its values are raw, not mm: " + ("take less" if solid else "take more, or check the sign"),
+    )
+
+
+def _between(values: Points, share: float) -> float:
+    return float((1 - share) * values.min() + share * values.max())
+
+
+def _seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     lattice, turn = s.nodes
     full = _number(turn, bindings)
     if full is None or full == 0 or _closes(lattice, full, bindings):
@@ -221,10 +303,12 @@ def _closes(lattice: Node, turn: float, bindings: Bindings) -> bool:
     return float(np.mean((one < 0) != (other < 0))) < 0.005
 
 
-_LOOKS: Mapping[str, Callable[[Suspicion, Mapping[str, ParamInfo], Bindings], Diagnostic | None]] = {
+_LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | None]] = {
     "length": _length,
     "total": _total,
     "copies": _copies,
+    "apart": _apart,
+    "pores": _pores,
     "seam": _seam,
 }
 

@@ -18,10 +18,12 @@ from porelang.elaborate.values import Bool, Scalar, Vector
 from porelang.formula import Formula
 from porelang.ir import TASKS, order, within
 from porelang.program import Design, Program
+from porelang.rewrites import flatten
 from porelang.source import Span
 
 #: Graphs up to this size are looked at without `--measure`: samples of them take less than 0.1 s.
 QUICK = 5000
+SAMPLES = 200_000
 NOWHERE = Box((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
@@ -34,12 +36,32 @@ def refusals(design: Design, measure: bool = False) -> list[Diagnostic]:
     program = design.program
     if not program.outputs:
         return _no_output(program)
-    chosen = "part" if "part" in program.outputs else next(iter(program.outputs)) if len(program.outputs) == 1 else None
+    chosen = _chosen(program)
     found: list[Diagnostic] = []
     for name, output in program.outputs.items():
         if name == chosen or (measure and output.solid):
             found += _refused(design, name, measure, chosen)
-    return found + (_at_the_ends(design, chosen) if measure and chosen and not found else [])
+    if measure and chosen and not found:
+        found += _as_a_part(design, chosen)
+    return found
+
+
+def endless(design: Design) -> str:
+    """The axes along which the output that commands take by itself is a field without an end; "" where it is a part."""
+    name = _chosen(design.program)
+    if name is None or not isinstance(design.program.outputs[name].value, Scalar):
+        return ""
+    (root,) = design.program.graph.outputs[name]
+    seen = order([root], within)
+    if not root.axes or any(n.op in TASKS for n in seen) or len(seen) > QUICK:
+        return ""
+    return _far(design.of(name))
+
+
+def _chosen(program: Program) -> str | None:
+    """The output that a command takes when none is named."""
+    names = list(program.outputs)
+    return "part" if "part" in names else names[0] if len(names) == 1 else None
 
 
 def _no_output(program: Program) -> list[Diagnostic]:
@@ -148,8 +170,6 @@ def _no_surface(design: Design, name: str) -> Diagnostic:
 def _at_the_ends(design: Design, name: str) -> list[Diagnostic]:
     """A warning for each end of a param's range with which an output that is a part now is none."""
     program = design.program
-    if not program.outputs[name].solid:
-        return []
     found: list[Diagnostic] = []
     for param, info in program.params.items():
         values = range(len(info.choices)) if info.choices and not info.numbers else (info.low, info.high)
@@ -162,6 +182,54 @@ def _at_the_ends(design: Design, name: str) -> list[Diagnostic]:
             except PoreError as error:
                 d = error.diagnostics[0]
                 found.append(_broken_end(param, shown, info.span, d))
+    return found
+
+
+def _as_a_part(design: Design, name: str) -> list[Diagnostic]:
+    """What is doubtful of an output that is a part, with an end."""
+    if not design.program.outputs[name].solid:
+        return []
+    try:
+        design.bounds(name)
+    except PoreError:  # a field without an end
+        return []
+    return _hardly_there(design, name) or [*_larger_cells(design, name), *_at_the_ends(design, name)]
+
+
+def _hardly_there(design: Design, name: str) -> list[Diagnostic]:
+    """A warning where a part has a box, and no sample in it meets material: surfaces that only touch."""
+    box = design.bounds(name)
+    points = np.random.default_rng(1).uniform(box.lo, box.hi, (SAMPLES, 3))
+    if bool((NumpyField(design.of(name), "f64", 1).at(points) < 0).any()):
+        return []
+    return [
+        Diagnostic(
+            "W211",
+            f"`{name}` holds no material that {SAMPLES:,} samples could find",
+            design.program.outputs[name].span,
+            "walls without thickness, or two shapes that only touch",
+            (),
+            "check the numbers",
+            None,
+            "warning",
+        )
+    ]
+
+
+def _larger_cells(design: Design, name: str) -> list[Diagnostic]:
+    """A warning for each lattice of which the part does not hold half a period in any direction."""
+    program = design.program
+    size = max(design.bounds(name).size)
+    found: list[Diagnostic] = []
+    for n in order(program.outputs[name].nodes, within):
+        span, period = program.elaborated.lattices.get(n, (None, None))
+        if span is None or period is None:
+            continue
+        w = float(design.formula(*flatten(period)).numbers[0])
+        if w > 2 * size:
+            message = f"the period of {w:g} mm is more than twice the part, which is {size:.3g} mm at most"
+            hint = "the period is the edge of a cell in mm, not a number of cells"
+            found.append(Diagnostic("W225", message, span, "not half a cell fits in", (), hint, None, "warning"))
     return found
 
 

@@ -10,7 +10,7 @@ from porelang.compiler import MOST_DIAGNOSTICS, try_compile
 from porelang.diagnostics import PoreError
 from porelang.doubts import off_step
 from porelang.files import read_source
-from porelang.refusals import refusals
+from porelang.refusals import endless, refusals
 from porelang.syntax.parse import MOST
 
 
@@ -41,6 +41,13 @@ def check(options: Namespace) -> int:
         if waiting and not options.quiet:
             them = "it" if waiting == 1 else "them"
             report.note(f"{report.plural(waiting, 'check')} about whole fields left out: --measure looks at {them}")
+    if program is not None and not options.quiet and not found:
+        try:
+            axes = endless(program.design(dict(options.settings)))
+        except PoreError:
+            axes = ""
+        if axes:
+            report.note(f"a field without an end along {axes}: drawing and meshing it takes --bounds")
     if not options.quiet:
         errors = sum(d.severity == "error" for d in found)
         warnings = report.plural(len(found) - errors, "warning")

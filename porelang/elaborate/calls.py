@@ -173,7 +173,9 @@ def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], si
     for which, condition in ensured:
         result = map_nodes(result, lambda n, c=condition, k=which: node("ensure", n, c, value=k))  # type: ignore[misc]  # a default binds now
     if function.definition is not None:
-        note(ctx.natures, function.definition, bound, result)
+        given_as = note(ctx.natures, function.definition, bound, result)
+        if given_as is not None and given_as.raw and given_as.plain and isinstance(result, Scalar):
+            ctx.found.lattices.setdefault(result.node, (ctx.users_place(site.span), given_as.period))
         suspect.made_by(ctx, function, bound, result, site)
     ctx.memo[memo] = (result, own)
     return result

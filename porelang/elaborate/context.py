@@ -49,7 +49,8 @@ class Context:
     `found` is what is handed on, `call_stack` the calls in progress (name and place, the outermost first), `memo` the
     results of calls by function and arguments, `called` the defs that something refers to, `folder` where relative
     paths of data begin. `natures` is what is known of fields, `totals` where distances were added or subtracted (the
-    operator and its place), `given_at` the arguments of calls in the user's text by their place.
+    operator and its place), `cuts` where solids are cut (None where a place cuts several), `given_at` the arguments of
+    calls in the user's text by their place.
     """
 
     def __init__(self, evaluate: Callable[[Context, tree.Expr, Scope], Value], folder: str = "") -> None:
@@ -62,6 +63,7 @@ class Context:
         self.called: set[tree.Def] = set()
         self.natures: dict[Node, Nature | None] = {}
         self.totals: dict[Node, tuple[str, Span]] = {}
+        self.cuts: dict[Span, Suspicion | None] = {}
         self.given_at: dict[Span, Mapping[str, Given]] = {}
         self._spent = 0
         self._solves = 0

@@ -46,13 +46,13 @@ class Nature:
 Natures = dict[Node, Nature | None]
 
 
-def note(known: Natures, definition: tree.Def, arguments: Mapping[str, Value], result: Value) -> None:
-    """Note what a call has given, by the documentation of its function."""
+def note(known: Natures, definition: tree.Def, arguments: Mapping[str, Value], result: Value) -> Nature | None:
+    """Note what a call has given, by the documentation of its function; None where that says nothing."""
     if not isinstance(result, Scalar) or not result.node.axes:
-        return
+        return None
     fact = _GIVES.search(definition.doc)
     if fact is None:
-        return
+        return None
     if fact[2]:
         given = arguments.get(fact[2])
         found = nature(known, given.node) if isinstance(given, Scalar) else None
@@ -63,6 +63,7 @@ def note(known: Natures, definition: tree.Def, arguments: Mapping[str, Value], r
         found = Nature(raw, None, True, period)
     if found is not None:
         known[result.node] = found
+    return found
 
 
 def nature(known: Natures, n: Node) -> Nature | None:

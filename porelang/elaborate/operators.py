@@ -99,7 +99,9 @@ def binary(ctx: Context, op: str, a: Value, b: Value, spans: tuple[Span, Span, S
             suspect.total_as_solid(ctx, side)
         if op == "\\":
             b = Scalar(-b.node, b.dimension)  # type: ignore[union-attr]  # no Vector
-        return apply(ctx, TABLE[SETS[op]], [a, b], (at_a, at_b), at_op, f"`{op}`")
+        made = apply(ctx, TABLE[SETS[op]], [a, b], (at_a, at_b), at_op, f"`{op}`")
+        suspect.cut(ctx, op, (a, at_a), (b, at_b), made, at_op)
+        return made
     out = apply(ctx, OPERATORS[op], [a, b], (at_a, at_b), at_op, f"`{op}`")
     if op in ("+", "-"):
         suspect.note_total(ctx, op, out, at_op)

@@ -95,11 +95,12 @@ class Suspicion:
 
     `what` says which nodes there are. "length": a raw lattice, and the length that is added to it or compared with it.
     "total": the two solids that are added or subtracted. "copies": a body, its copies, and the size of their cells
-    (none, or three nodes). "seam": a lattice that meets itself along y, and after how many mm. `argument` is the
+    (none, or three nodes). "apart": two solids of which one is cut by the other. "pores": a lattice that was made into
+    walls. "seam": a lattice that meets itself along y, and after how many mm. `argument` is the
     place that an edit would change, `name` the function or the operator, `period` that of the lattice.
     """
 
-    what: Literal["length", "total", "copies", "seam"]
+    what: Literal["length", "total", "copies", "apart", "pores", "seam"]
     span: Span
     nodes: tuple[Node, ...]
     argument: Span | None = None
@@ -132,6 +133,7 @@ class Elaborated:
     diagnostics: list[Diagnostic] = field(default_factory=list)
     suspicions: list[Suspicion] = field(default_factory=list)
     unread: list[Unread] = field(default_factory=list)
+    lattices: dict[Node, tuple[Span, Node | None]] = field(default_factory=dict)  # where each is, and its period
     collection: bool = False  # definitions for other files, and nothing else
 
 

@@ -67,6 +67,7 @@ def elaborate_file(
     with room_to_compile(), suppress(TooBig):
         _members(ctx, _Files(around, load, (file.source.name,)), file, "")
     ctx.found.requirements = list(ctx.required)
+    ctx.found.suspicions += [s for s in ctx.cuts.values() if s is not None]
     return ctx.found
 
 

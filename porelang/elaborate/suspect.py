@@ -16,6 +16,7 @@ from porelang.elaborate.kinds import Kind
 from porelang.elaborate.natures import nature
 from porelang.elaborate.results import Suspicion
 from porelang.elaborate.values import Function, Given, Scalar, Value, Vector
+from porelang.ir import ALL_AXES
 from porelang.source import Span
 from porelang.syntax import tree
 from porelang.units import LENGTH
@@ -27,6 +28,7 @@ _CLOSES = re.compile(r"^Closes: (\w+) along y after (\w+)$", re.MULTILINE)
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)(?![\w.%])")
 #: Operations that want both sides in one unit.
 COMPARING = frozenset({"add", "sub", "min", "max", "lt", "le", "eq"})
+_NAMED = re.compile(r"\w+\s*=(?!=)\s*")
 _SETS = ("&", "|", "\\")
 
 
@@ -55,7 +57,12 @@ def length_on_lattice(ctx: Context, numbers: Sequence[Value], span: Span) -> Non
     for field, length in (numbers, numbers[::-1]):
         if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
             continue
-        if field.dimension is not None or length.dimension != LENGTH or not field.node.axes or length.node.axes:
+        if (
+            field.dimension not in (None, LENGTH)
+            or length.dimension != LENGTH
+            or not field.node.axes
+            or length.node.axes
+        ):
             continue  # to modify a lattice by a distance needs no ceremony
         found = nature(ctx.natures, field.node)
         if found is not None and found.raw:
@@ -77,43 +84,37 @@ def length_on_lattice(ctx: Context, numbers: Sequence[Value], span: Span) -> Non
 
 def degrees(ctx: Context, value: Value, place: Span, called: str, rate: bool = False) -> None:
     """Doubt a bare number that stands for an angle and is far beyond a turn."""
-    if place.source.prelude or not isinstance(value, Scalar) or value.dimension is not None:
+    if place.source.prelude or not isinstance(value, Scalar) or value.dimension is not None or value.node.axes:
         return
-    text = place.text
-    of_name = re.match(r"\w+\s*=(?!=)\s*", text)
-    start = place.start + (of_name.end() if of_name else 0)
-    text = text[of_name.end() :] if of_name else text
-    whole = Span(place.source, start, place.end)
     n = value.node
-    large = [m for m in _NUMBER.finditer(text) if float(m[1]) >= DEGREES_FROM]
-    if n.op == "param":
-        info = ctx.found.params.get(str(n.value))
-        if info is None or info.choices or abs(info.default) < DEGREES_FROM or info.default * 4 % 1:
-            return
-        number = info.default
-    else:
-        known = ctx.constant(n)
-        if not isinstance(known, float) or isinstance(known, bool) or not DEGREES_FROM <= abs(known) < math.inf:
-            return
-        number = known
-        if re.search(r"\b(pi|tau|rad|turn)\b", text) or (number * 4 % 1 and not large):
-            return
+    info = ctx.found.params.get(str(n.value)) if n.op == "param" else None
+    number = ctx.constant(n) if info is None or info.choices else info.default
+    if not isinstance(number, float) or not DEGREES_FROM <= abs(number) < math.inf:
+        return
+    named = _NAMED.match(place.text)
+    whole = Span(place.source, place.start + (named.end() if named else 0), place.end)
+    text = whole.text
+    numbers = [m for m in _NUMBER.finditer(text) if float(m[1]) >= DEGREES_FROM]
+    in_radians = re.search(r"\b(pi|tau|rad|turn)\b", text) is not None
+    # 0.7 * i is what spreads things out in radians, sin(12.9898 * i) what makes up random numbers
+    if in_radians or not (
+        any(float(m[1]) * 2 % 1 == 0 for m in numbers) if re.search(r"\d", text) else number * 4 % 1 == 0
+    ):
+        return
+    label, edit = f"{number / math.tau:.3g} turns", None
     if rate:
         hint = f"write the turn and the length it takes: `{number:g}deg / 10mm`"
-        label = f"{number / math.tau:.3g} turns in every mm"
-        _doubt(ctx, "W214", f"`{called}` turns by {number:g} rad/mm", place, label, hint)
+        _doubt(ctx, "W214", f"`{called}` turns by {number:g} rad/mm", place, f"{label} in every mm", hint)
         return
-    label = f"{number / math.tau:.3g} turns"
-    edit = None
     if n.op == "param":
         hint = f"declare the param in degrees, `{number:g}deg in ...`, or write `{text} * 1deg`"
-    elif m := re.fullmatch(r"-?\s*(?:\d+\.?\d*|\.\d+)", text):
-        hint, edit = f"write `{m[0]}deg`", Edit(whole, f"{m[0]}deg")
-    elif len(large) == 1:
-        at = Span(whole.source, whole.start + large[0].start(), whole.start + large[0].end())
-        hint, edit = f"write `{large[0][1]}deg` if these are degrees", Edit(at, f"{large[0][1]}deg")
+        edit = Edit(whole, f"{text} * 1deg")
+    elif len(numbers) == 1:
+        hint = f"write `{numbers[0][1]}deg`"
+        at = whole.start + numbers[0].start()
+        edit = Edit(Span(whole.source, at, at + len(numbers[0][1])), f"{numbers[0][1]}deg")
     else:
-        hint, edit = f"write `({text}) * 1deg` if these are degrees", Edit(whole, f"({text}) * 1deg")
+        hint, edit = f"write `({text}) * 1deg`", Edit(whole, f"({text}) * 1deg")
     _doubt(ctx, "W214", f"`{called}` of {number:g} radians; are these degrees?", place, label, hint, edit=edit)
 
 
@@ -136,6 +137,28 @@ def note_total(ctx: Context, op: str, value: Value, span: Span) -> None:
     found = nature(ctx.natures, value.node)
     if found is not None and found.total is value.node:
         ctx.totals.setdefault(value.node, (op, span))
+
+
+def cut(ctx: Context, op: str, a: tuple[Value, Span], b: tuple[Value, Span], made: Value, span: Span) -> None:
+    """Suspect two solids that do not meet, and a lattice without pores; of places that cut several times, nothing."""
+    if span.source.prelude or not (isinstance(made, Scalar) and made.node.axes):
+        return
+    natures = []
+    for value, place in (a, b):
+        if not isinstance(value, Scalar):
+            return
+        known = nature(ctx.natures, value.node)
+        natures.append(known)
+        if known is not None and known.raw and not known.plain and value.node.op not in ("max", "min", "select"):
+            ctx.suspect(Suspicion("pores", place, (value.node,)))
+    if op == "|" or None in natures or made.node.depends & ~ALL_AXES:  # what a param moves may well miss
+        return
+    first, second = made.node.args
+    seen = ctx.cuts.get(span)
+    if span not in ctx.cuts:
+        ctx.cuts[span] = Suspicion("apart", span, (first, second), b[1], op)
+    elif seen is not None and seen.nodes != (first, second):
+        ctx.cuts[span] = None
 
 
 # ---- calls ----------------------------------------------------------------------------------------------------------

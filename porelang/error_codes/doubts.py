@@ -1,4 +1,4 @@
-"""W210 to W222: programs that compile, and that a designer almost certainly did not mean."""
+"""W210 to W225: programs that compile, and that a designer almost certainly did not mean."""
 
 from __future__ import annotations
 
@@ -116,5 +116,30 @@ DOUBTS = (
         "--measure` tries both ends of each, the others as they are.",
         "",
         "param r = 5mm in 2mm..9mm\ncube(20) \\ sphere(r)",
+    ),
+    Code(
+        "W223",
+        "solids that do not meet",
+        "A cut that takes nothing away, or two solids that have nothing in common: proven from the enclosures of\n"
+        "both. Most often one lies elsewhere, or a unit is wrong. Of a cut that a param moves nothing is said.",
+        "cube(20) \\ translate(cylinder(3, 40), [30, 0, 0])",
+        "cube(20) \\ translate(cylinder(3, 40), [5, 0, 0])",
+    ),
+    Code(
+        "W224",
+        "a lattice that is lost",
+        "The values of a lattice are raw and small: a gyroid runs from -1.5 to 1.5. A wall of more than twice that\n"
+        "fills all of space, and so does an offset of more than that; the other way round nothing is left. It was\n"
+        "tried with all values that the lattice has.",
+        "gyroid(10) |> shell(4) & cube(40)",
+        "gyroid(10) |> shell(0.4) & cube(40)",
+    ),
+    Code(
+        "W225",
+        "a period larger than the part",
+        "The period of a lattice is the edge of its cell in mm, not a number of cells: of a cell that is more than\n"
+        "twice the part, the part holds a single wall, or none. `pore check --measure` compares the two.",
+        "",
+        "gyroid(5) |> shell(0.3) & cube(20)",
     ),
 )
