@@ -15,8 +15,8 @@ from porelang.analysis.box import UNIVERSE, Box, part_box, unbounded_axes
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.elaborate.values import Bool, Scalar, Vector
-from porelang.formula import Formula
-from porelang.ir import TASKS, order, within
+from porelang.formula import Bindings, Formula
+from porelang.ir import TASKS, order, param, within
 from porelang.program import Design, Program
 from porelang.rewrites import flatten
 from porelang.source import Span
@@ -24,6 +24,7 @@ from porelang.source import Span
 #: Graphs up to this size are looked at without `--measure`: samples of them take less than 0.1 s.
 QUICK = 5000
 SAMPLES = 200_000
+A_LITTLE = 0.1
 NOWHERE = Box((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
@@ -94,9 +95,15 @@ def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> li
     if not isinstance(output.value, Scalar) or not roots[0].axes:
         return [_no_surface(design, name)] if name == "part" else []
     seen = order(roots, within)
-    if not measure and (any(n.op in TASKS for n in seen) or len(seen) > QUICK):
-        return []
     if not measure:
+        if len(seen) > QUICK:
+            return []
+        asked = [n for n in seen if n.op in TASKS]
+        if asked:  # of an offset yet to be found it is known that it leaves both solid and void
+            bindings: Bindings = {param(k): v for k, v in design.settings.items()} | dict.fromkeys(asked, A_LITTLE)
+            sure = output.made and {n.op for n in asked} <= {"to_porosity", "shell_to_porosity"}
+            axes = _far(Formula(roots, bindings)) if sure else ""
+            return [_no_end(design, name, axes)] if axes else []
         formula = design.of(name)
         if axes := _far(formula):
             return [_no_end(design, name, axes)] if output.made else []
@@ -171,17 +178,16 @@ def _at_the_ends(design: Design, name: str) -> list[Diagnostic]:
     """A warning for each end of a param's range with which an output that is a part now is none."""
     program = design.program
     found: list[Diagnostic] = []
-    for param, info in program.params.items():
+    for setting, info in program.params.items():
         values = range(len(info.choices)) if info.choices and not info.numbers else (info.low, info.high)
         for value in map(float, values):
             shown = info.shown(value)
-            if value == design.settings[param]:
+            if value == design.settings[setting]:
                 continue
             try:
-                program.design({**design.settings, param: value}).bounds(name)
+                program.design({**design.settings, setting: value}).bounds(name)
             except PoreError as error:
-                d = error.diagnostics[0]
-                found.append(_broken_end(param, shown, info.span, d))
+                found.append(_broken_end(setting, shown, info.span, error.diagnostics[0]))
     return found
 
 
@@ -233,10 +239,10 @@ def _larger_cells(design: Design, name: str) -> list[Diagnostic]:
     return found
 
 
-def _broken_end(param: str, shown: str, span: Span, found: Diagnostic) -> Diagnostic:
+def _broken_end(name: str, shown: str, span: Span, found: Diagnostic) -> Diagnostic:
     return Diagnostic(
         "W222",
-        f"with `{param}` = {shown} {found.message}",
+        f"with `{name}` = {shown} {found.message}",
         span,
         "an end of its range",
         (),

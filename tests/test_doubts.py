@@ -103,6 +103,7 @@ DOUBTED = [
     # what other commands refuse
     ("gyroid(10) |> shell(0.5)", "W210"),
     ("gyroid(10) & slab([0, 0, 1], 30)", "W210"),
+    ("offset(gyroid(10), to_porosity(gyroid(10), 60%, cube(20)))", "W210"),
     ("gyroid(10) > 0 & cube(20)", "W211"),
     ("grad(x)", "W211"),
     ("5", "W211"),
@@ -160,6 +161,7 @@ RIGHT = [
     "translate(sphere(0.01), [5000, 0, 0])",
     "out heat = x / 10\nout direction = grad(x)",
     "x + 1",
+    "offset(gyroid(9), to_porosity(gyroid(9), 60%, cube(20))) & cube(20)",
     "def lib(r) = sphere(r)",
     "let wall = 0.4mm",
 ]

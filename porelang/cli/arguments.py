@@ -143,7 +143,10 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "out": (("--out",), {"metavar": "NAME", "help": "which output of the program (default: part)"}),
     "measure": (
         ("--measure",),
-        {"action": "store_true", "help": "look at checks about whole fields too (a porosity): takes seconds"},
+        {
+            "action": "store_true",
+            "help": "look at checks about whole fields and at the ends of params too: takes seconds",
+        },
     ),
     "within": (
         ("--within",),
