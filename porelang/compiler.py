@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 from porelang.contracts import broken_requirements, doubtful_contracts
 from porelang.diagnostics import Diagnostic, Label, PoreError, fail, warn
+from porelang.doubts import borne_out
 from porelang.elaborate.prelude import prelude_scope
 from porelang.elaborate.results import Elaborated, Listed, graph_of
 from porelang.elaborate.runtime import room_to_compile
@@ -158,7 +159,8 @@ def _wrong_presets(out: Elaborated) -> list[Diagnostic]:
 
 
 def _doubts(graph: Graph, out: Elaborated) -> list[Diagnostic]:
-    """Contracts on fields that break with the params at their defaults."""
+    """What is doubtful with the params at their defaults: contracts on fields that break, and what was suspected."""
     solids = [root for roots in graph.outputs.values() for root in roots]
     settings = settle(out.params, {})
-    return doubtful_contracts(graph.contracts, out.contracts, solids, {param(k): v for k, v in settings.items()})
+    bindings = {param(k): v for k, v in settings.items()}
+    return [*doubtful_contracts(graph.contracts, out.contracts, solids, bindings), *borne_out(out, bindings)]

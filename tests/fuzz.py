@@ -59,7 +59,9 @@ def fuzz_graphs(backends: Sequence[Backend], count: int, seed: int, folder: Path
             root, at, example = smallest
             name = f"graph_{seed}_{i}_{backend.name.replace(' ', '_')}"
             story = [f"Found by `make fuzz`, seed {seed}, graph {i}, on {backend.name}:", example]
-            found.append(written(folder, name, story, program_text(root), params, at))
+            read = {str(n.value) for n in order([root]) if n.op == "param"}
+            settings = {key: value for key, value in params.items() if key in read}
+            found.append(written(folder, name, story, program_text(root), settings, at))
             if not replay(found[-1], backend):
                 print(f"{found[-1].name} does not fail by itself: only the seed does")
     return found
@@ -109,9 +111,10 @@ def _as_program(root: Node, text: str, seed: int) -> str:
     points = places(POINTS, seed)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for a, b in zip(*RANGES.values(), strict=True):
-            program.field("part", a=a, b=b)(points)
-            program.field("part", dtype="f32", a=a, b=b)(points)
+        for end in range(2):
+            settings = {name: RANGES[name][end] for name in program.params}
+            program.field("part", settings=settings)(points)
+            program.field("part", dtype="f32", settings=settings)(points)
     return ""
 
 

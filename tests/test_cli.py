@@ -472,7 +472,7 @@ def test_unknown_commands_are_told(pore: Pore) -> None:
 @pytest.mark.parametrize(
     ("content", "status"),
     [
-        (b"", 0),
+        (b"", 1),
         (b"\x00" * 100, 1),
         (bytes(range(256)), 1),
         (b"\xef\xbb\xbfsphere(10)\r\n", 0),

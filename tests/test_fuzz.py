@@ -118,12 +118,13 @@ def test_graphs_written_as_programs_are_the_same_graphs() -> None:
 def test_programs_of_random_graphs_keep_the_law_with_params_at_their_ends() -> None:
     for i, root in enumerate(random_graphs(25, SEED + 1)):
         program = pore.compile(program_text(root))
-        for a, b in ((0.5, 2.0), (4.0, -2.0)):
+        for ends in ({"a": 0.5, "b": 2.0}, {"a": 4.0, "b": -2.0}):
+            settings = {name: ends[name] for name in program.params}
             points = np.random.default_rng(i).uniform(-20, 20, (64, 3)).astype(np.float32).astype(np.float64)
             with warnings.catch_warnings():
                 warnings.simplefilter("error")  # no NumPy warning reaches a user
-                wide = program.field("part", a=a, b=b)(points)
-                narrow = program.field("part", dtype="f32", a=a, b=b)(points)
+                wide = program.field("part", settings=settings)(points)
+                narrow = program.field("part", dtype="f32", settings=settings)(points)
             assert wide.shape == narrow.shape == (64,)
             assert narrow.dtype == np.float32
 

@@ -189,7 +189,10 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     ),
     "measure": (
         ("--measure",),
-        {"action": "store_true", "help": "look at checks about whole fields too (a porosity): takes seconds"},
+        {
+            "action": "store_true",
+            "help": "look at checks about whole fields and at the ends of params too: takes seconds",
+        },
     ),
     "within": (
         ("--within",),

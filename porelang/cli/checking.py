@@ -8,7 +8,9 @@ from porelang.checks import broken_checks, late_doubts, structural_faults, undec
 from porelang.cli import report
 from porelang.compiler import MOST_DIAGNOSTICS, try_compile
 from porelang.diagnostics import PoreError
+from porelang.doubts import off_step
 from porelang.files import read_source
+from porelang.refusals import endless, refusals
 from porelang.syntax.parse import MOST
 
 
@@ -23,7 +25,10 @@ def check(options: Namespace) -> int:
             design.read_data()
             if options.measure:
                 design.keep_contracts()
-            broken = [*structural_faults(program, options.measure), *broken_checks(design, options.measure)]
+            broken = off_step(program.params, design.settings)
+            broken += structural_faults(program, options.measure)
+            broken += refusals(design, options.measure)
+            broken += broken_checks(design, options.measure)
             if options.measure:
                 broken += [*undecided_checks(design), *late_doubts(design)]
         except PoreError as error:
@@ -37,6 +42,13 @@ def check(options: Namespace) -> int:
         if waiting and not options.quiet:
             them = "it" if waiting == 1 else "them"
             report.note(f"{report.plural(waiting, 'check')} about whole fields left out: --measure looks at {them}")
+    if program is not None and not options.quiet and not found:
+        try:
+            axes = endless(program.design(dict(options.settings)))
+        except PoreError:
+            axes = ""
+        if axes:
+            report.note(f"a field without an end along {axes}: drawing and meshing it takes --bounds")
     if not options.quiet:
         errors = sum(d.severity == "error" for d in found)
         warnings = report.plural(len(found) - errors, "warning")

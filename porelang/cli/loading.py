@@ -7,6 +7,7 @@ from argparse import Namespace
 from porelang.cli import report
 from porelang.compiler import try_compile
 from porelang.diagnostics import PoreError
+from porelang.doubts import off_step
 from porelang.files import read_source
 from porelang.program import Design, Program
 
@@ -25,7 +26,8 @@ def bound(options: Namespace) -> Design:
     """The program of a command with its settings and its preset bound. Errors: all that is wrong with either."""
     program = load(options)
     design = program.design(dict(options.settings), preset=options.preset)
-    if design.program is not program and not getattr(options, "quiet", False):
+    if not getattr(options, "quiet", False):
         told = {(d.code, d.span) for d in program.warnings}
         report.say([d for d in design.program.warnings if (d.code, d.span) not in told])
+        report.say(off_step(program.params, design.settings))
     return design

@@ -116,7 +116,12 @@ def _fit(chooser: Chooser, name: str, arguments: list[Node]) -> list[Node]:
 
 def program_text(root: Node) -> str:
     """A graph as a program of the language, an operation a line; its output is `part`."""
-    lines = [f"param {name} = {(lo + hi) / 2!r} in {_number(lo)}..{_number(hi)}" for name, (lo, hi) in RANGES.items()]
+    read = {n.value for n in order([root]) if n.op == "param"}
+    lines = [
+        f"param {name} = {(lo + hi) / 2!r} in {_number(lo)}..{_number(hi)}"
+        for name, (lo, hi) in RANGES.items()
+        if name in read
+    ]
     names: dict[Node, str] = {}
     for n in order([root], within):
         if n.op in TASKS:
@@ -128,7 +133,7 @@ def program_text(root: Node) -> str:
         elif n.op == "param":
             names[n] = str(n.value)
         else:
-            names[n] = f"v{len(lines)}"
+            names[n] = f"v{len(names)}"
             lines.append(f"let {names[n]} = {_call(n, [names[a] for a in n.args if a in names])}")
     lines.append(f"out part = {names[root]}")
     return "\n".join(lines) + "\n"

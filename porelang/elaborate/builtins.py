@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from porelang.elaborate import tasks
-from porelang.elaborate.calls import Given, call
+from porelang.elaborate.calls import call
 from porelang.elaborate.context import Context
 from porelang.elaborate.operators import apply
 from porelang.elaborate.values import (
     POISON,
     Builtin,
+    Given,
     ListValue,
     Poison,
     Scalar,

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from porelang.diagnostics import Edit, Label, suggest
-from porelang.elaborate import operators
+from porelang.elaborate import operators, suspect
 from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import KINDS, Kind
+from porelang.elaborate.natures import note
 from porelang.elaborate.values import (
     ABSENT,
     POISON,
@@ -18,6 +18,7 @@ from porelang.elaborate.values import (
     Builtin,
     Choice,
     Function,
+    Given,
     Poison,
     Scalar,
     Scope,
@@ -40,15 +41,6 @@ _LIST_FORM = re.compile(r"^List form: (\w+)$", re.MULTILINE)
 _NUMBERS = frozenset(("number", "field", "solid", "ratio", "length", "angle", "force", "stress", "rate", "count"))
 #: What a builtin does: of the place of the call, the values of its arguments, and the place of each.
 Call = Callable[[Context, tree.Call, list[Value], list[Span]], Value]
-
-
-@dataclass(frozen=True, slots=True)
-class Given:
-    """An argument as the caller wrote it."""
-
-    name: str | None
-    value: Value
-    span: Span
 
 
 def call(ctx: Context, function: Value, arguments: Sequence[Given], site: tree.Call) -> Value:
@@ -169,6 +161,7 @@ def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], si
     if not sound and not any(isinstance(v, Poison) for v in bound.values()):
         return POISON
     ctx.record(function, bound, site.span)
+    exchanged = suspect.call_of(ctx, function, given, kinds, site)
     memo = (function, *((k, memo_key(v)) for k, v in bound.items()))
     known = ctx.memo.get(memo)
     if known is not None:
@@ -177,6 +170,8 @@ def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], si
         return value
     with ctx.requiring() as own:
         ensured = _contracts(ctx, function, bound, scope, kinds, given, site) if sound else []
+        if exchanged and ensured:  # what is broken at points by a field that does not belong there has been said
+            ensured = []
         # what the body would say about values it does not take is of no use
         result = POISON if ensured is None else ctx.evaluate(function.body, scope)
     ctx.required.update(own)
@@ -185,6 +180,11 @@ def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], si
         return POISON
     for which, condition in ensured:
         result = map_nodes(result, lambda n, c=condition, k=which: node("ensure", n, c, value=k))  # type: ignore[misc]  # a default binds now
+    if function.definition is not None:
+        given_as = note(ctx.natures, function.definition, bound, result)
+        if given_as is not None and given_as.raw and given_as.plain and isinstance(result, Scalar):
+            ctx.found.lattices.setdefault(result.node, (ctx.users_place(site.span), given_as.period))
+        suspect.made_by(ctx, function, bound, result, site)
     ctx.memo[memo] = (result, own)
     return result
 

@@ -13,8 +13,9 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from porelang.diagnostics import Diagnostic, Edit, Label, Severity
-from porelang.elaborate.results import CallRecord, Elaborated, Requirement
-from porelang.elaborate.values import POISON, Choice, Function, Poison, Scalar, Scope, Value, describe
+from porelang.elaborate.natures import Nature
+from porelang.elaborate.results import CallRecord, Elaborated, Requirement, Suspicion
+from porelang.elaborate.values import POISON, Choice, Function, Given, Poison, Scalar, Scope, Value, describe
 from porelang.ir import TASKS, Node, Stage, const, constant, node, order, within
 from porelang.ops import TABLE
 from porelang.rewrites import Graph, run
@@ -47,7 +48,9 @@ class Context:
 
     `found` is what is handed on, `call_stack` the calls in progress (name and place, the outermost first), `memo` the
     results of calls by function and arguments, `called` the defs that something refers to, `folder` where relative
-    paths of data begin, `structure` the params that are fixed, and at what.
+    paths of data begin, `structure` the params that are fixed, and at what. `natures` is what is known of fields,
+    `totals` where distances were added or subtracted (the operator and its place), `cuts` where solids are cut (None
+    where a place cuts several), `given_at` the arguments of calls in the user's text by their place.
     """
 
     def __init__(
@@ -64,10 +67,15 @@ class Context:
         self.call_stack: list[tuple[str, Span]] = []
         self.memo: dict[object, tuple[Value, dict[Requirement, None]]] = {}
         self.called: set[tree.Def] = set()
+        self.natures: dict[Node, Nature | None] = {}
+        self.totals: dict[Node, tuple[str, Span]] = {}
+        self.cuts: dict[Span, Suspicion | None] = {}
+        self.given_at: dict[Span, Mapping[str, Given]] = {}
         self._spent = 0
         self._solves = 0
         self._reported: set[tuple[object, ...]] = set()
         self._recorded: set[tuple[object, ...]] = set()
+        self._doubted: set[tuple[object, ...]] = set()
         self._constants: dict[Node, float | bool] = {}
 
     # ---- expressions ------------------------------------------------------------------------------------------------
@@ -249,6 +257,18 @@ class Context:
         if not site.source.prelude and place not in self._recorded:
             self._recorded.add(place)
             self.found.calls.append(CallRecord(function.name, function.definition, dict(arguments), site))
+
+    def suspect(self, suspicion: Suspicion) -> None:
+        """Note what values may show to be a mistake, the first time that a place gives rise to it."""
+        if not suspicion.span.source.prelude and self.first_doubt(suspicion.what, suspicion.span):
+            self.found.suspicions.append(suspicion)
+
+    def first_doubt(self, what: str, span: Span) -> bool:
+        """Whether this is the first time that a place is doubted for this reason: a list may come by it often."""
+        place = (what, span.source, span.start, span.end)
+        first = place not in self._doubted
+        self._doubted.add(place)
+        return first
 
     def task(self, asked: Node, site: Span) -> Node:
         """Note where a task is asked for."""

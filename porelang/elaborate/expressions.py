@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from porelang.diagnostics import Edit, Label, suggest
-from porelang.elaborate import operators
-from porelang.elaborate.calls import Given, call
+from porelang.elaborate import operators, suspect
+from porelang.elaborate.calls import call
 from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import check_kinds
 from porelang.elaborate.values import (
@@ -14,6 +14,7 @@ from porelang.elaborate.values import (
     Bool,
     Builtin,
     Function,
+    Given,
     ListValue,
     Poison,
     Range,
@@ -99,6 +100,7 @@ def _call(ctx: Context, t: tree.Call, scope: Scope, piped: tuple[Given, ...]) ->
 
 def _chain(ctx: Context, t: tree.Chain, scope: Scope) -> Value:
     value, span = ctx.evaluate(t.first, scope), t.first.span
+    suspect.pipe_below_set(ctx, t)
     for (op, right), op_span in zip(t.rest, t.op_spans, strict=True):
         if op == "^" and _is_doubtful_power(t.first, op_span):
             return _doubtful_power(ctx, t.first, span.to(right.span), right.span)

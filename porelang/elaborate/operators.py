@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from porelang.diagnostics import Label
-from porelang.elaborate import dimensions
+from porelang.elaborate import dimensions, suspect
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import (
     POISON,
@@ -59,6 +59,8 @@ def unary(ctx: Context, op: str, a: Value, span: Span, at: Span) -> Value:
             "E060", "`~` turns a solid inside out; a condition is turned with `not`", span, edit=(span, "not ")
         )
     if isinstance(a, Scalar):
+        if op == "~":
+            suspect.total_as_solid(ctx, a)
         n = const(-constant(a.node)) if a.node.op == "const" and a.literal else -a.node
         return Scalar(n, a.dimension, a.literal)
     if isinstance(a, Vector):
@@ -104,10 +106,16 @@ def binary(ctx: Context, op: str, a: Value, b: Value, spans: tuple[Span, Span, S
         for side, at in ((a, at_a), (b, at_b)):
             if isinstance(side, Vector):
                 return ctx.error("E060", f"`{op}` combines solids, and a vector is none", at, label="this is a vector")
+            suspect.total_as_solid(ctx, side)
         if op == "\\":
             b = Scalar(-b.node, b.dimension)  # type: ignore[union-attr]  # no Vector
-        return apply(ctx, TABLE[SETS[op]], [a, b], (at_a, at_b), at_op, f"`{op}`")
-    return apply(ctx, OPERATORS[op], [a, b], (at_a, at_b), at_op, f"`{op}`")
+        made = apply(ctx, TABLE[SETS[op]], [a, b], (at_a, at_b), at_op, f"`{op}`")
+        suspect.cut(ctx, op, (a, at_a), (b, at_b), made, at_op)
+        return made
+    out = apply(ctx, OPERATORS[op], [a, b], (at_a, at_b), at_op, f"`{op}`")
+    if op in ("+", "-"):
+        suspect.note_total(ctx, op, out, at_op)
+    return out
 
 
 def _same(ctx: Context, a: Value, b: Value, span: Span) -> Value:
@@ -186,6 +194,10 @@ def apply(ctx: Context, row: Op, arguments: Sequence[Value], places: Sequence[Sp
             places[unfit.argument],
             label=f"this is {numbers[unfit.argument].dimension}",
         )
+    if row.name in suspect.COMPARING:
+        suspect.length_on_lattice(ctx, numbers, span)
+    elif row.units == "angle":
+        suspect.degrees(ctx, numbers[0], places[0], row.name)
     out = lift(lambda *n: node(row.name, *n), numbers, dimension, row.result == "bool")
     if row.domain != "all numbers" and isinstance(out, Scalar) and out.node.stage is Stage.CONST:
         value = ctx.constant(out.node)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from porelang.diagnostics import Diagnostic, Label
 from porelang.elaborate.values import Bool, Scalar, Value, Vector, describe
@@ -80,11 +80,16 @@ class Preset:
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """A named result: its value (a number, a vector or a condition) and where it is written."""
+    """A named result: its value (a number, a vector or a condition) and where it is written.
+
+    `solid` is whether it is known to bound one, `made` whether it is more than a shape or a lattice as it was given.
+    """
 
     name: str
     value: Scalar | Vector | Bool
     span: Span
+    solid: bool = False
+    made: bool = False
 
     @property
     def nodes(self) -> tuple[Node, ...]:
@@ -146,6 +151,35 @@ class CallRecord:
     span: Span
 
 
+@dataclass(frozen=True, slots=True)
+class Suspicion:
+    """What is doubted unless values show that it is right; `porelang.doubts` looks at them.
+
+    `what` says which nodes there are. "length": a raw lattice, and the length that is added to it or compared with it.
+    "total": the two solids that are added or subtracted. "copies": a body, its copies, and the size of their cells
+    (none, or three nodes). "apart": two solids of which one is cut by the other. "pores": a lattice that was made into
+    walls. "seam": a lattice that meets itself along y, and after how many mm. `argument` is the
+    place that an edit would change, `name` the function or the operator, `period` that of the lattice.
+    """
+
+    what: Literal["length", "total", "copies", "apart", "pores", "seam"]
+    span: Span
+    nodes: tuple[Node, ...]
+    argument: Span | None = None
+    name: str = ""
+    period: Node | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Unread:
+    """A let or a param that nothing in its file refers to."""
+
+    name: str
+    span: Span
+    param: bool
+    fixed: bool
+
+
 @dataclass(slots=True, repr=False)
 class Elaborated:
     """All that elaboration finds out about a program. `structure` are the params that have to be fixed."""
@@ -161,6 +195,10 @@ class Elaborated:
     calls: list[CallRecord] = field(default_factory=list)
     tasks: list[tuple[Node, Span]] = field(default_factory=list)
     diagnostics: list[Diagnostic] = field(default_factory=list)
+    suspicions: list[Suspicion] = field(default_factory=list)
+    unread: list[Unread] = field(default_factory=list)
+    lattices: dict[Node, tuple[Span, Node | None]] = field(default_factory=dict)  # where each is, and its period
+    collection: bool = False  # definitions for other files, and nothing else
 
 
 def graph_of(found: Elaborated, whole: bool = True) -> Graph:

@@ -13,13 +13,15 @@ from dataclasses import dataclass, replace
 
 from porelang.diagnostics import Diagnostic, Label, PoreError
 from porelang.elaborate import names as resolution
+from porelang.elaborate import suspect
 from porelang.elaborate.context import Context, TooBig
 from porelang.elaborate.expressions import evaluate, named
 from porelang.elaborate.kinds import KINDS, check_kinds
+from porelang.elaborate.natures import nature
 from porelang.elaborate.operators import how_to_call
 from porelang.elaborate.params import declare
 from porelang.elaborate.presets import declare_preset
-from porelang.elaborate.results import Elaborated, Output, Requirement
+from porelang.elaborate.results import Elaborated, Output, Requirement, Unread
 from porelang.elaborate.runtime import room_to_compile
 from porelang.elaborate.values import (
     POISON,
@@ -34,6 +36,7 @@ from porelang.elaborate.values import (
     Vector,
     as_vector,
     describe,
+    stage,
 )
 from porelang.ir import Stage
 from porelang.source import Source
@@ -77,6 +80,7 @@ def elaborate_file(
         fixed |= {name: ctx.found.params[name].default for name in ctx.found.structure - fixed.keys()}
     ctx.found.structure = set(fixed) & ctx.found.params.keys()
     ctx.found.requirements = list(ctx.required)
+    ctx.found.suspicions += [s for s in ctx.cuts.values() if s is not None]
     return ctx.found
 
 
@@ -94,6 +98,16 @@ def _members(ctx: Context, files: _Files, file: tree.File, prefix: str) -> dict[
     for name in order:
         binding = bound[name]
         members[name] = POISON if binding.name_span in in_cycle else _define(ctx, files, binding, scope, prefix)
+    if not prefix:
+        ctx.found.collection = any(isinstance(b, tree.Def) for b in bound.values()) or (
+            bool(bound) and all(stage(m) is not Stage.FIELD for m in members.values())
+        )
+        read = set().union(*(uses[i] for i in index.values()))
+        ctx.found.unread = [
+            Unread(b.name, b.name_span, isinstance(b, tree.Param), stage(members[b.name]) is not Stage.FIELD)
+            for b in bound.values()
+            if isinstance(b, tree.Let | tree.Param) and b.name not in read and not b.name.startswith("_")
+        ]
     for s in file.statements:
         if isinstance(s, tree.Out) and not prefix:
             _output(ctx, s, members[s.name] if bound.get(s.name) is s else ctx.evaluate(s.value, scope))
@@ -158,8 +172,12 @@ def _use(ctx: Context, files: _Files, s: tree.Use) -> Value:
 def _output(ctx: Context, s: tree.Out, value: Value) -> None:
     if isinstance(value, ListValue) and (vector := as_vector(value)) is not None:
         value = vector
+    if s.name == "part":
+        suspect.total_as_solid(ctx, value)
     if isinstance(value, Scalar | Vector | Bool):
-        ctx.found.outputs.setdefault(s.name, Output(s.name, value, s.value.span))
+        known = nature(ctx.natures, value.node) if isinstance(value, Scalar) else None
+        made = known is not None and not known.plain
+        ctx.found.outputs.setdefault(s.name, Output(s.name, value, s.value.span, known is not None, made))
     elif not isinstance(value, Poison):
         hint = how_to_call(value) or "an output is a field: a number that varies in space"
         ctx.error(

@@ -10,7 +10,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 
-from porelang.elaborate.calls import Call, Given, call
+from porelang.elaborate.calls import Call, call
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import (
     ABSENT,
@@ -18,6 +18,7 @@ from porelang.elaborate.values import (
     Bool,
     Builtin,
     Function,
+    Given,
     Poison,
     Range,
     Record,
@@ -28,7 +29,7 @@ from porelang.elaborate.values import (
     as_vector,
     describe,
 )
-from porelang.ir import Node, Stage, X, Y, Z, node, order, unknown
+from porelang.ir import ONE, ZERO, Node, Stage, X, Y, Z, node, order, unknown
 from porelang.ops import TASK_TABLE
 from porelang.ops.tasks import SAME, Task
 from porelang.source import Span
@@ -75,6 +76,9 @@ def _number(row: Task) -> Call:
                         label=f"this is {known:g}",
                         hint="write 50% or 0.5",
                     )
+                if found.node.stage is Stage.UNIFORM:
+                    between = node("and", node("lt", ZERO, found.node), node("lt", found.node, ONE))
+                    ctx.require(between, f"`{row.name}` needs a porosity between 0 and 1", place, ())
             fields.append(found)
         asked = ctx.task(node(row.name, *(f.node for f in fields)), site.span)
         return Scalar(asked, _dimension(row, fields[0].dimension))

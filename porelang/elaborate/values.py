@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from porelang.ir import Node, Stage
+from porelang.source import Span
 from porelang.syntax import tree
 from porelang.units import Dimension
 
@@ -86,6 +87,15 @@ class Builtin:
     most: int | None
     doc: str
     optional: bool = False  # what is left out is handed on as ABSENT
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """An argument as the caller wrote it."""
+
+    name: str | None
+    value: Value
+    span: Span
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,13 +1,14 @@
 """Every code of a diagnostic with its page for `pore explain`; one module for each theme.
 
 E001-E029 syntax, E030- names, E060- kinds and units, E080- params and contracts, E090- numbers found from fields,
-E100- requests, E120- the machine, E130- files of data, W200- warnings. A code keeps its meaning for ever; one that is
-no longer given keeps its page.
+E100- requests, E120- the machine, E130- files of data, W200- warnings, W210- doubts. A code keeps its meaning
+for ever; one that is no longer given keeps its page.
 """
 
 from __future__ import annotations
 
 from porelang.error_codes.datafiles import DATAFILES
+from porelang.error_codes.doubts import DOUBTS
 from porelang.error_codes.found import FOUND
 from porelang.error_codes.kinds import KINDS
 from porelang.error_codes.machine import MACHINE
@@ -17,7 +18,7 @@ from porelang.error_codes.params import PARAMS
 from porelang.error_codes.requests import REQUESTS
 from porelang.error_codes.syntax import SYNTAX
 
-THEMES: tuple[tuple[Code, ...], ...] = (SYNTAX, NAMES, KINDS, PARAMS, FOUND, REQUESTS, MACHINE, DATAFILES)
+THEMES: tuple[tuple[Code, ...], ...] = (SYNTAX, NAMES, KINDS, PARAMS, FOUND, REQUESTS, MACHINE, DATAFILES, DOUBTS)
 CODES: dict[str, Code] = {page.code: page for theme in THEMES for page in theme}
 
 Page = Code  # what a reader sees of it

@@ -153,7 +153,7 @@ SYNTAX = (
         "A line that starts with `-`, `~`, `(` or `[` starts anew: to go on, end the line before with the\n"
         "operator.",
         "sphere(3)\n- box([1, 1, 1])",
-        "sphere(3) -\n  box([1, 1, 1])",
+        "sphere(3) \\\n  box([1, 1, 1])",
     ),
     Code(
         "E019",

@@ -1,0 +1,373 @@
+"""What values show to be a mistake, of what `porelang.elaborate.suspect` noted while a program was elaborated.
+
+Each suspicion is looked at with the params at their defaults, at some thousands of points: where those do not bear it
+out, nothing is said. What reads a porosity, a file or anything else that takes long to find is left alone.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.analysis.box import Box, part_box, unbounded_axes
+from porelang.backends.numpy import NumpyField
+from porelang.diagnostics import Diagnostic, Edit, Label
+from porelang.elaborate.results import Elaborated, ParamInfo, Suspicion
+from porelang.formula import Bindings, Formula
+from porelang.ir import SLOTS, Node, X, Y, Z, node, order, param, substitute, within
+from porelang.rewrites import flatten
+from porelang.source import Span
+
+Points = NDArray[np.float64]
+#: Points at which a suspicion is looked at, and how many of them make it one.
+SAMPLES, FEW = 4000, 8
+#: A larger graph than this takes longer to look at than a warning is worth.
+LARGEST = 20_000
+#: Boxes are looked for of graphs up to this size.
+CLOSE = 400
+#: Values of a lattice that are tried, from the least to the greatest.
+LEVELS = 17
+
+
+def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
+    """A warning for each suspicion that values bear out, and for each name that nothing reads."""
+    whole = {n for output in found.outputs.values() for n in output.nodes}  # of what is empty as a whole more is said
+    looked_at = [
+        s for s in found.suspicions if s.what != "apart" or node("max", *s.nodes) not in whole or s.name != "&"
+    ]
+    out = [d for s in looked_at if (d := _LOOKS[s.what](s, found, bindings)) is not None]
+    return [
+        *out,
+        *_unread(found),
+        *off_step(found.params, {k: i.default for k, i in found.params.items()}, default=True),
+    ]
+
+
+# ---- values ---------------------------------------------------------------------------------------------------------
+
+
+def _values(roots: Sequence[Node], points: Points, bindings: Bindings) -> list[NDArray[np.float64]] | None:
+    """The values of nodes at points (n, 3), each (n,); None where that would take long to find."""
+    if sum(1 for _ in order(roots, within)) > LARGEST:
+        return None
+    flat = flatten(*roots)
+    if any(n not in bindings for n in order(flat, within) if n.op in SLOTS):
+        return None
+    with np.errstate(all="ignore"):
+        return [
+            np.broadcast_to(np.asarray(NumpyField(Formula((r,), bindings), "f64", 1).at(points)), len(points))
+            for r in flat
+        ]
+
+
+def _number(n: Node, bindings: Bindings) -> float | None:
+    """The value of a node that is the same everywhere."""
+    found = None if n.axes else _values([n], np.zeros((1, 3)), bindings)
+    return float(found[0][0]) if found is not None and np.isfinite(found[0][0]) else None
+
+
+def _inside(body: Node, bindings: Bindings) -> Points | None:
+    """Points within a solid; None where it has no end, or is not to be found in its box."""
+    (flat,) = flatten(body)
+    if any(n not in bindings for n in order([flat], within) if n.op in SLOTS) or len(order([flat])) > CLOSE:
+        return None
+    box = part_box(Formula((flat,), bindings))
+    if box is None or unbounded_axes(box):
+        return None
+    points = np.random.default_rng(1).uniform(box.lo, box.hi, (SAMPLES, 3))
+    values = _values([body], points, bindings)
+    assert values is not None
+    points = points[values[0] < -1e-6 * max(box.size)]
+    return points if len(points) >= FEW else None
+
+
+def _moved(f: Node, by: Sequence[Node | float]) -> Node:
+    return node("at", f, *(axis + shift for axis, shift in zip((X, Y, Z), by, strict=True)))
+
+
+def _figures(value: float) -> str:
+    return f"{value:.3g}"
+
+
+# ---- each kind of suspicion -----------------------------------------------------------------------------------------
+
+
+def _length(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    lattice, length = s.nodes
+    said = s.argument or s.span
+    text = _value_span(said).text
+    slope = _slope(lattice, bindings)
+    mm = _number(length, bindings)
+    message = f"`{text}` is a length, and the values of a raw lattice are not in mm"
+    label = "counts as a number of the lattice's own units"
+    porous = "for a porosity there are `to_porosity` and `shell_to_porosity`"
+    hint = f"write a raw number, without a unit; {porous}"
+    edit = None
+    if slope is not None and mm is not None and mm > 0:
+        about = _figures(mm / slope)
+        period = None if s.period is None else _number(s.period, bindings)
+        label += f", about {about} mm{_with(order([lattice, length]), found.params)}"
+        raw = _figures(mm * slope)
+        varies = period is not None and s.period is not None and s.period.op == "param"
+        if varies and s.period is not None and s.argument is not None:
+            w = str(s.period.value)
+            instead = f"{text} * {_figures(slope * period)} / {w}"  # type: ignore[operator]  # a number, or it would not vary
+            hint = f"`{instead}` is about {_figures(mm)} mm whatever `{w}` is; {porous}"
+        else:
+            instead = raw
+            hint = f"the raw number for {_figures(mm)} mm is about {raw} here; {porous}"
+        if s.argument is not None:
+            edit = Edit(_value_span(said), instead)
+    return _warning("W212", message, said, label, hint, edit=edit)
+
+
+def _with(nodes: Sequence[Node], params: Mapping[str, ParamInfo]) -> str:
+    """The params that nodes depend on, with the defaults that were looked at."""
+    names = sorted({str(n.value) for n in nodes if n.op == "param"})
+    return f" with {', '.join(f'{n} = {params[n].shown(params[n].default)}' for n in names)}" if names else ""
+
+
+def _slope(lattice: Node, bindings: Bindings) -> float | None:
+    """The thickness that one unit of a field's value takes on average where it is 0, inverted: 1 / mean(1 / |grad|)."""
+    points = np.random.default_rng(1).uniform(-100, 100, (2 * SAMPLES, 3))
+    found = _values([lattice, *(node("d", lattice, value=i) for i in range(3))], points, bindings)
+    if found is None:
+        return None
+    value, gradient = found[0], np.sqrt(found[1] ** 2 + found[2] ** 2 + found[3] ** 2)
+    with np.errstate(all="ignore"):
+        away = np.abs(value) / gradient
+    nearest = np.argsort(np.where(np.isfinite(away), away, np.inf))[: len(points) // 20]
+    near = gradient[nearest]
+    return None if not np.isfinite(near).all() or near.min() <= 0 else float(1 / np.mean(1 / near))
+
+
+def _total(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    a, b = s.nodes
+    both = _inside(node("max", a, b), bindings)
+    if both is None:  # of two that are apart it is the region nearer to one: that may be meant
+        return None
+    what, instead = ("the difference", "\\") if s.name == "-" else ("the union", "|")
+    return _warning(
+        "W213",
+        f"`{s.name}` works on the values of solids; {what} of two solids is `a {instead} b`",
+        s.span,
+        "arithmetic, and then taken as a solid",
+        f"write `{instead}`",
+        edit=Edit(s.span, instead),
+    )
+
+
+def _copies(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    body, copies, *cell = s.nodes
+    points = _inside(body, bindings)
+    if points is None:
+        return None
+    halves = [0.5 * w for w in cell]
+    least: NDArray[np.bool_] | None = None
+    for bits in range(8 if cell else 1):  # a row of an even number has no copy in the middle
+        shift = [halves[i] if bits >> i & 1 else 0.0 for i in range(3)] if cell else [0.0] * 3
+        values = _values([_moved(copies, shift)], points, bindings)
+        if values is None:
+            return None
+        lost = values[0] > 0
+        least = lost if least is None or lost.sum() < least.sum() else least
+    assert least is not None
+    share = least.sum() / len(points)
+    if least.sum() < FEW or share < 0.002:
+        return None
+    parts = "sector" if not cell else "cell"
+    far = points[least][int(np.argmax(np.abs(points[least]).sum(axis=1)))]
+    place = ", ".join(f"{v:.3g}" for v in far)
+    if cell:
+        hint = "take larger cells, or join moved copies: `union([for i in range(n): translate(f, [w * i, 0, 0])])`"
+    else:
+        hint = "join turned copies: `union([for i in range(n): rotate(f, [0, 0, 1], i * 1turn / n)])`"
+    return _warning(
+        "W215",
+        f"`{s.name}` cuts its copies: each is seen only in its own {parts}, and {max(1, round(100 * share))} % is lost",
+        s.span,
+        f"({place}) of the body, for one",
+        hint,
+    )
+
+
+def _apart(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    a, b = s.nodes
+    if s.name == "\\":
+        b = node("neg", b)
+    common = node("max", a, b)
+    points = np.random.default_rng(1).uniform(-1, 1, (SAMPLES, 3)) * np.repeat(
+        [[3], [10], [40], [160]], SAMPLES // 4, 0
+    )
+    values = _values([common], points, bindings)
+    if values is None or (values[0] < 0).any():
+        return None
+    (flat,) = flatten(common)
+    if len(order([flat])) > CLOSE or part_box(Formula((flat,), bindings)) is not None:
+        return None
+    done = "takes nothing away" if s.name == "\\" else "leaves nothing"
+    return _warning(
+        "W223",
+        f"`{s.name}` {done} here: the two solids do not meet",
+        s.span,
+        _gap(*(part_box(Formula(flatten(n), bindings)) for n in (a, b))),
+        "check where the second lies, and its unit",
+        () if s.argument is None else (Label(s.argument, "the second"),),
+    )
+
+
+def _gap(a: Box | None, b: Box | None) -> str:
+    """How far two boxes are apart, along the axis where that is most."""
+    if a is None or b is None:
+        return "apart"
+    gaps = [(max(b.lo[i] - a.hi[i], a.lo[i] - b.hi[i]), i) for i in range(3)]
+    gap, i = max(gaps)
+    return f"{gap:.3g} mm apart along {'xyz'[i]}" if 0 < gap < 1e5 else "apart"
+
+
+def _pores(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    """Whether a wall is solid, or void, whatever value its lattice has."""
+    (walls,) = s.nodes
+    lattices = [n for n in order([walls], within) if n in found.lattices]
+    if not lattices:
+        return None
+    points = np.random.default_rng(1).uniform(-60, 60, (SAMPLES // 10, 3))
+    ranges = _values(lattices, points, bindings)
+    if ranges is None:
+        return None
+    stand_in = {n: param(f"the value of lattice {i}") for i, n in enumerate(lattices)}
+    replaced = flatten(substitute([walls], stand_in)[0])
+    if any(n not in bindings for n in order(replaced, within) if n.op in SLOTS and n not in stand_in.values()):
+        return None
+    values = np.stack(
+        [
+            np.broadcast_to(NumpyField(Formula(replaced, {**bindings, **level}), "f64", 1).at(points), len(points))
+            for share in np.linspace(0, 1, LEVELS)
+            for level in [{p: _between(r, share) for p, r in zip(stand_in.values(), ranges, strict=True)}]
+        ]
+    )
+    # what it might do between two values that were tried is no more than it does from one to the next
+    sure = np.abs(values).min(axis=0) > np.abs(np.diff(values, axis=0)).max(axis=0)
+    solid = bool((values < 0).all() and sure.all())
+    if not solid and not ((values > 0).all() and sure.all()):
+        return None
+    low, high = min(float(r.min()) for r in ranges), max(float(r.max()) for r in ranges)
+    return _warning(
+        "W224",
+        f"`{' '.join(s.span.text.split())}` is {'solid' if solid else 'void'} everywhere: the lattice is lost",
+        s.span,
+        f"the lattice runs from {low:.2g} to {high:.2g}",
+        "its values are raw, not mm: " + ("take less" if solid else "take more, or check the sign"),
+    )
+
+
+def _between(values: Points, share: float) -> float:
+    return float((1 - share) * values.min() + share * values.max())
+
+
+def _seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    lattice, turn = s.nodes
+    full = _number(turn, bindings)
+    if full is None or full == 0 or _closes(lattice, full, bindings):
+        return None
+    period = None if s.period is None else _number(s.period, bindings)
+    hint, edit = "take a whole multiple of the lattice's period", None
+    if period:
+        times = max(1, round(full / period))
+        if _closes(lattice, times * period, bindings):
+            hint = f"take a whole multiple of the period: {_figures(times)} x {period:g} = {times * period:g}"
+            if s.argument is not None and re.fullmatch(r"(?:\w+\s*=\s*)?[\d.]+\s*(?:mm)?", s.argument.text):
+                unit = "mm" if s.argument.text.endswith("mm") else ""
+                edit = Edit(_value_span(s.argument), f"{times * period:g}{unit}")
+    return _warning(
+        "W218",
+        f"`{s.name}` leaves a seam: after a full turn of {full:g} mm the lattice does not meet itself",
+        s.argument or s.span,
+        f"{full / period:.4g} periods" if period else "no whole number of periods",
+        hint,
+        edit=edit,
+    )
+
+
+def _closes(lattice: Node, turn: float, bindings: Bindings) -> bool:
+    """Whether a lattice is the same at y = -turn/2 and y = turn/2, on most of that plane."""
+    points = np.random.default_rng(1).uniform(-100, 100, (SAMPLES // 4, 3))
+    ends = [node("at", lattice, X, (side * 0.5 * turn) + 0.0 * Y, Z) for side in (1, -1)]
+    found = _values(ends, points, bindings)
+    if found is None:
+        return True
+    one, other = found
+    return float(np.mean((one < 0) != (other < 0))) < 0.005
+
+
+_LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | None]] = {
+    "length": _length,
+    "total": _total,
+    "copies": _copies,
+    "apart": _apart,
+    "pores": _pores,
+    "seam": _seam,
+}
+
+
+# ---- names and steps ------------------------------------------------------------------------------------------------
+
+
+def _unread(found: Elaborated) -> list[Diagnostic]:
+    """Lets and params that nothing refers to, of a file that is more than a collection for others."""
+    if not found.outputs:
+        return []
+    out = []
+    for u in found.unread:
+        if u.param:
+            message, hint = f"nothing reads the param `{u.name}`", "use it, or leave it out: setting it changes nothing"
+        else:
+            message = f"nothing reads `{u.name}`"
+            hint = (
+                f"use it, or leave it out; call it `_{u.name}` if only an option names it, as in `--within _{u.name}`"
+            )
+            hint = "use it, or leave it out" if u.fixed else hint
+        out.append(_warning("W220", message, u.span, "bound here, and not used", hint))
+    return out
+
+
+def off_step(params: Mapping[str, ParamInfo], values: Mapping[str, float], default: bool = False) -> list[Diagnostic]:
+    """A warning for each value that lies between two steps of its param, counted from the lower end or from 0."""
+    out = []
+    for name, value in values.items():
+        info = params[name]
+        if info.step is None or info.choices or value in (info.low, info.high):
+            continue
+        counts = [(value - start) / info.step for start in (info.low, 0.0)]
+        if any(abs(c - round(c)) < 1e-6 for c in counts) or (not default and value == info.default):
+            continue
+        near = [info.low + info.step * k for k in (np.floor(counts[0]), np.ceil(counts[0]))]
+        what = "the default of `{}` is {}" if default else "`{}` = {}"
+        out.append(
+            _warning(
+                "W219",
+                f"{what.format(name, info.shown(value))}, between two of its steps of {info.shown(info.step)}",
+                info.span,
+                "declared with this step",
+                f"take {' or '.join(info.shown(float(v)) for v in near if v <= info.high)}, or change the step",
+            )
+        )
+    return out
+
+
+# ---- texts ----------------------------------------------------------------------------------------------------------
+
+
+def _value_span(argument: Span) -> Span:
+    """The value of an argument that may have its name before it."""
+    name = re.match(r"\w+\s*=(?!=)\s*", argument.text)
+    return Span(argument.source, argument.start + (name.end() if name else 0), argument.end)
+
+
+def _warning(
+    code: str, message: str, span: Span, label: str, hint: str, others: tuple[Label, ...] = (), edit: Edit | None = None
+) -> Diagnostic:
+    return Diagnostic(code, message, span, label, others, hint, edit, "warning")

@@ -1,0 +1,115 @@
+"""What is known of a field by how it was made: whether its values are mm, and whether it is a solid at all.
+
+Numbers have dimensions, but shapes and lattices are bare, so that they combine with anything: `sphere(10)` is a
+distance in mm, `gyroid(10)` a number from -1.5 to 1.5, and both have no unit. What a function gives stands beside it,
+in a line of its documentation, in a user's too:
+
+    ## Gives: a distance            mm, negative inside
+    ## Gives: a raw lattice         negative inside, but in units of its own
+    ## Gives: as f                  what its argument f is
+
+From there it follows the graph: a moved solid is one, and a lattice that was made thicker still is raw. What cannot be
+told is not known, and nothing is doubted about it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from porelang.elaborate.values import Scalar, Value
+from porelang.ir import Node, order
+from porelang.syntax import tree
+
+_GIVES = re.compile(r"^Gives: (?:a (distance|raw lattice)|as (\w+))$", re.MULTILINE)
+#: Operations that keep what their first argument is.
+_KEPT = frozenset({"neg", "abs", "at", "ensure"})
+
+
+@dataclass(frozen=True, slots=True)
+class Nature:
+    """What is known of a field that bounds a solid.
+
+    `raw`: a raw lattice is in it, so that its values are no mm. `total`: it is a sum or a difference of two distances
+    (this node), which bounds none of them. `plain`: it is as a function gave it, perhaps moved, and nothing was made of
+    it yet. `period` is that of the lattice it is, where that is known.
+    """
+
+    raw: bool = False
+    total: Node | None = None
+    plain: bool = False
+    period: Node | None = None
+
+
+#: What is known of nodes so far; None where it was found that nothing is.
+Natures = dict[Node, Nature | None]
+
+
+def note(known: Natures, definition: tree.Def, arguments: Mapping[str, Value], result: Value) -> Nature | None:
+    """Note what a call has given, by the documentation of its function; None where that says nothing."""
+    if not isinstance(result, Scalar) or not result.node.axes:
+        return None
+    fact = _GIVES.search(definition.doc)
+    if fact is None:
+        return None
+    if fact[2]:
+        given = arguments.get(fact[2])
+        found = nature(known, given.node) if isinstance(given, Scalar) else None
+    else:
+        w = arguments.get("w")
+        raw = fact[1] == "raw lattice"
+        period = w.node if raw and isinstance(w, Scalar) and not w.node.axes else None
+        found = Nature(raw, None, True, period)
+    if found is not None:
+        known[result.node] = found
+    return found
+
+
+def nature(known: Natures, n: Node) -> Nature | None:
+    """What is known of a node; None where nothing is."""
+    if n not in known:
+        for m in order([n], lambda m: () if m in known else _parts(m)):
+            if m not in known:
+                known[m] = _made(m, [known.get(a) for a in _parts(m)])
+    return known[n]
+
+
+def _parts(n: Node) -> tuple[Node, ...]:
+    """The arguments that decide what a node is."""
+    if not n.axes:
+        return ()
+    if n.op in _KEPT:
+        return n.args[:1]
+    if n.op in ("add", "sub", "max", "min"):
+        return n.args
+    return n.args[1:] if n.op == "select" else ()
+
+
+def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
+    if not parts or all(p is None for p in parts):
+        return None
+    if n.op in _KEPT:
+        (a,) = parts
+        assert a is not None
+        if n.op == "abs" and a.total is not None:
+            return None
+        same = n.op in ("at", "ensure")
+        return Nature(a.raw, a.total, a.plain and same, None if n.op == "at" else a.period)
+    a, b = parts
+    total = any(p is not None and p.total is not None for p in parts)
+    if n.op in ("add", "sub"):
+        if a is None or b is None:  # grown, shrunk, or with a texture
+            one = a or b
+            return None if total or one is None else replace(one, plain=False)
+        if total or not (a.raw or b.raw):
+            return Nature(total=n)
+        return Nature(raw=True) if a.raw and b.raw else None
+    if total:
+        return None
+    if a is None or b is None:
+        if n.op == "select" or not n.args[parts.index(None)].axes:  # a clamped distance is a number to be used as one
+            return None
+        one = a or b
+        return Nature(one.raw) if one is not None else None
+    return Nature(a.raw or b.raw, plain=n.op == "select" and a.plain and b.plain)

@@ -1,0 +1,294 @@
+"""What a designer almost certainly did not mean, seen while a program is elaborated.
+
+What the text alone decides is said at once, as a warning. What values decide (whether two solids overlap, whether
+copies are cut) is noted as a `Suspicion`, and looked at when the program is whole (`porelang.doubts`).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+
+from porelang.diagnostics import Edit, Label
+from porelang.elaborate.context import Context
+from porelang.elaborate.kinds import Kind
+from porelang.elaborate.natures import nature
+from porelang.elaborate.results import Suspicion
+from porelang.elaborate.values import Function, Given, Scalar, Value, Vector
+from porelang.ir import ALL_AXES
+from porelang.source import Span
+from porelang.syntax import tree
+from porelang.units import LENGTH
+
+#: Bare angles from here on are doubted: nobody asks for one and a half turns in radians, and 10 degrees are common.
+DEGREES_FROM = 10.0
+_COPIES = re.compile(r"^Copies: (\w+)(?:, in cells of (\w+))?$", re.MULTILINE)
+_CLOSES = re.compile(r"^Closes: (\w+) along y after (\w+)$", re.MULTILINE)
+_NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)(?![\w.%])")
+#: Operations that want both sides in one unit.
+COMPARING = frozenset({"add", "sub", "min", "max", "lt", "le", "eq"})
+_NAMED = re.compile(r"\w+\s*=(?!=)\s*")
+_SETS = ("&", "|", "\\")
+
+
+def _doubt(
+    ctx: Context,
+    code: str,
+    message: str,
+    span: Span,
+    label: str,
+    hint: str,
+    others: tuple[Label, ...] = (),
+    edit: Edit | None = None,
+) -> None:
+    """Say a warning, once for a place: a list may come by it a hundred times."""
+    if ctx.first_doubt(code, span):
+        ctx.error(code, message, span, label, others, hint, edit, "warning")
+
+
+# ---- numbers --------------------------------------------------------------------------------------------------------
+
+
+def length_on_lattice(ctx: Context, numbers: Sequence[Value], span: Span) -> None:
+    """Suspect a sum or a comparison of a raw lattice and a length."""
+    if len(numbers) != 2:
+        return
+    for field, length in (numbers, numbers[::-1]):
+        if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
+            continue
+        if (
+            field.dimension not in (None, LENGTH)
+            or length.dimension != LENGTH
+            or not field.node.axes
+            or length.node.axes
+        ):
+            continue  # to modify a lattice by a distance needs no ceremony
+        found = nature(ctx.natures, field.node)
+        if found is not None and found.raw:
+            place = ctx.users_place(span)
+            given = ctx.given_at.get(place, {})
+            argument = next(
+                (g for g in given.values() if isinstance(g.value, Scalar) and g.value.dimension == LENGTH), None
+            )
+            ctx.suspect(
+                Suspicion(
+                    "length",
+                    place,
+                    (field.node, length.node if argument is None else argument.value.node),  # type: ignore[union-attr]  # a Scalar
+                    None if argument is None else argument.span,
+                    period=found.period,
+                )
+            )
+
+
+def degrees(ctx: Context, value: Value, place: Span, called: str, rate: bool = False) -> None:
+    """Doubt a bare number that stands for an angle and is far beyond a turn."""
+    if place.source.prelude or not isinstance(value, Scalar) or value.dimension is not None or value.node.axes:
+        return
+    n = value.node
+    info = ctx.found.params.get(str(n.value)) if n.op == "param" else None
+    number = ctx.constant(n) if info is None or info.choices else info.default
+    if not isinstance(number, float) or not DEGREES_FROM <= abs(number) < math.inf:
+        return
+    named = _NAMED.match(place.text)
+    whole = Span(place.source, place.start + (named.end() if named else 0), place.end)
+    text = whole.text
+    numbers = [m for m in _NUMBER.finditer(text) if float(m[1]) >= DEGREES_FROM]
+    in_radians = re.search(r"\b(pi|tau|rad|turn)\b", text) is not None
+    # 0.7 * i is what spreads things out in radians, sin(12.9898 * i) what makes up random numbers
+    if in_radians or not (
+        any(float(m[1]) * 2 % 1 == 0 for m in numbers) if re.search(r"\d", text) else number * 4 % 1 == 0
+    ):
+        return
+    label, edit = f"{number / math.tau:.3g} turns", None
+    if rate:
+        hint = f"write the turn and the length it takes: `{number:g}deg / 10mm`"
+        _doubt(ctx, "W214", f"`{called}` turns by {number:g} rad/mm", place, f"{label} in every mm", hint)
+        return
+    if n.op == "param":
+        hint = f"declare the param in degrees, `{number:g}deg in ...`, or write `{text} * 1deg`"
+        edit = Edit(whole, f"{text} * 1deg")
+    elif len(numbers) == 1:
+        hint = f"write `{numbers[0][1]}deg`"
+        at = whole.start + numbers[0].start()
+        edit = Edit(Span(whole.source, at, at + len(numbers[0][1])), f"{numbers[0][1]}deg")
+    else:
+        hint, edit = f"write `({text}) * 1deg`", Edit(whole, f"({text}) * 1deg")
+    _doubt(ctx, "W214", f"`{called}` of {number:g} radians; are these degrees?", place, label, hint, edit=edit)
+
+
+# ---- solids ---------------------------------------------------------------------------------------------------------
+
+
+def total_as_solid(ctx: Context, value: Value) -> None:
+    """Suspect a sum or a difference of two distances that is used as a solid."""
+    if isinstance(value, Scalar) and value.node.axes:
+        found = nature(ctx.natures, value.node)
+        if found is not None and found.total is not None and found.total in ctx.totals:
+            op, span = ctx.totals[found.total]
+            ctx.suspect(Suspicion("total", span, found.total.args, None, op))
+
+
+def note_total(ctx: Context, op: str, value: Value, span: Span) -> None:
+    """Remember where the user added or subtracted two distances."""
+    if span.source.prelude or not isinstance(value, Scalar) or not value.node.axes:
+        return
+    found = nature(ctx.natures, value.node)
+    if found is not None and found.total is value.node:
+        ctx.totals.setdefault(value.node, (op, span))
+
+
+def cut(ctx: Context, op: str, a: tuple[Value, Span], b: tuple[Value, Span], made: Value, span: Span) -> None:
+    """Suspect two solids that do not meet, and a lattice without pores; of places that cut several times, nothing."""
+    if span.source.prelude or not (isinstance(made, Scalar) and made.node.axes):
+        return
+    natures = []
+    for value, place in (a, b):
+        if not isinstance(value, Scalar):
+            return
+        known = nature(ctx.natures, value.node)
+        natures.append(known)
+        if known is not None and known.raw and not known.plain and value.node.op not in ("max", "min", "select"):
+            ctx.suspect(Suspicion("pores", place, (value.node,)))
+    if op == "|" or None in natures or made.node.depends & ~ALL_AXES:  # what a param moves may well miss
+        return
+    first, second = made.node.args
+    seen = ctx.cuts.get(span)
+    if span not in ctx.cuts:
+        ctx.cuts[span] = Suspicion("apart", span, (first, second), b[1], op)
+    elif seen is not None and seen.nodes != (first, second):
+        ctx.cuts[span] = None
+
+
+# ---- calls ----------------------------------------------------------------------------------------------------------
+
+
+def call_of(
+    ctx: Context, function: Function, given: Mapping[str, Given], kinds: Mapping[str, Kind], site: tree.Call
+) -> bool:
+    """Doubt the arguments of a call in the user's text; whether two of them were taken for one another."""
+    if site.span.source.prelude:
+        return False
+    ctx.given_at[site.span] = given
+    for name, kind in kinds.items():
+        if kind.name in ("angle", "rate") and name in given:
+            degrees(ctx, given[name].value, given[name].span, function.name, kind.name == "rate")
+        if kind.name == "solid" and name in given:
+            total_as_solid(ctx, given[name].value)
+    return _swapped(ctx, function, given, kinds, site)
+
+
+def _swapped(
+    ctx: Context, function: Function, given: Mapping[str, Given], kinds: Mapping[str, Kind], site: tree.Call
+) -> bool:
+    """Whether a number stands where a field is asked for, and a solid where a number is."""
+    plain = solid = None
+    for name, g in given.items():
+        if name not in kinds or not isinstance(g.value, Scalar):
+            continue
+        if kinds[name].name in ("field", "solid"):
+            plain = plain or (name if not g.value.node.axes else None)
+        elif g.value.node.axes and nature(ctx.natures, g.value.node) is not None:
+            solid = solid or name
+    if plain is None or solid is None:
+        return False
+    texts = {name: g.span.text for name, g in given.items()}
+    if all(g.name is None for g in given.values()) and "|>" not in site.span.text:
+        texts[plain], texts[solid] = texts[solid], texts[plain]
+        call = f"{site.function.span.text}({', '.join(texts.values())})"
+        edit = Edit(site.span, call) if site.span.text.startswith(site.function.span.text + "(") else None
+        hint = f"write `{call}`"
+    else:
+        edit, hint = None, "exchange the two"
+    _doubt(
+        ctx,
+        "W216",
+        f"`{function.name}` is given a number for `{plain}` and a solid for `{solid}`; are the two exchanged?",
+        given[plain].span,
+        f"`{plain}` is the field",
+        hint,
+        others=(Label(given[solid].span, f"`{solid}` is a number"),),
+        edit=edit,
+    )
+    return True
+
+
+def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result: Value, site: tree.Call) -> None:
+    """Suspect what a call has made, by what the documentation of its function says: copies, and fields that close."""
+    definition = function.definition
+    if definition is None or not isinstance(result, Scalar):
+        return
+    given = ctx.given_at.get(site.span, {})
+    if fact := _COPIES.search(definition.doc):
+        body, cell = bound.get(fact[1]), bound.get(fact[2] or "")
+        if isinstance(body, Scalar) and body.node.axes:
+            sizes = cell.nodes if isinstance(cell, Vector) else (cell.node,) * 3 if isinstance(cell, Scalar) else ()
+            ctx.suspect(
+                Suspicion("copies", ctx.users_place(site.span), (body.node, result.node, *sizes), None, function.name)
+            )
+    if fact := _CLOSES.search(definition.doc):
+        field, turn = bound.get(fact[1]), bound.get(fact[2])
+        if isinstance(field, Scalar) and isinstance(turn, Scalar):
+            found = nature(ctx.natures, field.node)
+            if found is not None and found.raw:
+                place = given[fact[2]].span if fact[2] in given else None
+                ctx.suspect(
+                    Suspicion(
+                        "seam",
+                        ctx.users_place(site.span),
+                        (field.node, turn.node),
+                        place,
+                        function.name,
+                        period=found.period,
+                    )
+                )
+
+
+# ---- layout ---------------------------------------------------------------------------------------------------------
+
+
+def pipe_below_set(ctx: Context, t: tree.Chain) -> None:
+    """Doubt a `|>` that begins a line below `a & b`: it takes b alone."""
+    if t.span.source.prelude or t.rest[0][0] not in _SETS:
+        return
+    at, right = t.op_spans[-1], t.rest[-1][1]
+    while isinstance(right, tree.Chain) and right.rest[0][0] in _SETS and not _bracketed(right):
+        at, right = right.op_spans[-1], right.rest[-1][1]
+    if not isinstance(right, tree.Chain) or right.rest[0][0] != "|>" or _bracketed(right):
+        return
+    pipe = right.op_spans[0]
+    depth = _leading(pipe)
+    if depth is None or pipe.line <= at.line:
+        return
+    own = _leading(at)
+    if own is not None and depth > own:  # laid out as belonging to what stands on that line
+        return
+    alone = right.first.span
+    whole = Span(t.span.source, t.first.span.start, alone.end)
+    call = " ".join(right.rest[0][1].span.text.split())
+    _doubt(
+        ctx,
+        "W217",
+        f"`|> {call}` takes `{_short(alone.text)}` alone, not what stands before `{at.text}`",
+        pipe,
+        "binds more tightly than the operator above",
+        f"put what it is to take into brackets: `({_short(whole.text)}) |> {call}`",
+        others=(Label(alone, "this is what it takes"),),
+        edit=Edit(whole, f"({whole.text})"),
+    )
+
+
+def _leading(span: Span) -> int | None:
+    """How far a token that begins its line is indented; None if something stands before it."""
+    before = span.source.text[: span.start].rpartition("\n")[2]
+    return None if before.strip() else len(before.expandtabs(4))
+
+
+def _bracketed(t: tree.Chain) -> bool:
+    return t.span.start < t.first.span.start
+
+
+def _short(text: str) -> str:
+    text = " ".join(text.split())
+    return text if len(text) <= 40 else text[:37] + "..."

@@ -1,0 +1,145 @@
+"""W210 to W225: programs that compile, and that a designer almost certainly did not mean."""
+
+from __future__ import annotations
+
+from porelang.error_codes.page import Code
+
+DOUBTS = (
+    Code(
+        "W210",
+        "a part without an end",
+        "A lattice fills space, and so does its wall. A mesh, layers and measures need an end: intersect the part\n"
+        "with a shape, or give `--bounds`. `pore check` says so of what was made into a part; a plain field has no\n"
+        "end either, and is evaluated and drawn all the same.",
+        "gyroid(10) |> shell(0.5)",
+        "gyroid(10) |> shell(0.5) & sphere(20)",
+    ),
+    Code(
+        "W211",
+        "an output without a surface",
+        "A solid is where a number is negative that varies in space. A vector, a condition, a number that is the\n"
+        "same everywhere, or one that is nowhere negative has no surface; such an output can be evaluated, and not\n"
+        "meshed. `f > 0` is a condition: the solid of its points is `~f`, that of `f < 0` is `f`.",
+        "gyroid(10) > 0 & cube(20)",
+        "~gyroid(10) & cube(20)",
+    ),
+    Code(
+        "W212",
+        "a length given to a raw lattice",
+        "The values of a lattice are raw: a gyroid runs from -1.5 to 1.5 whatever its period. So `shell(0.4mm)`\n"
+        "makes a wall of 0.4 of those units, which is 0.4 mm times something that depends on the lattice and its\n"
+        "period. The message says what it comes to on average. Write the raw number, ask for a porosity with\n"
+        "`shell_to_porosity` or `to_porosity`, or let the number fall with the period, as the hint does.",
+        "gyroid(30) |> shell(0.4mm) & cube(60)",
+        "gyroid(30) |> shell(0.13) & cube(60)",
+    ),
+    Code(
+        "W213",
+        "arithmetic between solids",
+        "`-` and `+` work on the values of fields. The difference of two solids is `a \\ b`, their union `a | b`.\n"
+        "The difference of two distances is a fine modifier; as a solid it is the region that is nearer to the one\n"
+        "than to the other. Nothing is said where the two are apart, for then that may be meant.",
+        "box([40, 40, 10]) & (cube(20) - sphere(9))",
+        "box([40, 40, 10]) & (cube(20) \\ sphere(9))",
+    ),
+    Code(
+        "W214",
+        "radians that look like degrees",
+        "A bare number as an angle is in radians: 30 is nearly five turns. Write `30deg`. A twist is an angle for\n"
+        "each mm: `90deg / 50mm`.",
+        "rotate(box([30, 5, 5]), [0, 0, 1], 30)",
+        "rotate(box([30, 5, 5]), [0, 0, 1], 30deg)",
+    ),
+    Code(
+        "W215",
+        "copies that are cut",
+        "`ring` and `repeat` look the field up once, in the sector or the cell that a point lies in. What reaches\n"
+        "beyond its own is cut off there, unless its neighbour fills the place. Take fewer copies or larger cells,\n"
+        "or join copies that are turned or moved one by one.",
+        "ring(capsule([5, 0, 0], [15, 10, 0], 1), 8)",
+        "let arm = capsule([5, 0, 0], [15, 10, 0], 1)\n"
+        "union([for i in range(8): rotate(arm, [0, 0, 1], i * 1turn / 8)])",
+    ),
+    Code(
+        "W216",
+        "two arguments that are exchanged",
+        "Where a function takes a field and a number, the field comes first: `shell(gyroid(10), 0.5)`, or\n"
+        "`gyroid(10) |> shell(0.5)`. A number counts as a field that is the same everywhere, so that the other\n"
+        "order means something too, and nothing of use.",
+        "shell(0.5, gyroid(10)) & cube(20)",
+        "shell(gyroid(10), 0.5) & cube(20)",
+    ),
+    Code(
+        "W217",
+        "a step that takes the last shape alone",
+        "`|>` binds more tightly than `&`, `|` and `\\`: in `a & b |> f` it is b that goes through f. On a line of\n"
+        "its own below the whole it looks otherwise. Put what it is to take into brackets.",
+        "gyroid(10) & cube(20)\n  |> translate([10, 0, 0])",
+        "(gyroid(10) & cube(20))\n  |> translate([10, 0, 0])",
+    ),
+    Code(
+        "W218",
+        "a lattice with a seam",
+        "In `polar(f, turn)` a full turn about the axis is `turn` mm of f. A lattice meets itself there if that is\n"
+        "a whole number of its periods; else its cells are cut along a plane. The same goes for `spherical`.",
+        "polar(gyroid(6), turn=100) & cylinder(20, 20)",
+        "polar(gyroid(6), turn=102) & cylinder(20, 20)",
+    ),
+    Code(
+        "W219",
+        "a value between two steps",
+        "The step of a param says which values are meant: those that lie whole steps from the lower end of its\n"
+        "range, or from 0. Another value, as a default or with `--set`, is used as it is.",
+        "param w = 10.3mm in 10mm..60mm step 1mm\ngyroid(w) & sphere(20)",
+        "param w = 10mm in 10mm..60mm step 1mm\ngyroid(w) & sphere(20)",
+    ),
+    Code(
+        "W220",
+        "a name that nothing reads",
+        "A shape that was to be cut out and was forgotten, or what is left of an earlier version. What only an\n"
+        "option names (`--within`, `--field`) begins with `_`: nothing is said about such names, nor about a def.",
+        "let hole = cylinder(5, 40)\nsphere(10)",
+        "let hole = cylinder(5, 40)\nsphere(10) \\ hole",
+    ),
+    Code(
+        "W221",
+        "a program without an output",
+        "Definitions alone are a file for others to use. What is to be meshed is a last line without a name, or an\n"
+        "`out`.",
+        "let a = sphere(5)",
+        "let a = sphere(5)\na",
+    ),
+    Code(
+        "W222",
+        "a setting with which there is no part",
+        "The range of a param is a promise: whoever moves a slider expects a part at either end. `pore check\n"
+        "--measure` tries both ends of each, the others as they are.",
+        "",
+        "param r = 5mm in 2mm..9mm\ncube(20) \\ sphere(r)",
+    ),
+    Code(
+        "W223",
+        "solids that do not meet",
+        "A cut that takes nothing away, or two solids that have nothing in common: proven from the enclosures of\n"
+        "both. Most often one lies elsewhere, or a unit is wrong. Of a cut that a param moves nothing is said.",
+        "cube(20) \\ translate(cylinder(3, 40), [30, 0, 0])",
+        "cube(20) \\ translate(cylinder(3, 40), [5, 0, 0])",
+    ),
+    Code(
+        "W224",
+        "a lattice that is lost",
+        "The values of a lattice are raw and small: a gyroid runs from -1.5 to 1.5. A wall of more than twice that\n"
+        "fills all of space, and so does an offset of more than that; the other way round nothing is left. It was\n"
+        "tried with all values that the lattice has.",
+        "gyroid(10) |> shell(4) & cube(40)",
+        "gyroid(10) |> shell(0.4) & cube(40)",
+    ),
+    Code(
+        "W225",
+        "a period larger than the part",
+        "The period of a lattice is the edge of its cell in mm, not a number of cells: of a cell that is more than\n"
+        "twice the part, the part holds a single wall, or none. `pore check --measure` compares the two.",
+        "",
+        "gyroid(5) |> shell(0.3) & cube(20)",
+    ),
+)

@@ -1,0 +1,252 @@
+"""What other commands would refuse of a program: no output, no surface, no end, no material.
+
+`pore check` says so before. A field that is no part is nothing wrong: it is evaluated, and drawn within bounds that are
+given. So of a program without a named output only that one is looked at which commands take by themselves, and only
+what is decided quickly is said; the rest is found with `--measure`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from porelang.analysis.box import UNIVERSE, Box, part_box, unbounded_axes
+from porelang.backends.numpy import NumpyField
+from porelang.diagnostics import Diagnostic, PoreError
+from porelang.elaborate.values import Bool, Scalar, Vector
+from porelang.formula import Bindings, Formula
+from porelang.ir import TASKS, order, param, within
+from porelang.program import Design, Program
+from porelang.rewrites import flatten
+from porelang.source import Span
+
+#: Graphs up to this size are looked at without `--measure`: samples of them take less than 0.1 s.
+QUICK = 5000
+SAMPLES = 200_000
+A_LITTLE = 0.1
+NOWHERE = Box((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+def refusals(design: Design, measure: bool = False) -> list[Diagnostic]:
+    """What meshing would say of the output that it takes by itself: an error where there is no material.
+
+    Without `measure` it takes 0.1 s at most, and nothing is said of a part that depends on numbers found from fields.
+    With it every output that is a solid is looked at, also with each param at either end of its range.
+    """
+    program = design.program
+    if not program.outputs:
+        return _no_output(program)
+    chosen = _chosen(program)
+    found: list[Diagnostic] = []
+    for name, output in program.outputs.items():
+        if name == chosen or (measure and output.solid):
+            found += _refused(design, name, measure, chosen)
+    if measure and chosen and not found:
+        found += _as_a_part(design, chosen)
+    return found
+
+
+def endless(design: Design) -> str:
+    """The axes along which the output that commands take by itself is a field without an end; "" where it is a part."""
+    name = _chosen(design.program)
+    if name is None or not isinstance(design.program.outputs[name].value, Scalar):
+        return ""
+    (root,) = design.program.graph.outputs[name]
+    seen = order([root], within)
+    if not root.axes or any(n.op in TASKS for n in seen) or len(seen) > QUICK:
+        return ""
+    return _far(design.of(name))
+
+
+def _chosen(program: Program) -> str | None:
+    """The output that a command takes when none is named."""
+    names = list(program.outputs)
+    return "part" if "part" in names else names[0] if len(names) == 1 else None
+
+
+def _no_output(program: Program) -> list[Diagnostic]:
+    if program.elaborated.collection:
+        return []
+    try:
+        program.output()
+    except PoreError as error:
+        (found,) = error.diagnostics
+        if not program.source.text.strip():
+            return [found]
+        unread = program.elaborated.unread
+        last = next((u.name for u in reversed(unread) if not u.param), "...")
+        return [
+            replace(
+                found,
+                code="W221",
+                span=unread[-1].span if unread else found.span,
+                label="definitions alone",
+                hint=f"end it with `{last}`, or write `out part = {last}`; a file that others use needs none",
+                severity="warning",
+            )
+        ]
+    return []
+
+
+def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> list[Diagnostic]:
+    program = design.program
+    output, roots = program.outputs[name], program.graph.outputs[name]
+    if not isinstance(output.value, Scalar) or not roots[0].axes:
+        return [_no_surface(design, name)] if name == "part" else []
+    seen = order(roots, within)
+    if not measure:
+        if len(seen) > QUICK:
+            return []
+        asked = [n for n in seen if n.op in TASKS]
+        if asked:  # of an offset yet to be found it is known that it leaves both solid and void
+            bindings: Bindings = {param(k): v for k, v in design.settings.items()} | dict.fromkeys(asked, A_LITTLE)
+            sure = output.made and {n.op for n in asked} <= {"to_porosity", "shell_to_porosity"}
+            axes = _far(Formula(roots, bindings)) if sure else ""
+            return [_no_end(design, name, axes)] if axes else []
+        formula = design.of(name)
+        if axes := _far(formula):
+            return [_no_end(design, name, axes)] if output.made else []
+        if _anything(formula):
+            return []
+    try:
+        design.bounds(name)
+    except PoreError as error:
+        (found,) = error.diagnostics
+        if found.code == "E103" and output.solid:
+            return [found]
+        if found.code == "E103":
+            return [replace(found, code="W211", severity="warning")] if name == "part" else []
+        if found.code != "E102":
+            return [found]
+        if output.made and name == chosen:  # a field has none
+            return [_no_end(design, name, unbounded_axes(part_box(design.of(name)) or NOWHERE))]
+    return []
+
+
+def _anything(formula: Formula) -> bool:
+    """Whether samples find material."""
+    random = np.random.default_rng(1)
+    points = np.concatenate([random.uniform(-r, r, (1000, 3)) for r in (3, 10, 30, 100, 300)])
+    return bool((NumpyField(formula, "f64", 1).at(points) < 0).any())
+
+
+def _far(formula: Formula) -> str:
+    """The axes along which samples find material as far away as parts are looked for."""
+    random = np.random.default_rng(1)
+    near = random.choice([-1.0, 1.0], (1500, 3)) * 10 ** random.uniform(-2, np.log10(UNIVERSE), (1500, 3))
+    found = ""
+    for i, axis in enumerate("xyz"):
+        points = near.copy()
+        points[:, i] = np.copysign(random.uniform(0.9 * UNIVERSE, UNIVERSE, 1500), near[:, i])
+        found += axis if (NumpyField(formula, "f64", 1).at(points) < 0).any() else ""
+    return ", ".join(found)
+
+
+def _no_end(design: Design, name: str, axes: str) -> Diagnostic:
+    return Diagnostic(
+        "W210",
+        f"`{name}` has no end along {axes}",
+        design.program.outputs[name].span,
+        "solid as far as one looks (100 m)",
+        (),
+        "intersect it with a shape, `... & box([50, 50, 50])`, or mesh it with --bounds",
+        None,
+        "warning",
+    )
+
+
+def _no_surface(design: Design, name: str) -> Diagnostic:
+    """A warning about an output that is no number, or the same number everywhere."""
+    output = design.program.outputs[name]
+    span, hint = output.span, "a solid is a number that varies in space and is negative inside"
+    match output.value:
+        case Vector():
+            what, label = "a vector", "three numbers at every point"
+        case Bool():
+            what, label = "a condition", "true or false at every point"
+            hint = "a solid is where a number is negative: write the number alone, `f` for `f < 0` and `~f` for `f > 0`"
+            if any(op in span.text for op in "&|\\"):
+                hint += "; comparisons bind less tightly than `&` and `|`"
+        case _:
+            value = design.formula(*design.program.graph.outputs[name]).numbers[0]
+            what, label = f"{float(value):.6g} everywhere", "the same at every point"
+    return Diagnostic("W211", f"`{name}` is {what}, which has no surface", span, label, (), hint, None, "warning")
+
+
+def _at_the_ends(design: Design, name: str) -> list[Diagnostic]:
+    """A warning for each end of a param's range with which an output that is a part now is none."""
+    program = design.program
+    found: list[Diagnostic] = []
+    for setting, info in program.params.items():
+        values = range(len(info.choices)) if info.choices and not info.numbers else (info.low, info.high)
+        for value in map(float, values):
+            shown = info.shown(value)
+            if value == design.settings[setting]:
+                continue
+            try:
+                program.design({**design.settings, setting: value}).bounds(name)
+            except PoreError as error:
+                found.append(_broken_end(setting, shown, info.span, error.diagnostics[0]))
+    return found
+
+
+def _as_a_part(design: Design, name: str) -> list[Diagnostic]:
+    """What is doubtful of an output that is a part, with an end."""
+    if not design.program.outputs[name].solid:
+        return []
+    try:
+        design.bounds(name)
+    except PoreError:  # a field without an end
+        return []
+    return _hardly_there(design, name) or [*_larger_cells(design, name), *_at_the_ends(design, name)]
+
+
+def _hardly_there(design: Design, name: str) -> list[Diagnostic]:
+    """A warning where a part has a box, and no sample in it meets material: surfaces that only touch."""
+    box = design.bounds(name)
+    points = np.random.default_rng(1).uniform(box.lo, box.hi, (SAMPLES, 3))
+    if bool((NumpyField(design.of(name), "f64", 1).at(points) < 0).any()):
+        return []
+    return [
+        Diagnostic(
+            "W211",
+            f"`{name}` holds no material that {SAMPLES:,} samples could find",
+            design.program.outputs[name].span,
+            "walls without thickness, or two shapes that only touch",
+            (),
+            "check the numbers",
+            None,
+            "warning",
+        )
+    ]
+
+
+def _larger_cells(design: Design, name: str) -> list[Diagnostic]:
+    """A warning for each lattice of which the part does not hold half a period in any direction."""
+    program = design.program
+    size = max(design.bounds(name).size)
+    found: list[Diagnostic] = []
+    for n in order(program.outputs[name].nodes, within):
+        span, period = program.elaborated.lattices.get(n, (None, None))
+        if span is None or period is None:
+            continue
+        w = float(design.formula(*flatten(period)).numbers[0])
+        if w > 2 * size:
+            message = f"the period of {w:g} mm is more than twice the part, which is {size:.3g} mm at most"
+            hint = "the period is the edge of a cell in mm, not a number of cells"
+            found.append(Diagnostic("W225", message, span, "not half a cell fits in", (), hint, None, "warning"))
+    return found
+
+
+def _broken_end(name: str, shown: str, span: Span, found: Diagnostic) -> Diagnostic:
+    return Diagnostic(
+        "W222",
+        f"with `{name}` = {shown} {found.message}",
+        span,
+        "an end of its range",
+        (),
+        "narrow the range, or change the formula",
+        None,
+        "warning",
+    )

@@ -1,0 +1,369 @@
+"""What is doubted is doubtful, what is not is right, and the edit that comes with a doubt mends it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import porelang
+from porelang.cli import main
+from porelang.compiler import try_compile
+from porelang.diagnostics import Diagnostic, PoreError
+from porelang.elaborate.prelude import prelude_files, prelude_scope
+from porelang.elaborate.values import Function, Record
+from porelang.error_codes import CODES
+from porelang.files import read_source
+from porelang.refusals import refusals
+from porelang.source import Source
+
+ROOT = Path(__file__).parent.parent
+#: What is said of a field that is no part: it has no surface, which is so; a collection has no output.
+OF_FIELDS = {"W211", "W221"}
+
+
+def said(text: str, measure: bool = False) -> list[Diagnostic]:
+    """All that `pore check` says of a program, but for its `check` statements."""
+    return said_of(Source("part.pore", text), measure)
+
+
+def said_of(source: Source, measure: bool = False) -> list[Diagnostic]:
+    program, found = try_compile(source)
+    if program is None:
+        return found
+    try:
+        return [*found, *refusals(program.design(), measure)]
+    except PoreError as error:
+        return [*found, *error.diagnostics]
+
+
+def codes(text: str, measure: bool = False) -> list[str]:
+    return [d.code for d in said(text, measure)]
+
+
+DOUBTED = [
+    # a raw lattice and a length, wherever they meet
+    ("gyroid(10) |> shell(0.4mm) & cube(60mm)", "W212"),
+    ("param w = 30mm in 10mm..60mm\ngyroid(w) |> shell(0.4mm) & cube(60mm)", "W212"),
+    ("param t = 0.4mm in 0.2mm..1mm\nparam w = 8mm in 6mm..9mm\ngyroid(w) |> shell(t) & cube(20)", "W212"),
+    ("offset(diamond(10), 0.3mm) & cube(20)", "W212"),
+    ("gyroid(10) |> thicken(sphere(9) * 0.1mm) |> shell(0.3mm) & cube(20)", "W212"),
+    ("multishell(gyroid(10), 0.3mm, 2, 0.2mm) & cube(20)", "W212"),
+    ("gyroid(10) - 0.3mm & cube(20)", "W212"),
+    ("let lattice = gyroid(10)\ndef wall(f, t: length) = abs(f) - t / 2\nwall(lattice, 0.4mm) & cube(20)", "W212"),
+    ("(gyroid(10) & sphere(20)) |> shell(0.4mm)", "W212"),
+    ("conventions.axolotl.gyroid(10) |> shell(0.4mm) & cube(20)", "W212"),
+    ("param k = gyroid in {gyroid, diamond}\nk(10) |> shell(0.4mm) & cube(20)", "W212"),
+    ("translate(gyroid(10), [1, 2, 3]) |> shell(0.4mm) & cube(20)", "W212"),
+    # arithmetic between solids
+    ("box([40, 40, 10]) & (cube(20) - sphere(9))", "W213"),
+    ("cube(20) - cylinder(4, 30)", "W213"),
+    ("sphere(10) + cube(12)", "W213"),
+    ("let hollow = cube(20) - sphere(9)\ntranslate(hollow, [1, 0, 0]) | sphere(1)", "W213"),
+    ("cube(20) - sphere(5) - cylinder(2, 30) & sphere(14)", "W213"),
+    ("~(cube(20) - sphere(9)) & cube(30)", "W213"),
+    ("smooth_union(cube(20) - sphere(9), sphere(3), 2)", "W213"),
+    # degrees
+    ("rotate(box([30, 5, 5]), [0, 0, 1], 30)", "W214"),
+    ("rotate(box([30, 5, 5]), [0, 0, 1], angle=-45)", "W214"),
+    ("let a = 30\nrotate(box([30, 5, 5]), [0, 0, 1], a)", "W214"),
+    ("param a = 45 in 0..90\nrotate(box([30, 5, 5]), [0, 0, 1], a)", "W214"),
+    ("union([for i in range(6): rotate(box([30, 5, 5]), [0, 0, 1], 60 * i)])", "W214"),
+    ("union([for i in range(6): translate(sphere(3), [20 * cos(60 * i), 20, 0])])", "W214"),
+    ("translate(sphere(3), [20 * sin(45), 0, 0])", "W214"),
+    ("twist(box([20, 20, 60]), 90)", "W214"),
+    # copies that are cut
+    ("ring(capsule([5, 0, 0], [15, 10, 0], 1), 8)", "W215"),
+    ("repeat(capsule([0, 0, 0], [8, 0, 0], 1), 10, counts=[3, 1, 1])", "W215"),
+    ("repeat(translate(sphere(4), [5, 0, 0]), 10, counts=[4, 1, 1])", "W215"),
+    # exchanged arguments
+    ("shell(0.5, gyroid(10)) & cube(20)", "W216"),
+    ("offset(2, box([10, 20, 30]))", "W216"),
+    ("scale(2, sphere(5))", "W216"),
+    # layout
+    ("gyroid(10) & cube(20)\n  |> translate([10, 0, 0])", "W217"),
+    ("gyroid(10)\n  & cube(20)\n  |> translate([10, 0, 0])", "W217"),
+    ("sphere(3) | gyroid(10) & cube(20)\n|> translate([10, 0, 0])", "W217"),
+    # seams
+    ("polar(gyroid(6), turn=100) & cylinder(20, 20)", "W218"),
+    ("spherical(gyroid(6) |> shell(0.3), 100mm) & sphere(20)", "W218"),
+    ("param w = 6mm in 4mm..10mm\npolar(gyroid(w), turn=100) & cylinder(20, 20)", "W218"),
+    # steps and names
+    ("param w = 10.3mm in 10mm..60mm step 1mm\ngyroid(w) & sphere(20)", "W219"),
+    ("let hole = cylinder(5, 40)\nsphere(10)", "W220"),
+    ("param t = 1mm in 0.5mm..2mm\nsphere(10)", "W220"),
+    # what meets nothing, and what is left of nothing
+    ("cube(20) \\ translate(cylinder(3, 40), [30, 0, 0])", "W223"),
+    ("cube(9) | sphere(2) & translate(sphere(2), [10, 0, 0])", "W223"),
+    ("gyroid(10) |> shell(4) & cube(40)", "W224"),
+    ("offset(gyroid(10), 2) & cube(40)", "W224"),
+    # what other commands refuse
+    ("gyroid(10) |> shell(0.5)", "W210"),
+    ("gyroid(10) & slab([0, 0, 1], 30)", "W210"),
+    ("offset(gyroid(10), to_porosity(gyroid(10), 60%, cube(20)))", "W210"),
+    ("gyroid(10) > 0 & cube(20)", "W211"),
+    ("grad(x)", "W211"),
+    ("5", "W211"),
+    ("x^2 + 1", "W211"),
+    ("let a = sphere(5)", "W221"),
+    ("", "E100"),
+    ("sphere(2) & translate(sphere(2), [10, 0, 0])", "E103"),
+    ("offset(cube(20), -15)", "E103"),
+    ("param phi = 70 in 50..90\noffset(gyroid(9), to_porosity(gyroid(9), phi, cube(20))) & cube(20)", "E086"),
+]
+
+RIGHT = [
+    "gyroid(30) & cylinder(75, 300)",
+    "sphere(5)",
+    "param w = 9mm in 6mm..20mm\nlet cyl = cylinder(20, 40)\nthicken(gyroid(w), cyl, 0.3) & cyl",
+    "gyroid(20) |> thicken((torus(60, 20) - sphere(40)) / 100) & cylinder(75, 300)",
+    "let heat = torus(60, 20) - sphere(40)\ngyroid(20) |> thicken(max(heat, 0) / 100, 0.3) & cylinder(75, 300)",
+    "sphere(10) - 2",
+    "sphere(10) - 0.3 * sin(2 * x)",
+    "sphere(20) & (sphere(2) @ [x - 9, y, z]) - (sphere(2) @ [x + 9, y, z])",  # the half that is nearer to one
+    "rotate(box([30, 5, 5]), [0, 0, 1], pi / 3)",
+    "rotate(box([30, 5, 5]), [0, 0, 1], 7)",
+    "def spin(f, a) = rotate(f, [0, 0, 1], a)\nspin(box([30, 5, 5]), 12turn)",
+    "param n = 7 in 0..20\nrotate(box([30, 5, 5]), [0, 0, 1], n * tau / 20)",
+    "union([for i in range(40): translate(sphere(2), [12 * cos(0.7 * i), 12 * sin(0.7 * i), i])])",
+    "union([for i in range(40): translate(sphere(2), [9 * sin(12.9898 * i), 9 * sin(78.233 * i), i])])",
+    "sphere(10) & sin(40 * x)",
+    "ring(translate(sphere(3), [12, 0, 0]), 6)",
+    "ring(translate(sphere(8), [12, 0, 0]), 6)",  # they overlap, and nothing is lost
+    "ring(gyroid(10) |> shell(0.5), 6) & cylinder(20, 20)",
+    "repeat(sphere(3), 10, counts=[3, 2, 4])",
+    "repeat(sphere(6), 10, counts=[3, 2, 1])",
+    "repeat(cylinder(2, 40), [10, 10, 0.5], counts=[3, 3, 1])",
+    "polar(gyroid(6), turn=102) & cylinder(20, 20)",
+    "param w = 6mm in 4mm..10mm\npolar(gyroid(w), turn=17 * w) & cylinder(20, 20)",
+    "polar(box([40, 50, 5]), turn=100)",  # a plate that is bent, open on purpose
+    "param w = 6mm in 4mm..10mm\ngyroid(w) |> shell(0.4mm * 9.6 / w) & cube(20)",
+    "shell(sphere(10), 0.4mm)",
+    "(sphere(10) \\ cube(12)) |> shell(0.4mm)",
+    "bare(0.4mm) - abs(gyroid(10)) & cube(20)",
+    "gyroid(10) |> thicken(-0.2, 1) |> shell(0.4) & cube(20)",
+    "gyroid(10) * 1.5mm |> shell(0.4mm) & cube(20)",  # somebody made it a length
+    "sphere(20) - gyroid(5)",
+    "gyroid(w=10) |> shell(0.8)\n  |> twist(90deg / 50mm)\n  & cylinder(10, 40)",
+    "sphere(9) \\ cube(4)\n| cylinder(2, 30)\n    |> translate([0, 0, 9])",  # as it stands there
+    "sphere(9) & (cube(20)\n  |> translate([5, 0, 0]))",
+    "sphere(9) & cube(20) |> translate([5, 0, 0])",
+    "param t = 0.5 in 0.1..2 step 0.25\nsphere(10) |> shell(t)",
+    "let _envelope = cylinder(20, 20)\ngyroid(10) |> shell(0.5) & cylinder(20, 20)",
+    "def unused(f) = shell(f, 1)\nsphere(10)",
+    "union([for i in range(4): cube(20) \\ translate(cylinder(3, 40), [12 * i, 0, 0])])",
+    "param at = 0mm in 0mm..30mm\ncube(20) \\ translate(sphere(3), [20 - at, 0, 0])",
+    "(cube(5) | gyroid(10) |> shell(0.001)) & cube(20)",
+    "gyroid(10) |> shell(2.9) & cube(40)",
+    "translate(sphere(0.01), [5000, 0, 0])",
+    "out heat = x / 10\nout direction = grad(x)",
+    "x + 1",
+    "offset(gyroid(9), to_porosity(gyroid(9), 60%, cube(20))) & cube(20)",
+    "def lib(r) = sphere(r)",
+    "let wall = 0.4mm",
+]
+
+
+@pytest.mark.parametrize(("text", "code"), DOUBTED)
+def test_what_is_doubtful_is_doubted_once(text: str, code: str) -> None:
+    assert codes(text).count(code) == 1 if code != "W214" else code in codes(text)
+
+
+@pytest.mark.parametrize("text", RIGHT)
+def test_what_is_right_is_not_doubted(text: str) -> None:
+    assert codes(text) == []
+
+
+@pytest.mark.parametrize(("text", "code"), DOUBTED)
+def test_a_doubt_has_a_place_a_reason_and_a_way_out(text: str, code: str) -> None:
+    for d in said(text):
+        if d.code != "E086":
+            assert d.span is not None
+            assert d.hint
+            assert d.label or d.code == "E100"
+
+
+EDITED = [(text, d.code) for text, code in DOUBTED for d in said(text) if d.edit is not None and d.code == code]
+
+
+@pytest.mark.parametrize(("text", "code"), EDITED)
+def test_an_edit_mends_what_it_is_for(text: str, code: str) -> None:
+    """As often as something is said, and each time less is."""
+    for _ in range(4):
+        found = [d for d in said(text) if d.code == code]
+        if not found:
+            return
+        edit = found[0].edit
+        assert edit is not None
+        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    assert code not in codes(text)
+
+
+def test_most_doubts_of_the_text_come_with_an_edit() -> None:
+    assert {code for _, code in EDITED} >= {"W212", "W213", "W214", "W216", "W217", "W218"}
+
+
+# ---- what is right as it is -----------------------------------------------------------------------------------------
+
+
+def written_programs() -> Iterator[tuple[str, Source]]:
+    for folder in ("examples", "tests/conformance", "tests/regressions"):
+        for path in sorted((ROOT / folder).rglob("*.pore")):
+            if "# rejected" in path.read_text(encoding="utf-8"):
+                continue
+            yield path.relative_to(ROOT).as_posix(), read_source(path)
+    for path in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]:
+        for found in re.finditer(r"```pore\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL):
+            yield f"{path.name}:{found.start()}", Source("document.pore", found[1])
+    for name, source in prelude_files():
+        for found in re.finditer(r"^## Example: (.*)$", source.text, re.MULTILINE):
+            yield f"{name}: {found[1]}", Source("example.pore", found[1])
+    for code, page in CODES.items():
+        if page.right and 'use "' not in page.right:
+            yield f"the right program of {code}", Source("right.pore", page.right)
+
+
+WRITTEN = dict(written_programs())
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_no_false_alarm_about_a_program_that_is_right(name: str) -> None:
+    found = {d.code for d in said_of(WRITTEN[name]) if d.code != "W201"}
+    assert found <= (OF_FIELDS if not name.startswith("examples") else set())
+
+
+@pytest.mark.parametrize("name", sorted(p.stem for p in (ROOT / "tests" / "errors").glob("*.pore")))
+def test_golden_mistakes_bring_no_doubts_but_their_own(name: str) -> None:
+    """A program with an error is not doubted on top of it."""
+    if name == "too_big":
+        return
+    _, found = try_compile(read_source(ROOT / "tests" / "errors" / f"{name}.pore"))
+    if any(d.severity == "error" for d in found):
+        assert not {d.code for d in found if d.severity == "warning"}
+
+
+@pytest.mark.parametrize("name", [n for n in WRITTEN if "right program" not in n])
+def test_no_end_is_said_only_where_bounds_say_so(name: str) -> None:
+    program, _ = try_compile(WRITTEN[name])
+    if program is None or not [d for d in said_of(WRITTEN[name]) if d.code == "W210"]:
+        return
+    with pytest.raises(PoreError, match="has no end"):
+        program.bounds()
+
+
+# ---- numbers that a doubt states ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("w", [10, 30])
+def test_the_wall_that_is_stated_is_the_wall(w: int) -> None:
+    """Volume over area of the sheet: 0.41 mm at w = 10, 1.2 at 30 (area of a gyroid: 3.0915 w^2 a cell)."""
+    (d,) = said(f"gyroid({w}) |> shell(0.4mm) & cube({2 * w})")
+    stated = float(re.findall(r"about ([\d.]+) mm", d.label)[0])
+    points = np.random.default_rng(3).uniform(0, w, (400_000, 3))
+    share = np.mean(porelang.compile(f"gyroid({w}) |> shell(0.4)").field()(points) < 0)
+    assert stated == pytest.approx(share * w / 3.0915, rel=0.04)
+
+
+def test_the_raw_number_that_is_proposed_makes_the_wall() -> None:
+    (d,) = said("schwarz_p(12) |> shell(0.5mm) & cube(24)")
+    assert d.edit is not None
+    points = np.random.default_rng(3).uniform(0, 12, (400_000, 3))
+    share = np.mean(porelang.compile(f"schwarz_p(12) |> shell({d.edit.text})").field()(points) < 0)
+    area = 2.3451 * 12**2  # of Schwarz P, per cell
+    assert share * 12**3 / area == pytest.approx(0.5, rel=0.05)
+
+
+def test_the_share_of_a_copy_that_is_lost() -> None:
+    """`ring` keeps 142 mm3 of 385."""
+    (d,) = said("ring(capsule([5, 0, 0], [15, 10, 0], 1), 8)")
+    lost = int(re.findall(r"(\d+) % is lost", d.message)[0])
+    assert lost == pytest.approx(100 * (1 - 142 / 385), abs=2)
+
+
+# ---- what takes longer, and where it is said ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("param d = 5mm in 1mm..40mm\ncube(20) \\ cylinder(d, 40)", "W222"),
+        ("cylinder(40, 10) \\ cylinder(40, 12)", "W211"),
+        ("gyroid(10) |> shell(0) & cube(40)", "W211"),
+        ("gyroid(200) |> shell(0.3) & cube(20)", "W225"),
+        ("out core = sphere(2) & translate(sphere(2), [10, 0, 0])\nout part = cube(5)", "E103"),
+    ],
+)
+def test_what_takes_longer_is_found_by_measuring(text: str, code: str) -> None:
+    assert code not in codes(text)
+    assert codes(text, measure=True) == [code]
+
+
+@pytest.mark.parametrize("name", sorted(p.stem for p in (ROOT / "examples").glob("*.pore")))
+def test_measuring_finds_nothing_in_the_examples(name: str) -> None:
+    assert said_of(read_source(ROOT / "examples" / f"{name}.pore"), measure=True) == []
+
+
+def test_a_setting_between_steps_is_told_by_every_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "part.pore"
+    file.write_text("param r = 5mm in 1mm..9mm step 1mm\nsphere(r)")
+    for command in (["check"], ["eval", "--points", str(tmp_path / "p.csv")], ["measure"]):
+        (tmp_path / "p.csv").write_text("0,0,0\n")
+        assert main([command[0], str(file), *command[1:], "--set", "r=5.3mm"]) == 0
+        assert capsys.readouterr().err.count("W219") == 1
+    assert main(["check", str(file), "--set", "r=6mm"]) == 0
+    assert "W219" not in capsys.readouterr().err
+
+
+def test_doubts_are_told_by_every_command_and_kept_quiet_on_request(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "part.pore"
+    file.write_text("let hole = cylinder(3, 30)\nsphere(10)")
+    for more, count in (([], 1), (["-q"], 0)):
+        assert main(["mesh", str(file), "-o", str(tmp_path / "a.stl"), "--resolution", "12", *more]) == 0
+        assert capsys.readouterr().err.count("W220") == count
+
+
+def test_a_field_is_told_to_have_no_end_in_a_note(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "field.pore"
+    file.write_text("gyroid(10)")
+    assert main(["check", str(file)]) == 0
+    told = capsys.readouterr().err
+    assert "without an end along x, y, z" in told
+    assert "no warnings" in told
+
+
+# ---- facts beside functions -----------------------------------------------------------------------------------------
+
+
+def test_every_shape_and_lattice_says_what_it_gives() -> None:
+    for name, source in prelude_files():
+        if name in ("shapes", "tpms", "conventions/axolotl"):
+            for head in re.findall(r"((?:^##.*\n)+)def (\w+)", source.text, re.MULTILINE):
+                lattice = "Modifies: wavelength" in head[0]
+                if lattice or (name == "shapes" and head[1] not in ("both", "polygon_edge", "segment")):
+                    assert re.search(r"^## Gives: (a distance|a raw lattice|as \w+)$", head[0], re.MULTILINE), head[1]
+
+
+def test_facts_name_parameters_that_there_are() -> None:
+    def functions(scope: object) -> Iterator[Function]:
+        for value in scope.values():  # type: ignore[attr-defined]  # a mapping of names
+            if isinstance(value, Function):
+                yield value
+            elif isinstance(value, Record):
+                yield from functions(value.members)
+
+    for f in functions(prelude_scope().names):
+        assert f.definition is not None
+        named = re.findall(r"^(?:Gives: as|Copies:|Closes:) (\w+)(?: along y after (\w+)|, in cells of (\w+))?$",
+                           f.definition.doc, re.MULTILINE)  # fmt: skip
+        assert {n for found in named for n in found if n} <= {p.name for p in f.parameters}
+
+
+def test_a_users_def_may_say_what_it_gives() -> None:
+    own = "## Gives: a raw lattice\ndef waves(w) = sin(tau * x / w) + sin(tau * y / w) + sin(tau * z / w)\n"
+    assert codes(own + "waves(10) |> shell(0.4mm) & cube(20)") == ["W212"]
+    assert codes("def waves(w) = sin(tau * x / w) + sin(tau * z / w)\nwaves(9) |> shell(0.4mm) & cube(20)") == []
