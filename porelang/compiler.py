@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from porelang.contracts import broken_requirements, doubtful_contracts
-from porelang.diagnostics import Diagnostic, PoreError, warn
+from porelang.diagnostics import Diagnostic, PoreError, fail, warn
 from porelang.elaborate.prelude import prelude_scope
 from porelang.elaborate.results import Elaborated, Listed, graph_of
 from porelang.elaborate.runtime import room_to_compile
@@ -27,6 +27,8 @@ from porelang.syntax.parse import parse
 MOST_DIAGNOSTICS = 100
 #: What a statement that cannot be read was about to bind.
 _BINDING = re.compile(r"^[ \t]*(?:let|def|param|use\s.*\sas)\s+(\w+)", re.MULTILINE)
+#: What is no program, though it is a text.
+_FILE = re.compile(r"\s*\S+\.pore\s*")
 
 
 def compile(text: str | None = None, *, path: str | Path | None = None, name: str = "<text>") -> Program:
@@ -41,6 +43,11 @@ def compile(text: str | None = None, *, path: str | Path | None = None, name: st
     """
     if (text is None) == (path is None):
         raise TypeError("compile takes a text or a path")
+    if isinstance(text, os.PathLike) or (isinstance(text, str) and _FILE.fullmatch(text)):
+        raise fail("E105", f"`{text}` is the name of a file, and no program",
+                   hint=f'write porelang.compile(path="{text}")')  # fmt: skip
+    if not isinstance(text, str | None):
+        raise TypeError(f"a program is a text, not {type(text).__name__}")
     source = read_source(os.path.normpath(path)) if path is not None else Source(name, text or "")
     program, found = try_compile(source)
     if program is None:

@@ -143,6 +143,24 @@ def test_lengths_are_numbers_of_mm_or_texts_with_a_unit() -> None:
         assert caught.value.diagnostics[0].code == "E114"
 
 
+def test_bounds_are_six_numbers_two_corners_or_a_text() -> None:
+    program = porelang.compile("gyroid(10)")
+    given: list[Any] = [(-5, -5, -5, 5, 5, 5), [[-5] * 3, [5] * 3], "-5,-5,-5,5,5,5"]
+    made = [program.mesh(resolution=12, bounds=b) for b in given]
+    assert made[0].volume == made[1].volume == made[2].volume
+    with pytest.raises(PoreError, match="write six numbers"):
+        program.mesh(resolution=12, bounds="1,2,3")
+
+
+@pytest.mark.parametrize("given", ["specimen.pore", Path("parts") / "specimen.pore", "/home/me/my.pore\n"])
+def test_the_name_of_a_file_is_no_program(given: Any) -> None:
+    with pytest.raises(PoreError, match="compile\\(path=") as caught:
+        porelang.compile(given)
+    assert caught.value.diagnostics[0].code == "E105"
+    with pytest.raises(TypeError, match="a program is a text, not bytes"):
+        porelang.compile(b"sphere(3)")  # type: ignore[arg-type]  # as a user might
+
+
 def test_a_let_is_a_field(program: porelang.Program) -> None:
     assert program.field("heat")([[5, 0, 0]]).tolist() == [0.5]
     assert program.design(w=15).field("ball")([[0, 0, 0]]).tolist() == [-8.0]

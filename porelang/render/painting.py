@@ -15,10 +15,10 @@ from porelang.render.marks import Colour
 from porelang.render.planes import ROWS
 from porelang.render.scale import Colouring, scale_colours
 
-#: The colours of several outputs, after those that Okabe and Ito (2008) found the colour-blind to tell apart: the first
-#: is that of the material, the next two are as far from each other as warm from cold.
+#: The colours of several outputs, after Okabe and Ito (2008), so that all eyes tell them apart: the first is that of
+#: the material, the next two are as far from each other as warm from cold.
 BODIES: tuple[Colour, ...] = (
-    (236, 230, 216), (226, 110, 50), (86, 160, 220), (0, 158, 115), (240, 200, 60), (204, 121, 167), (90, 90, 96),
+    (236, 230, 216), (226, 110, 50), (86, 160, 220), (20, 100, 60), (240, 200, 60), (204, 121, 167), (60, 60, 66),
 )  # fmt: skip
 #: How much of a colour is seen in the darkest shade: colours are to be read, not only seen.
 AMBIENT = 0.35
