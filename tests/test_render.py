@@ -642,7 +642,9 @@ def test_the_command_draws_several_outputs(tmp_path: Path, capsys: pytest.Captur
     with Image.open(target) as image:
         assert image.size == (300, 200)
     assert main([*words, "--out", "left", "--out", "right"]) == 0
-    assert json.loads(capsys.readouterr().out)["output"] == ["left", "right"]
+    again = json.loads(capsys.readouterr().out)
+    assert again["output"] == ["left", "right"]
+    assert again["colours"] == {name: told["colours"][name] for name in ("left", "right")}  # an output keeps its colour
     assert main([*words, "--out", "left"]) == 0
     assert json.loads(capsys.readouterr().out)["output"] == "left"
 

@@ -34,15 +34,15 @@ def ramp_of(field: Field, scale: Colouring) -> Paint:
     return lambda places: scale_colours(np.asarray(field(places), np.float64), scale)
 
 
-def patches_of(outputs: Sequence[Field], within: float, camera: Camera) -> Paint:
+def patches_of(outputs: Sequence[Field], colours: Sequence[Colour], within: float, camera: Camera) -> Paint:
     """The colour of the output that a place belongs to: the one that it lies deepest in, just behind the surface."""
-    colours = np.array(BODIES, np.float32) / 255
+    table = np.array(colours, np.float32) / 255
 
     def paint(places: NDArray[np.float64]) -> NDArray[np.float32]:
         ahead = places - camera.eye if camera.perspective else np.broadcast_to(camera.forward, places.shape)
         behind = places + within * ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
         values = np.stack([np.asarray(f(behind), np.float64) for f in outputs])
-        return np.asarray(colours[np.nanargmin(np.where(np.isnan(values), np.inf, values), axis=0)])
+        return np.asarray(table[np.nanargmin(np.where(np.isnan(values), np.inf, values), axis=0)])
 
     return paint
 
