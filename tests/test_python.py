@@ -117,6 +117,36 @@ def test_ipython_finds_what_it_shows(program: porelang.Program) -> None:
         assert {"text/plain", "text/html"} <= set(found)
 
 
+class Shell:
+    """As much of IPython's shell as an extension needs."""
+
+    def __init__(self) -> None:
+        self.user_ns: dict[str, Any] = {}
+        self.magics: dict[str, Any] = {}
+
+    def register_magic_function(self, function: Any, kind: str, name: str) -> None:
+        self.magics[name] = function
+
+
+def test_a_cell_is_a_program() -> None:
+    shell = Shell()
+    porelang.load_ipython_extension(shell)  # type: ignore[attr-defined]  # for IPython, which asks for it by name
+    shown = shell.magics["pore"]("ball", "sphere(10)\n")
+    assert shown is shell.user_ns["ball"]
+    assert shown.bounds().size == (20, 20, 20)
+    assert shell.magics["pore"]("", "sphere(1)") is shell.user_ns["program"]
+    with pytest.raises(PoreError, match="`my part` is no name"):
+        shell.magics["pore"]("my part", "sphere(1)")
+
+
+def test_ipython_loads_it(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("IPYTHONDIR", str(tmp_path))
+    shell = pytest.importorskip("IPython.core.interactiveshell").InteractiveShell()
+    assert shell.run_cell("%load_ext porelang").success
+    assert shell.run_cell("%%pore ball\nsphere(10)").success
+    assert shell.user_ns["ball"].output() == "part"
+
+
 def test_a_report_is_a_dict_that_reads_well() -> None:
     report = porelang.compile("sphere(10)").measure(resolution=24)
     assert json.loads(json.dumps(report)) == report
