@@ -28,7 +28,7 @@ from porelang.elaborate.results import Elaborated, Listed, Output, ParamInfo, Re
 from porelang.elaborate.values import Scalar, Vector
 from porelang.field import Backend, Bounds, Field, make_field
 from porelang.formula import Bindings, Formula
-from porelang.html import table, title
+from porelang.html import brief, table, title
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, param, within
 from porelang.picture import Picture
 from porelang.rewrites import Graph, flatten
@@ -66,7 +66,7 @@ class Program:
     def __repr__(self) -> str:
         outputs = ", ".join(self.outputs) or "no output"
         params = f" of {', '.join(self.params)}" if self.params else ""
-        return f"<program {self.source.name}: {outputs}{params}>"
+        return f"<program {self.source.name}: {brief(outputs + params)}>"
 
     def _repr_html_(self) -> str:
         shown = [title(f"program {self.source.name}")]
@@ -389,7 +389,7 @@ class Design:
 
     def __repr__(self) -> str:
         set_to = ", ".join(f"{name} = {self.program.params[name].shown(v)}" for name, v in self.settings.items())
-        return f"<design of {self.program.source.name}{': ' if set_to else ''}{set_to}>"
+        return f"<design of {self.program.source.name}{': ' if set_to else ''}{brief(set_to)}>"
 
     def _repr_html_(self) -> str:
         infos = self.program.params

@@ -98,6 +98,17 @@ def test_what_python_shows_is_a_line(program: porelang.Program) -> None:
     assert repr(caught.value.diagnostics[0]) == "<error E030 at <text>:1:8: unknown name `r`>"
 
 
+def test_a_long_program_is_shown_in_a_line_too() -> None:
+    choices = ", ".join(f"{k}mm" for k in range(1, 60))
+    text = "\n".join(f'param width_number_{i} = 5mm in {{{choices}}} "{"long " * 40}"' for i in range(40))
+    program = porelang.compile(
+        f"{text}\nsphere(width_number_1 +\n  width_number_2 + {' + '.join('0mm' for _ in range(60))})"
+    )
+    for one in (program, program.design(), *program.params.values(), *program.outputs.values()):
+        assert len(repr(one)) < 250
+        assert "\n" not in repr(one)
+
+
 def test_what_a_notebook_shows_is_a_table(program: porelang.Program) -> None:
     html = program._repr_html_()
     for text in ("demo.pore", "unit cell", "10mm..20mm step 1mm", "{gyroid, schwarz_p}", "a vector", "cold"):
