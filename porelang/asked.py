@@ -28,7 +28,7 @@ def mesh(
     name: str | None = None,
     voxel: Length | None = None,
     resolution: int | None = None,
-    bounds: Bounds | None = None,
+    bounds: Bounds | str | None = None,
     backend: Backend = "numpy",
     dtype: Dtype = "f32",
     smooth: bool = False,
@@ -43,8 +43,9 @@ def mesh(
     spacing, deviation = length("voxel", voxel), length("simplify", simplify)
     if check:
         keep_checks(design)
-    found = surface(design, name, spacing, resolution, bounds, backend, dtype, smooth, sharp, deviation)
-    warn(too_coarse(design, name, bounds, found.volume))
+    limits: Bounds | None = read("bounds", bounds, values.box)
+    found = surface(design, name, spacing, resolution, limits, backend, dtype, smooth, sharp, deviation)
+    warn(too_coarse(design, name, limits, found.volume))
     return found.to_trimesh()
 
 
@@ -54,14 +55,15 @@ def measure(
     within: str | None = None,
     voxel: Length | None = None,
     resolution: int | None = None,
-    bounds: Bounds | None = None,
+    bounds: Bounds | str | None = None,
     backend: Backend = "numpy",
     dtype: Dtype = "f32",
 ) -> Report:
     """What an output measures; see `Program.measure`."""
     from porelang.measure import measure as measured
 
-    found = measured(design, name, within, length("voxel", voxel), resolution, bounds, backend, dtype)
+    limits: Bounds | None = read("bounds", bounds, values.box)
+    found = measured(design, name, within, length("voxel", voxel), resolution, limits, backend, dtype)
     broken = broken_checks(design, measure=True)
     warn([*broken, *undecided_checks(design)])
     return Report(design.program.output(name), found | {"failed_checks": [d.to_json() for d in broken]})
@@ -74,7 +76,7 @@ def slices(
     step: Length,
     format: Literal["png", "svg"] = "png",
     voxel: Length | None = None,
-    bounds: Bounds | None = None,
+    bounds: Bounds | str | None = None,
     backend: Backend = "numpy",
     dtype: Dtype = "f32",
     check: bool = True,
@@ -85,11 +87,12 @@ def slices(
     if format not in ("png", "svg"):
         raise fail("E108", f"layers are no {format!r}", hint="choose from png, svg")
     apart, pixel = length("step", step), length("voxel", voxel)
+    limits: Bounds | None = read("bounds", bounds, values.box)
     if apart is None:
         raise fail("E114", "layers need a step", hint='give their thickness: step="0.1mm"')
     if check:
         keep_checks(design)
-    return Layers(folder, write_slices(design, folder, apart, name=name, form=format, pixel=pixel, bounds=bounds,
+    return Layers(folder, write_slices(design, folder, apart, name=name, form=format, pixel=pixel, bounds=limits,
                                        backend=backend, dtype=dtype))  # fmt: skip
 
 
@@ -105,7 +108,7 @@ def render(
     field: str | None = None,
     range: str | tuple[float, float] | None = None,
     legend: bool | str = False,
-    bounds: Bounds | None = None,
+    bounds: Bounds | str | None = None,
     check: bool = True,
     **more: Any,
 ) -> Picture:
@@ -135,7 +138,7 @@ def render(
     )  # fmt: skip
     if check:
         keep_checks(design, measure=False)
-    return render_output(design, names, wishes, bounds)
+    return render_output(design, names, wishes, read("bounds", bounds, values.box))
 
 
 #: What options may be that are one of a few words.

@@ -37,6 +37,8 @@ _WORDS = "|".join(
 _BINDING = re.compile(
     rf"^[ \t]*(?:(?:(?:{_WORDS})|.*\bas)[ \t]+(\w+)|(\w+)[ \t]*(?:\([^()\n]*\)[ \t]*)?:?=(?![=>]))", re.MULTILINE
 )
+#: What is no program, though it is a text.
+_FILE = re.compile(r"\s*\S+\.pore\s*")
 
 
 def compile(text: str | None = None, *, path: str | Path | None = None, name: str = "<text>") -> Program:
@@ -51,7 +53,7 @@ def compile(text: str | None = None, *, path: str | Path | None = None, name: st
     """
     if (text is None) == (path is None):
         raise TypeError("compile takes a text or a path")
-    if isinstance(text, os.PathLike) or (isinstance(text, str) and re.fullmatch(r"[^\n]*\.pore", text)):
+    if isinstance(text, os.PathLike) or (isinstance(text, str) and _FILE.fullmatch(text)):
         raise fail("E108", f"`{text}` is the name of a file, and `compile` was given it as the text of a program",
                    hint=f"name it as a path: porelang.compile(path={str(text)!r})")  # fmt: skip
     if not isinstance(text, str | None):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any, Literal
 
-from porelang.html import verbatim
+from porelang.html import brief, verbatim
 from porelang.source import Span
 
 Severity = Literal["error", "warning"]
@@ -56,7 +56,7 @@ class Diagnostic:
 
     def __repr__(self) -> str:
         place = "" if self.span is None else f" at {self.span}"
-        return f"<{self.severity} {self.code}{place}: {self.message}>"
+        return f"<{self.severity} {self.code}{place}: {brief(self.message)}>"
 
     def _repr_html_(self) -> str:
         return verbatim(render(self))

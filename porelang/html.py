@@ -8,6 +8,12 @@ _SIGNS = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;"})
 _CELL = "text-align:left;padding:2px 12px 2px 0;vertical-align:top"
 
 
+def brief(text: str, most: int = 120) -> str:
+    """A text in one line of a bounded length."""
+    text = " ".join(text.split())
+    return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table with a line of heads; every cell is a text, shown as it is."""
     head = "".join(f'<th style="{_CELL}">{h.translate(_SIGNS)}</th>' for h in heads)

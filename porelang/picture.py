@@ -10,7 +10,6 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.atomic import save
 from porelang.diagnostics import fail
 
 
@@ -59,6 +58,8 @@ class Picture:
 
 def write_png(picture: Picture, path: str, transparent: bool = False) -> None:
     """Write a picture, whole or not at all. Errors: E113."""
+    from porelang.atomic import save  # `pore check` starts without it
+
     save(path, lambda file: _put_png(picture, file, transparent))
 
 

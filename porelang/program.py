@@ -28,7 +28,7 @@ from porelang.elaborate.results import Elaborated, Listed, Output, ParamInfo, Re
 from porelang.elaborate.values import Scalar, Vector
 from porelang.field import Backend, Bounds, Field, make_field
 from porelang.formula import Bindings, Formula
-from porelang.html import table, title
+from porelang.html import brief, table, title
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, param, within
 from porelang.picture import Picture
 from porelang.rewrites import Graph, flatten
@@ -70,7 +70,7 @@ class Program:
     def __repr__(self) -> str:
         outputs = ", ".join(self.outputs) or "no output"
         params = f" of {', '.join(self.params)}" if self.params else ""
-        return f"<program {self.source.name}: {outputs}{params}>"
+        return f"<program {self.source.name}: {brief(outputs + params)}>"
 
     def _repr_html_(self) -> str:
         shown = [title(f"program {self.source.name}")]
@@ -248,7 +248,7 @@ class Program:
         /,
         voxel: Length | None = None,
         resolution: int | None = None,
-        bounds: Bounds | None = None,
+        bounds: Bounds | str | None = None,
         backend: Backend = "numpy",
         dtype: Dtype = "f32",
         smooth: bool = False,
@@ -278,7 +278,7 @@ class Program:
         within: str | None = None,
         voxel: Length | None = None,
         resolution: int | None = None,
-        bounds: Bounds | None = None,
+        bounds: Bounds | str | None = None,
         backend: Backend = "numpy",
         dtype: Dtype = "f32",
         settings: Settings | None = None,
@@ -303,7 +303,7 @@ class Program:
         step: Length,
         format: Literal["png", "svg"] = "png",
         voxel: Length | None = None,
-        bounds: Bounds | None = None,
+        bounds: Bounds | str | None = None,
         backend: Backend = "numpy",
         dtype: Dtype = "f32",
         check: bool = True,
@@ -349,7 +349,7 @@ class Program:
         axes: bool = False,
         scale_bar: bool = False,
         frame: Literal["surface", "bounds"] = "surface",
-        bounds: Bounds | None = None,
+        bounds: Bounds | str | None = None,
         check: bool = True,
         settings: Settings | None = None,
         preset: str | None = None,
@@ -447,7 +447,7 @@ class Design:
 
     def __repr__(self) -> str:
         set_to = ", ".join(f"{name} = {self.program.params[name].shown(v)}" for name, v in self.settings.items())
-        return f"<design of {self.program.source.name}{': ' if set_to else ''}{set_to}>"
+        return f"<design of {self.program.source.name}{': ' if set_to else ''}{brief(set_to)}>"
 
     def _repr_html_(self) -> str:
         infos = self.program.params
@@ -585,7 +585,7 @@ class Design:
         /,
         voxel: Length | None = None,
         resolution: int | None = None,
-        bounds: Bounds | None = None,
+        bounds: Bounds | str | None = None,
         backend: Backend = "numpy",
         dtype: Dtype = "f32",
         smooth: bool = False,
@@ -605,7 +605,7 @@ class Design:
         within: str | None = None,
         voxel: Length | None = None,
         resolution: int | None = None,
-        bounds: Bounds | None = None,
+        bounds: Bounds | str | None = None,
         backend: Backend = "numpy",
         dtype: Dtype = "f32",
     ) -> dict[str, Any]:
@@ -623,7 +623,7 @@ class Design:
         step: Length,
         format: Literal["png", "svg"] = "png",
         voxel: Length | None = None,
-        bounds: Bounds | None = None,
+        bounds: Bounds | str | None = None,
         backend: Backend = "numpy",
         dtype: Dtype = "f32",
         check: bool = True,
@@ -654,7 +654,7 @@ class Design:
         axes: bool = False,
         scale_bar: bool = False,
         frame: Literal["surface", "bounds"] = "surface",
-        bounds: Bounds | None = None,
+        bounds: Bounds | str | None = None,
         check: bool = True,
     ) -> Picture:
         """A picture of an output, or of several; see `Program.render`."""

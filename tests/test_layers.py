@@ -25,7 +25,7 @@ STOREYS = {
     "tasks": 4, "gpu": 4, "files": 4,
     "settings": 5, "program": 5, "field": 5, "contracts": 5, "doubts": 5, "checks": 5, "refusals": 5, "compiler": 5,
     "values": 5, "picture": 5,
-    "mesh": 6, "measure": 6, "render": 6, "slices": 6, "notation": 6, "conformance": 6, "asked": 6,
+    "mesh": 6, "measure": 6, "render": 6, "slices": 6, "notation": 6, "conformance": 6, "asked": 6, "jupyter": 6,
     "cli": 7, "__main__": 7,
 }  # fmt: skip
 PURE = 3

@@ -98,6 +98,17 @@ def test_what_python_shows_is_a_line(program: porelang.Program) -> None:
     assert repr(caught.value.diagnostics[0]) == "<error E030 at <text>:1:8: unknown name `r`>"
 
 
+def test_a_long_program_is_shown_in_a_line_too() -> None:
+    choices = ", ".join(f"{k}mm" for k in range(1, 60))
+    text = "\n".join(f'param width_number_{i} = 5mm in {{{choices}}} "{"long " * 40}"' for i in range(40))
+    program = porelang.compile(
+        f"{text}\nsphere(width_number_1 +\n  width_number_2 + {' + '.join('0mm' for _ in range(60))})"
+    )
+    for one in (program, program.design(), *program.params.values(), *program.outputs.values()):
+        assert len(repr(one)) < 250
+        assert "\n" not in repr(one)
+
+
 def test_what_a_notebook_shows_is_a_table(program: porelang.Program) -> None:
     html = program._repr_html_()
     for text in ("demo.pore", "unit cell", "10mm..20mm step 1mm", "{gyroid, schwarz_p}", "a vector", "cold"):
@@ -115,6 +126,36 @@ def test_ipython_finds_what_it_shows(program: porelang.Program) -> None:
     for one in (program, program.design(), program.params, program.outputs):
         found, _ = formatter.format(one)
         assert {"text/plain", "text/html"} <= set(found)
+
+
+class Shell:
+    """As much of IPython's shell as an extension needs."""
+
+    def __init__(self) -> None:
+        self.user_ns: dict[str, Any] = {}
+        self.magics: dict[str, Any] = {}
+
+    def register_magic_function(self, function: Any, kind: str, name: str) -> None:
+        self.magics[name] = function
+
+
+def test_a_cell_is_a_program() -> None:
+    shell = Shell()
+    porelang.load_ipython_extension(shell)  # type: ignore[attr-defined]  # for IPython, which asks for it by name
+    shown = shell.magics["pore"]("ball", "sphere(10)\n")
+    assert shown is shell.user_ns["ball"]
+    assert shown.bounds().size == (20, 20, 20)
+    assert shell.magics["pore"]("", "sphere(1)") is shell.user_ns["program"]
+    with pytest.raises(PoreError, match="`my part` is no name"):
+        shell.magics["pore"]("my part", "sphere(1)")
+
+
+def test_ipython_loads_it(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("IPYTHONDIR", str(tmp_path))
+    shell = pytest.importorskip("IPython.core.interactiveshell").InteractiveShell()
+    assert shell.run_cell("%load_ext porelang").success
+    assert shell.run_cell("%%pore ball\nsphere(10)").success
+    assert shell.user_ns["ball"].output() == "part"
 
 
 def test_a_report_is_a_dict_that_reads_well() -> None:
@@ -141,6 +182,24 @@ def test_lengths_are_numbers_of_mm_or_texts_with_a_unit() -> None:
         with pytest.raises(PoreError, match="voxel") as caught:
             program.mesh(voxel=wrong)
         assert caught.value.diagnostics[0].code == "E114"
+
+
+def test_bounds_are_six_numbers_two_corners_or_a_text() -> None:
+    program = porelang.compile("gyroid(10)")
+    given: list[Any] = [(-5, -5, -5, 5, 5, 5), [[-5] * 3, [5] * 3], "-5,-5,-5,5,5,5"]
+    made = [program.mesh(resolution=12, bounds=b) for b in given]
+    assert made[0].volume == made[1].volume == made[2].volume
+    with pytest.raises(PoreError, match="write six numbers"):
+        program.mesh(resolution=12, bounds="1,2,3")
+
+
+@pytest.mark.parametrize("given", ["specimen.pore", Path("parts") / "specimen.pore", "/home/me/my.pore\n"])
+def test_the_name_of_a_file_is_no_program(given: Any) -> None:
+    with pytest.raises(PoreError, match="compile\\(path=") as caught:
+        porelang.compile(given)
+    assert caught.value.diagnostics[0].code == "E105"
+    with pytest.raises(TypeError, match="a program is a text, not bytes"):
+        porelang.compile(b"sphere(3)")  # type: ignore[arg-type]  # as a user might
 
 
 def test_a_let_is_a_field(program: porelang.Program) -> None:

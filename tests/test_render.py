@@ -29,6 +29,7 @@ from porelang.render.cells import SOLID, STEEP, VOID, bound_cells
 from porelang.render.cuts import HalfSpace, take_away, whole
 from porelang.render.march import Marcher, Scene
 from porelang.render.marks import AXES, axes_mark, lay, scale_bar_mark, told
+from porelang.render.painting import BODIES
 from porelang.render.planes import Plane
 from porelang.render.scale import COLOURS, VIRIDIS, Ramp, Scale
 
@@ -550,6 +551,37 @@ def test_the_triad_points_where_the_axes_do(view: str, axis: int, column: int, r
     assert not (made[300:, 400:, :3] < 255).any()  # it stays in its corner
 
 
+#: What those see who lack a cone, of linear red, green and blue: Machado, Oliveira and Fernandes 2009, severity 1.
+SEEN_BY = {
+    "all cones": np.eye(3),
+    "no long": np.array(
+        [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
+    ),
+    "no medium": np.array(
+        [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
+    ),
+    "no short": np.array(
+        [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]]
+    ),
+}
+
+
+def lab(colour: tuple[int, int, int], eye: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A colour as an eye sees it, in CIELAB (D65): a distance of 2 is just noticed."""
+    share = np.array(colour) / 255
+    linear = np.clip(eye @ np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4), 0, 1)
+    xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]) @ linear
+    f = np.cbrt(xyz / (0.9505, 1.0, 1.089))
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+@pytest.mark.parametrize("eye", SEEN_BY)
+@pytest.mark.parametrize("colours", [BODIES, AXES], ids=["bodies", "axes"])
+def test_colours_are_told_apart_by_every_eye(eye: str, colours: tuple[tuple[int, int, int], ...]) -> None:
+    places = [lab(c, SEEN_BY[eye]) for c in colours]
+    assert min(float(np.linalg.norm(a - b)) for i, a in enumerate(places) for b in places[:i]) > 15
+
+
 def test_marks_keep_off_the_part_where_they_can() -> None:
     box, size = Box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), (400, 300)
     blank = np.full((300, 400, 4), 255, np.uint8)
@@ -610,7 +642,9 @@ def test_the_command_draws_several_outputs(tmp_path: Path, capsys: pytest.Captur
     with Image.open(target) as image:
         assert image.size == (300, 200)
     assert main([*words, "--out", "left", "--out", "right"]) == 0
-    assert json.loads(capsys.readouterr().out)["output"] == ["left", "right"]
+    again = json.loads(capsys.readouterr().out)
+    assert again["output"] == ["left", "right"]
+    assert again["colours"] == {name: told["colours"][name] for name in ("left", "right")}  # an output keeps its colour
     assert main([*words, "--out", "left"]) == 0
     assert json.loads(capsys.readouterr().out)["output"] == "left"
 

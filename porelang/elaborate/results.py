@@ -8,7 +8,7 @@ from typing import Literal, TypeVar
 
 from porelang.diagnostics import Diagnostic, Label
 from porelang.elaborate.values import Bool, Scalar, Value, Vector, describe
-from porelang.html import table
+from porelang.html import brief, table
 from porelang.ir import Node
 from porelang.rewrites import Graph
 from porelang.source import Span
@@ -60,8 +60,8 @@ class ParamInfo:
         return f"{self.shown(self.low)}..{self.shown(self.high)}{step}"
 
     def __repr__(self) -> str:
-        doc = f' "{self.doc}"' if self.doc else ""
-        return f"<param {self.name} = {self.shown(self.default)} in {self.range}{doc}>"
+        doc = f' "{brief(self.doc, 60)}"' if self.doc else ""
+        return f"<param {self.name} = {self.shown(self.default)} in {brief(self.range, 60)}{doc}>"
 
     def row(self) -> dict[str, str]:
         """What a table says of it."""
@@ -102,8 +102,7 @@ class Output:
     @property
     def written(self) -> str:
         """Its statement in a line, shortened."""
-        text = " ".join(self.span.text.split())
-        return text if len(text) <= 80 else f"{text[:77]}..."
+        return brief(self.span.text, 80)
 
     def row(self) -> dict[str, str]:
         """What a table says of it."""

@@ -67,8 +67,8 @@ REQUESTS = (
     Code(
         "E108",
         "a command line that cannot be read",
-        "A command, an option or its value is not known. `pore --help` lists the commands and `pore COMMAND --help`\n"
-        "the options of one.",
+        "A command, an option or its value is not known, or options contradict each other, on the command line or in\n"
+        "a call from Python. `pore --help` lists the commands and `pore COMMAND --help` the options of one.",
         "",
         "",
     ),

@@ -85,19 +85,20 @@ def scale_bar_mark(pixel: float, size: tuple[int, int], words: str = "") -> Mark
 
 
 def lay(pixels: Pixels, marks: Sequence[Mark], seen: NDArray[np.bool_]) -> Pixels:
-    """The picture with each mark in the first of its corners where nothing is `seen`, or where least is."""
+    """The picture with each mark in the first of its corners where nothing is `seen`, or hardly more than in others."""
     height, width = pixels.shape[:2]
     picture = Image.fromarray(np.ascontiguousarray(pixels))
     margin = round(0.7 * letters((width, height)))
     taken: set[tuple[bool, bool]] = set()
     for mark in marks:
-        covered: list[tuple[int, int, tuple[bool, bool], tuple[int, int]]] = []
+        covered: list[tuple[int, tuple[bool, bool], tuple[int, int]]] = []
         for corner in (c for c in mark.corners if c not in taken):
             left = max(0, width - margin - mark.patch.width if corner[0] else margin)
             top = max(0, margin if corner[1] else height - margin - mark.patch.height)
             hidden = int(np.count_nonzero(seen[top : top + mark.patch.height, left : left + mark.patch.width]))
-            covered.append((hidden, len(covered), corner, (left, top)))
-        _, _, corner, place = min(covered)
+            covered.append((hidden, corner, (left, top)))
+        least = min(hidden for hidden, *_ in covered)
+        _, corner, place = next(found for found in covered if found[0] <= 2 * least)
         taken.add(corner)
         picture.alpha_composite(mark.patch.crop((0, 0, width - place[0], height - place[1])), place)
     return np.asarray(picture)

@@ -15,10 +15,10 @@ from porelang.render.marks import Colour
 from porelang.render.planes import ROWS
 from porelang.render.scale import Colouring, scale_colours
 
-#: The colours of several outputs, after those that Okabe and Ito (2008) found the colour-blind to tell apart: the first
-#: is that of the material, the next two are as far from each other as warm from cold.
+#: The colours of several outputs, after Okabe and Ito (2008), so that all eyes tell them apart: the first is that of
+#: the material, the next two are as far from each other as warm from cold.
 BODIES: tuple[Colour, ...] = (
-    (236, 230, 216), (226, 110, 50), (86, 160, 220), (0, 158, 115), (240, 200, 60), (204, 121, 167), (90, 90, 96),
+    (236, 230, 216), (226, 110, 50), (86, 160, 220), (20, 100, 60), (240, 200, 60), (204, 121, 167), (60, 60, 66),
 )  # fmt: skip
 #: How much of a colour is seen in the darkest shade: colours are to be read, not only seen.
 AMBIENT = 0.35
@@ -34,15 +34,15 @@ def ramp_of(field: Field, scale: Colouring) -> Paint:
     return lambda places: scale_colours(np.asarray(field(places), np.float64), scale)
 
 
-def patches_of(outputs: Sequence[Field], within: float, camera: Camera) -> Paint:
+def patches_of(outputs: Sequence[Field], colours: Sequence[Colour], within: float, camera: Camera) -> Paint:
     """The colour of the output that a place belongs to: the one that it lies deepest in, just behind the surface."""
-    colours = np.array(BODIES, np.float32) / 255
+    table = np.array(colours, np.float32) / 255
 
     def paint(places: NDArray[np.float64]) -> NDArray[np.float32]:
         ahead = places - camera.eye if camera.perspective else np.broadcast_to(camera.forward, places.shape)
         behind = places + within * ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
         values = np.stack([np.asarray(f(behind), np.float64) for f in outputs])
-        return np.asarray(colours[np.nanargmin(np.where(np.isnan(values), np.inf, values), axis=0)])
+        return np.asarray(table[np.nanargmin(np.where(np.isnan(values), np.inf, values), axis=0)])
 
     return paint
 

@@ -26,7 +26,7 @@ from porelang.render.cuts import Shown, take_away, whole
 from porelang.render.frame import ROUNDS, SMALL, closer, coarse, met, touches_rim, zoomed
 from porelang.render.legend import legend, strip_of
 from porelang.render.march import Distances, Marcher, Scene
-from porelang.render.marks import axes_mark, key, lay, scale_bar_mark
+from porelang.render.marks import Colour, axes_mark, key, lay, scale_bar_mark
 from porelang.render.painting import BODIES, colour, patches_of, ramp_of, survey
 from porelang.render.scale import fitting
 from porelang.render.wishes import Wishes
@@ -64,7 +64,8 @@ def render_output(
     box = checked_bounds(bounds) if bounds is not None else _roomy(_around([design.bounds(n) for n in names]))
     shown = take_away(whole(box, bounds is not None), wishes.cuts)
     painted = wishes.field is not None and not wishes.slices
-    strip, names_beside = _beside(wishes, names, painted)
+    named = _coloured(program, names)
+    strip, names_beside = _beside(wishes, named, painted)
     size, samples = _samples(wishes, strip)
     stage = planes.stage(box, wishes.slices) if wishes.slices else shown.box
     camera = look(stage, wishes.view, size, wishes.projection, wishes.zoom)
@@ -97,7 +98,13 @@ def render_output(
                     colour(light, camera, distance, size, ramp_of(field, scale))
                 elif several:
                     outputs = [make_field(design.of(n), program.ranges, "auto", "f32") for n in names]
-                    colour(light, camera, distance, size, patches_of(outputs, marcher.nearest, camera))
+                    colour(
+                        light,
+                        camera,
+                        distance,
+                        size,
+                        patches_of(outputs, [c for _, c in named], marcher.nearest, camera),
+                    )
                 front = distance < far
                 over[front] = _with_outlines(light, distance, marcher.pixel * LEAP)[front]
         covered, steps, backend = float(np.isfinite(distance).mean()), marcher.steps, "glsl"
@@ -116,8 +123,7 @@ def render_output(
         beside = legend(scale, unit, strip_of(wishes.size), pixels.shape[0], wishes.transparent)
         pixels = np.concatenate([pixels, beside], axis=1)
     seconds = time.perf_counter() - begun
-    return Picture(pixels, camera, pixel, covered, steps, scale, backend, seconds, wishes.transparent,
-                   tuple(zip(names, BODIES, strict=False)) if len(names) > 1 else ())  # fmt: skip
+    return Picture(pixels, camera, pixel, covered, steps, scale, backend, seconds, wishes.transparent, tuple(named))
 
 
 def field_roots(program: Program, name: str) -> tuple[Node, ...]:
@@ -147,6 +153,17 @@ def _names(program: Program, name: str | Sequence[str] | None, wishes: Wishes) -
     return names
 
 
+def _coloured(program: Program, names: Sequence[str]) -> list[tuple[str, Colour]]:
+    """Outputs with their colours, where there are several: each has the same in every picture of a program."""
+    if len(names) < 2:
+        return []
+    known = bodies_of(program)
+    places = [known.index(n) for n in names if n in known]
+    if len(places) < len(names) or max(places) >= len(BODIES):
+        places = list(range(len(names)))
+    return [(n, BODIES[i]) for n, i in zip(names, places, strict=True)]
+
+
 def _together(design: Design, names: Sequence[str]) -> Formula:
     """What lies in any of some outputs, as a formula."""
     formula = design.formula(*(design.program.solid(n) for n in names))
@@ -161,15 +178,15 @@ def _around(found: Sequence[Box]) -> Box:
     return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
 
 
-def _beside(wishes: Wishes, names: Sequence[str], painted: bool) -> tuple[int, NDArray[np.uint8] | None]:
+def _beside(wishes: Wishes, named: Sequence[tuple[str, Colour]], painted: bool) -> tuple[int, NDArray[np.uint8] | None]:
     """The width of what is drawn beside a picture; and that, where it is the names of outputs."""
     if wishes.legend is None:
         return 0, None
     if wishes.slices or painted:
         return strip_of(wishes.size).width, None
-    if len(names) < 2:
+    if not named:
         return 0, None
-    made = key(list(zip(names, BODIES, strict=False)), wishes.size, wishes.transparent)
+    made = key(named, wishes.size, wishes.transparent)
     return made.shape[1], made
 
 
