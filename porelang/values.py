@@ -28,7 +28,9 @@ def length(text: str) -> float:
     match = re.fullmatch(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z]*)", text.strip())
     unit = UNITS.get(match[2] or "mm") if match else None
     if match is None or unit is None or unit.dimension != LENGTH:
-        raise Unreadable(f"`{text}` is no length", "write 1mm or 0.5")
+        point = text.replace(",", ".", 1)
+        hint = f"decimals have a point: {point}" if re.match(r"\d*,\d", text.strip()) else "write 1mm or 0.5"
+        raise Unreadable(f"`{text}` is no length", hint)
     value = float(match[1]) * unit.scale
     if not (math.isfinite(value) and value > 0):
         raise Unreadable(f"{text} is no length to sample at", "it must be above 0")

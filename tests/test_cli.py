@@ -235,7 +235,7 @@ def test_wrong_usage_is_told_and_writes_nothing(pore: Pore, words: list[str], co
 
 
 @pytest.mark.parametrize(
-    ("output", "code"), [("part.stll", "E112"), ("part", "E112"), ("no/such/part.stl", "E113"), (".", "E112")]
+    ("output", "code"), [("part.stll", "E112"), ("part", "E112"), ("no/such/part.stl", "E113"), (".", "E113")]
 )
 def test_output_that_cannot_be_written_is_refused_before_the_work(pore: Pore, output: str, code: str) -> None:
     assert pore("mesh", SPECIMEN, "-o", output, "--voxel", "0.01mm") == 2

@@ -95,6 +95,29 @@ WRITTEN = {
     # Curv
     "sphere(5) >> translate([1,2,3])": "sphere(5) |> translate([1,2,3])",
     "sphere 5": "sphere(5)",
+    # ranges, params, functions, outputs and checks of other shapes
+    "param w in 5..10\nsphere(w)": "param w = 5 in 5..10\nsphere(w)",
+    "param w = 5mm in [1mm, 9mm]\nsphere(w)": "param w = 5mm in 1mm..9mm\nsphere(w)",
+    "param w = 5mm in 1mm-9mm\nsphere(w)": "param w = 5mm in 1mm..9mm\nsphere(w)",
+    "param w = 5mm in 1mm to 9mm\nsphere(w)": "param w = 5mm in 1mm..9mm\nsphere(w)",
+    "param w = 5 mm in 1 mm..9 mm\nsphere(w)": "param w = 5mm in 1mm..9mm\nsphere(w)",
+    "param w = 5mm in 1mm..9mm, step 1mm\nsphere(w)": "param w = 5mm in 1mm..9mm step 1mm\nsphere(w)",
+    "def f(a: length > 0) = a\nsphere(f(2))": "def f(a: length where a > 0) = a\nsphere(f(2))",
+    "def f(float a) = a\nsphere(f(2))": "def f(a: number) = a\nsphere(f(2))",
+    "output sphere(5)": "out part = sphere(5)",
+    "out sphere(5)": "out part = sphere(5)",
+    'check(5 > 3, "five")\nsphere(4)': 'check 5 > 3, "five"\nsphere(4)',
+    "[sphere(5), cube(9)]": "union([sphere(5), cube(9)])",
+    # joints and calls
+    "sphere(5) and cube(8)": "sphere(5) & cube(8)",
+    "sphere(5) union cube(8)": "sphere(5) | cube(8)",
+    "{ let a = 5 sphere(a) }": "{ let a = 5; sphere(a) }",
+    "sphere(r:5)": "sphere(r=5)",
+    "sphere(5,5mm)": "sphere(5.5mm)",
+    "sphere(1'000)": "sphere(1000)",
+    "sphere(5).translate([1,2,3])": "sphere(5) |> translate([1,2,3])",
+    "translate([1,2,3], sphere(5))": "translate(sphere(5), [1,2,3])",
+    "union([sphere(5) cube(8)])": "union([sphere(5), cube(8)])",
     # signs
     "sphere(-5)": "sphere(5)",
     "load(a.npz, vm)": 'load("a.npz", "vm")',
@@ -127,6 +150,10 @@ TOLD = {
     "echo(5) + sphere(4)": ("E037", "pore eval"),
     "while true { }": ("E037", "no loops"),
     "sphere(640mm^3)": ("E039", "`(640mm)^3`"),
+    "let a, b = 1, 2\nsphere(5)": ("E012", "so for each"),
+    "let (a, b) = [1, 2]\nsphere(5)": ("E009", "`q[0]`"),
+    "solve(5, 3, 0..1)": ("E060", "`t => ...`"),
+    "sphere(1,000)": ("E040", "`1000`"),
 }
 
 

@@ -197,7 +197,7 @@ def test_bounds_are_six_numbers_two_corners_or_a_text() -> None:
 def test_the_name_of_a_file_is_no_program(given: Any) -> None:
     with pytest.raises(PoreError, match="compile\\(path=") as caught:
         porelang.compile(given)
-    assert caught.value.diagnostics[0].code == "E105"
+    assert caught.value.diagnostics[0].code == "E108"
     with pytest.raises(TypeError, match="a program is a text, not bytes"):
         porelang.compile(b"sphere(3)")  # type: ignore[arg-type]  # as a user might
 

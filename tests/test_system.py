@@ -107,6 +107,35 @@ def test_a_name_that_is_no_text_is_said_as_it_was_typed(work: Path) -> None:
     assert "there is no file `n\u00f6.pore`" in done.stderr.encode(errors="surrogateescape").decode()
 
 
+# ---- command lines
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["mesh", "a.pore", "out.stl"], "`-o out.stl`"),
+        (["check", "a.pore", "b.pore"], "one program at a time"),
+        (["check", "a.pore", "--set", "w=5", "v=6"], "`--set v=6`"),
+        (["check", "a.pore", "--w=5"], "`--set w=5`"),
+        (["mesh", "a.pore", "-o", "a.stl", "--voxel", "0,5"], "0.5"),
+        (["eval", "a.pore", "--points", "1,2,3"], "echo 1,2,3 |"),
+        (["mesh", "b.pore", "-o", "a.stl", "--out", "ball"], "`out ball_ = ball`"),
+    ],
+)
+def test_the_way_out_of_a_command_line_is_told(
+    words: list[str], says: str, work: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(work)
+    (work / "b.pore").write_text("let ball = sphere(5)\nball | cube(3)\n")
+    assert main(words) == 2
+    assert says in capsys.readouterr().err.partition("= hint: ")[2]
+
+
+def test_a_code_may_be_asked_for_by_its_number(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", "12"]) == 0
+    assert capsys.readouterr().out.startswith("E012: ")
+
+
 # ---- numbers
 
 

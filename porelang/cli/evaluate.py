@@ -97,7 +97,10 @@ def read_points(path: str) -> NDArray[np.float64]:
         with open(path, encoding="utf-8-sig") as text:
             return checked_points(_from_csv(text, f"`{path}`"))
     except FileNotFoundError:
-        raise fail("E105", f"there is no file `{path}`", hint="check the path after --points") from None
+        hint = "check the path after --points"
+        if path.count(",") == 2:
+            hint = f"points come from a file, or from standard input: echo {path} | pore eval ... --points -"
+        raise fail("E105", f"there is no file `{path}`", hint=hint) from None
     except UnicodeDecodeError:
         raise fail("E104", f"`{path}` is neither .npy nor CSV", hint="a line of CSV is x,y,z in mm") from None
     except OSError as error:

@@ -21,6 +21,8 @@ def explain(options: Namespace) -> int:
                 print(f"{name}  {page.title}")
         return 0
     name = code.upper()
+    if name.isdigit():
+        name = f"E{name:0>3}"
     if name not in CODES:
         near = suggest(name, CODES)
         raise fail(

@@ -193,12 +193,16 @@ def _unknown(command: Command, word: str) -> PoreError:
     name = word.split("=")[0]
     flags = [flag for option in command.options for flag in OPTIONS[option][0] if flag.startswith("-")]
     if not word.startswith("-") or word == "-" or name in flags:  # after `--` an option is a word like others
-        return fail(
-            "E108", f"`{word}` is one word too many for `pore {command.name}`", hint=f"write `{command.example}`"
-        )
+        hint = f"write `{command.example}`"
+        if word.endswith(".pore"):
+            hint = "one program at a time"
+        elif "=" in word and "--set" in flags:
+            hint = f"each setting has its own option: `--set {word}`"
+        elif "-o" in flags:
+            hint = f"what is to be written is named after -o: `-o {word}`"
+        return fail("E108", f"`{word}` is one word too many for `pore {command.name}`", hint=hint)
     near = suggest(name, flags)
-    return fail(
-        "E108",
-        f"`pore {command.name}` has no option `{name}`",
-        hint=f"did you mean `{near}`?" if near else f"it has {', '.join(flags) or 'none'}",
-    )
+    hint = f"did you mean `{near}`?" if near else f"it has {', '.join(flags) or 'none'}"
+    if not near and "=" in word and "--set" in flags:
+        hint = f"a param is set by `--set {word.lstrip('-')}`"
+    return fail("E108", f"`pore {command.name}` has no option `{name}`", hint=hint)

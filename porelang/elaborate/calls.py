@@ -6,8 +6,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 
-from porelang.diagnostics import Edit, Label, suggest
-from porelang.elaborate import operators, suspect
+from porelang.diagnostics import Edit, Label
+from porelang.elaborate import advice, operators, suspect
 from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import KINDS, Kind
 from porelang.elaborate.natures import note
@@ -54,12 +54,15 @@ def call(ctx: Context, function: Value, arguments: Sequence[Given], site: tree.C
             return _call_choice(ctx, function, arguments, site)
         case Poison():
             return POISON
+    if isinstance(site.function, tree.Name) and site.function.name in ("map", "reduce", "solve"):
+        name = site.function.name  # which was handed something that is no function
+        hint = f"write it as {'`(a, b) => ...`' if name == 'reduce' else '`t => ...`'}"
+        return ctx.error("E060", f"`{name}` needs a function, not {describe(function)}", site.span, hint=hint)
+    hint = "for a product write `*` between the two"
+    if isinstance(function, Text):
+        hint = "functions stand without quotes, as choices too: `in {gyroid, diamond}`"
     return ctx.error(
-        "E061",
-        f"{describe(function)} cannot be called",
-        site.function.span,
-        label="this is no function",
-        hint="for a product write `*` between the two",
+        "E061", f"{describe(function)} cannot be called", site.function.span, label="this is no function", hint=hint
     )
 
 
@@ -138,6 +141,8 @@ def _call_function(ctx: Context, function: Function, arguments: Sequence[Given],
 
 
 def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], site: tree.Call) -> Value:
+    if advice.are_swapped(ctx, function, given, site):
+        return POISON
     bound: dict[str, Value] = {}
     scope = Scope(bound, function.scope)
     kinds: dict[str, Kind] = {}
@@ -263,14 +268,14 @@ def _contracts(
     for condition_node, text, name, p in conditions:
         place = given[name].span if name in given else site.span
         others = () if p.span.source.prelude else (Label(p.span, "declared here"),)
-        message = f"`{function.name}` needs {_in_words(text)}"
+        message = f"`{function.name}` needs {advice.in_words(text)}"
         if condition_node.stage is Stage.CONST:
             if ctx.constant(condition_node):
                 continue
             value = bound[name]
             now = ctx.constant(value.node) if isinstance(value, Scalar) else None
             label = f"`{name}` is {now:g} here" if isinstance(now, float) else "this breaks it"
-            hint, edit = _kept(function, text, name, place)
+            hint, edit = advice.kept(function, text, name, place)
             ctx.error("E064", message, place, label=label, others=others, hint=hint, edit=edit)
             return None
         if condition_node.stage is Stage.UNIFORM:
@@ -292,34 +297,6 @@ def _list_form(function: Function, arguments: Sequence[Given]) -> Function:
     return other if isinstance(other, Function) else function
 
 
-#: Contracts of the prelude that say more than a comparison, in words.
-_WORDS = (
-    (re.compile(r"min_component\((\w+)\) > 0"), r"`\1` to be above 0 along every axis"),
-    (re.compile(r"dot\((\w+), \1\) > 0"), r"a `\1` that points somewhere, not [0, 0, 0]"),
-    (re.compile(r"len\((\w+)\) >= (\d+)"), r"at least \2 `\1`"),
-    (re.compile(r"(\w+) is a whole number"), r"a whole number for `\1`"),
-)
-
-
-def _in_words(contract: str) -> str:
-    for form, words in _WORDS:
-        if form.fullmatch(contract):
-            return form.sub(words, contract)
-    return f"`{contract}`"
-
-
-def _kept(function: Function, contract: str, name: str, place: Span) -> tuple[str, Edit | None]:
-    """How a contract may be kept that a constant breaks. The prelude's cannot be changed, the user's can."""
-    if function.name in habits.BROKEN and contract.endswith("> 0"):
-        return habits.BROKEN[function.name], None
-    if re.fullmatch(r"-\s*[\w.]+", place.text) and re.fullmatch(rf"{name} >=? 0", contract):
-        positive = place.text[1:].strip()
-        return f"write `{positive}`", Edit(place, positive)
-    hint = f"give `{name}` a value for which that holds"
-    prelude = function.definition is not None and function.definition.span.source.prelude
-    return hint if prelude else f"{hint}, or change the contract", None
-
-
 def _match(ctx: Context, function: Function, arguments: Sequence[Given], site: tree.Call) -> dict[str, Given] | None:
     """Arguments by parameter name; None (after a diagnostic) where they do not fit."""
     names = [p.name for p in function.parameters]
@@ -330,7 +307,9 @@ def _match(ctx: Context, function: Function, arguments: Sequence[Given], site: t
     for a in arguments:
         if a.name is None:
             if position >= len(names):
-                _too_many(ctx, function.name, names, a.span, function.definition, _as_list(function, arguments))
+                _too_many(
+                    ctx, function.name, names, a.span, function.definition, advice.one_by_one(function, arguments)
+                )
                 return None
             name = names[position]
             position += 1
@@ -395,31 +374,6 @@ def signature(function: Function) -> str:
     return f"{function.name}({', '.join(parts)})"
 
 
-def _as_list(function: Function, arguments: Sequence[Given]) -> tuple[str, Edit | None]:
-    """What to write where the items of a list, or the components of a vector, are given one by one."""
-    params = function.parameters
-    extra = len(arguments) - len(params)
-    at = next((i for i, p in enumerate(params) if {k.name for k in p.kinds} & {"list", "vector", "point"}), None)
-    if at is None or any(a.name for a in arguments):
-        return "", None
-    is_list = any(k.name == "list" for k in params[at].kinds)
-    count = extra + 1 if is_list else 3
-    taken = arguments[at : at + count]
-    if len(taken) < count or (not is_list and not all(isinstance(a.value, Scalar) for a in taken)):
-        return "", None
-    first, end = taken[0].span, taken[-1].span
-    if first.source is not end.source or end.end < first.start:  # the first was handed on by `|>`
-        return f"`{params[at].name}` is one argument: `[a, b, c]`", None
-    items = first.to(end)
-    if len(params) > 1:
-        what = "a list" if is_list else "a vector"
-        return f"`{params[at].name}` is {what}: write `[{items.text}]`", Edit(items, f"[{items.text}]")
-    sign = {"union": "|", "intersection": "&"}.get(function.name)
-    more = f", or `{f' {sign} '.join(a.span.text for a in arguments)}`" if sign and len(items.text) < 60 else ""
-    shown = items.text if len(items.text) < 60 else "a, b"
-    return f"it takes one list: write `{function.name}([{shown}])`{more}", Edit(items, f"[{items.text}]")
-
-
 def _too_many(
     ctx: Context,
     name: str,
@@ -451,32 +405,7 @@ def _defined(definition: tree.Def | None) -> tuple[Label, ...]:
 def _no_such_parameter(ctx: Context, name: str, a: Given, names: Sequence[str], site: tree.Call | None = None) -> Value:
     word = a.name or ""
     spot = Span(a.span.source, a.span.start, a.span.start + len(word))
-    hint, edit = _other_parameter(name, a, names, spot, site)
+    hint, edit = advice.other_parameter(name, a, names, spot, site)
     return ctx.error(
         "E041", f"`{name}` has no parameter `{word}`", spot, label="no such parameter", hint=hint, edit=edit
     )
-
-
-def _other_parameter(
-    name: str, a: Given, names: Sequence[str], spot: Span, site: tree.Call | None
-) -> tuple[str, Edit | None]:
-    """What is meant by a parameter that a function has not."""
-    word = a.name or ""
-    value = a.span.text[len(word) :].partition("=")[2].strip()
-    if word in ("d", "diameter", "dia") and "r" in names and value:
-        half = f"r={value} / 2" if value.replace(".", "").isalnum() else f"r=({value}) / 2"
-        return f"it takes the radius: write `{half}`", Edit(a.span, half)
-    if (name, word) in habits.OTHER_FUNCTIONS and site is not None:
-        ours, why = habits.OTHER_FUNCTIONS[name, word]
-        named = isinstance(site.function, tree.Name) and site.function.name == name
-        return why, Edit(site.function.span, ours) if named else None
-    if word in habits.NEEDLESS:
-        text = a.span.source.text
-        before, after = len(text[: a.span.start].rstrip()), len(text) - len(text[a.span.end :].lstrip())
-        start = before - 1 if text[:before].endswith(",") else a.span.start
-        end = after + 1 if start == a.span.start and text[after : after + 1] == "," else a.span.end
-        return f"leave it out: {habits.NEEDLESS[word]}", Edit(Span(a.span.source, start, end), "")
-    near = next((p for p in habits.PARAMETERS.get(word, ()) if p in names), None) or suggest(word, names)
-    if near:
-        return f"did you mean `{near}`?", Edit(spot, near)
-    return f"its parameters are {', '.join(names) or 'none'}", None

@@ -245,8 +245,8 @@ def _member(ctx: Context, t: tree.Member, scope: Scope) -> Value:
     hint = "a vector has the members x, y and z"
     edit = None
     if isinstance(scope.find(t.name), Function | Builtin):
-        ours = f"{t.name}({t.target.span.text})"
-        hint, edit = f"`{t.name}` is a function: write `{ours}`", Edit(t.span, ours)
+        dot = Span(t.span.source, t.target.span.end, t.name_span.start)
+        hint, edit = f"`{t.name}` is a function: write `a |> {t.name}(...)` for `{t.name}(a, ...)`", Edit(dot, " |> ")
     return ctx.error(
         "E036", f"{describe(target)} has no `{t.name}`", t.name_span, label="no such member", hint=hint, edit=edit
     )

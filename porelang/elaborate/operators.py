@@ -77,12 +77,14 @@ def binary(ctx: Context, op: str, a: Value, b: Value, spans: tuple[Span, Span, S
         for side, at in ((a, at_a), (b, at_b)):
             if not isinstance(side, Bool):
                 instead = {"and": "&", "or": "|"}[op]
+                solids = all(isinstance(s, Scalar) for s in (a, b))
                 return ctx.error(
                     "E060",
                     f"`{op}` joins conditions, not {describe(side)}",
                     at,
                     label="no condition",
                     hint=f"solids are joined with `{instead}`",
+                    edit=(at_op, instead) if solids else None,
                 )
         return Bool(node(op, a.node, b.node))  # type: ignore[union-attr]  # both are Bool
     if op in ("==", "!=") and isinstance(a, Bool | Text | Choice) and isinstance(b, Bool | Text | Choice):

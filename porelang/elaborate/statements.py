@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from porelang.diagnostics import Diagnostic, Label, PoreError
+from porelang.diagnostics import Diagnostic, Edit, Label, PoreError
 from porelang.elaborate import names as resolution
 from porelang.elaborate import suspect
 from porelang.elaborate.context import Context, TooBig
@@ -180,12 +180,21 @@ def _output(ctx: Context, s: tree.Out, value: Value) -> None:
         ctx.found.outputs.setdefault(s.name, Output(s.name, value, s.value.span, known is not None, made))
     elif not isinstance(value, Poison):
         hint = how_to_call(value) or "an output is a field: a number that varies in space"
+        edit = None
+        if (
+            isinstance(value, ListValue)
+            and value.items
+            and all(isinstance(i, Scalar) and i.node.stage is Stage.FIELD for i in value.items)
+        ):
+            edit = Edit(s.value.span, f"union({s.value.span.text})")
+            hint = "join what is in it: `union([a, b])` for solids"
         ctx.error(
             "E066",
             f"the output `{s.name}` is {describe(value)}, which has no surface",
             s.value.span,
             label=f"this is {describe(value)}",
             hint=hint,
+            edit=edit,
         )
 
 

@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.box import Box
-from porelang.data import FARTHEST
 from porelang.diagnostics import fail
 from porelang.field import Field
 
 Format = Literal["png", "svg"]
 #: Samples with the same y for a row; rows with the same x follow each other.
 Band = NDArray[Any]
-SMALLEST = 1e-9  # mm: nothing is made of less than an atom
+SMALLEST, LARGEST = 1e-9, 1e9  # mm: of a layer or a pixel, less than an atom and more than any part
 MOST_LAYERS, MOST_PIXELS = 100_000, 1 << 28
 #: Bounds that are found reach beyond the part by a millionth or so: less than this share of a step makes no layer.
 SLACK = 0.01
@@ -52,7 +51,7 @@ def stack_of(box: Box, step: float, pixel: float) -> Stack:
     Each layer is looked at in its middle, and the last in the middle of what the box fills of it.
     """
     for name, length in (("step", step), ("pixel", pixel)):
-        if not SMALLEST <= length <= FARTHEST:
+        if not SMALLEST <= length <= LARGEST:
             hint = "it is in mm: use a larger one" if length < SMALLEST else "it is in mm: use a smaller one"
             raise fail("E114", f"a {name} of {length:g} mm makes no layers", hint=hint)
     counts = [max(1, math.ceil(s / h - SLACK)) for s, h in zip(box.size, (pixel, pixel, step), strict=True)]

@@ -127,6 +127,10 @@ def _foreign(span: Span) -> Diagnostic:
         hint, ours = OTHER_LANGUAGES[text]
         edit = None if ours is None else Edit(span, ours)
         return Diagnostic("E001", f"`{text}` is not a sign of Pore", span, hint=hint, edit=edit)
+    before = span.source.text[max(0, span.start - 1) : span.start]
+    if before.isdigit() and re.match(r"'\d", text):
+        mark = Span(span.source, span.start, span.start + 1)
+        return Diagnostic("E001", "a number has no separators", mark, hint="leave the `'` out", edit=Edit(mark, ""))
     inner = text[1:-1] if len(text) > 1 and text[-1] in "'\"“”„‟" else text[1:]
     return Diagnostic(
         "E004",

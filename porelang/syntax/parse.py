@@ -19,6 +19,7 @@ from porelang.syntax.builder import Bare, Builder
 from porelang.syntax.failure import Failure
 from porelang.syntax.foreign import foreign_symbol
 from porelang.syntax.mistakes import explain
+from porelang.syntax.mistakes.statements import check_in_parentheses
 from porelang.syntax.tables import pack, unpack
 from porelang.syntax.tokens import LEXER_ONLY, LexedToken, RawStatement, Token, split_statements, tokenize
 
@@ -138,6 +139,8 @@ def _followed(statements: Iterator[RawStatement]) -> Iterator[tuple[RawStatement
 def _statement(raw: RawStatement, following: Token | None) -> tree.Statement:
     if raw.error is not None:
         raise PoreError(raw.error)
+    if (told := check_in_parentheses(raw.tokens)) is not None:
+        raise PoreError(told)
     statement: tree.Statement | Bare = _parsed(raw.tokens)
     if len(raw.tokens) > DEEPEST and _is_deep(statement):
         hint = "name the inner parts with `let`"

@@ -220,14 +220,26 @@ def misplaced(f: Failure) -> Diagnostic | None:
     if inner == "LBRACE" and f.before.type == "_SEP":
         hint = "a block is `{ let k = ...; value }`; only the last line is its value"
         return f.error("E025", "a block has one value, at its end", hint=hint)
+    if (
+        kind == "COLON"
+        and inner == "LPAR"
+        and f.before.type == "NAME"
+        and f.tokens[f.at - 2].type in ("LPAR", "_COMMA")
+    ):
+        return f.error(
+            "E021", "an argument is named with `=`", hint=f"write `{f.before.text}=...`", edit=f.instead("=")
+        )
     if kind == "_COMMA":
+        if not inner and f.tokens[f.at + 1].type == "$END":
+            return f.error("E021", "a comma cannot stand here", hint="leave it out", edit=f.instead(""))
         if inner == "LBRACE":
             return f.error("E021", "a comma cannot stand in a block", hint="a list is written in `[ ]`")
         if inner == "LBRACK" and f.opening_is_index:
             opened = f.within[-1]
             if opened.starts_line:
                 return new_value(opened, f.tokens[f.tokens.index(opened) - 1].span)
-            return f.error("E021", "an index is one number", hint="write `points[2]`, or `points[2].x`")
+            hint = "write `points[2]`, or `points[2].x`; a list in a call stands in parentheses, `union([a, b])`"
+            return f.error("E021", "an index is one number", hint=hint)
         if not inner:
             return f.error("E021", "a comma cannot stand here", hint="write [a, b, c] for a vector or a list")
     if kind == "COLON":
@@ -239,15 +251,38 @@ def misplaced(f: Failure) -> Diagnostic | None:
     return None
 
 
+#: Words that stand between two solids elsewhere.
+_WORDS = {"union": "|", "unite": "|", "intersection": "&", "intersect": "&", "difference": "\\", "subtract": "\\",
+          "minus": "\\"}  # fmt: skip
+
+
+def _in_binding(f: Failure) -> bool:
+    """Whether the value before ends a `let` or `def` of a block."""
+    for token in reversed(f.tokens[: f.at]):
+        if token.type in ("_SEP", "LBRACE"):
+            return False
+        if token.type in ("LET", "DEF"):
+            return True
+    return False
+
+
 def two_values(f: Failure) -> Diagnostic | None:
     if not f.after_value or f.found.type not in VALUE_START:
         return None
     before, found = f.before, f.found
+    others = (Label(before.span, "this value ends here"),)
     if before.text == "lambda" and found.type == "NAME":
         return _lambda(f)
+    if found.text in _WORDS and f.tokens[f.at + 1].type != "LPAR":
+        sign = _WORDS[found.text]
+        return Diagnostic("E008", f"solids are joined with `{sign}`, not with `{found.text}`", found.span, "", others,
+                          f"write `{sign}`", f.instead(sign))  # fmt: skip
+    if f.inner == "LBRACE" and _in_binding(f):
+        hint = "put `;` between, or begin a new line"
+        return Diagnostic("E025", "the bindings of a block stand on their own lines", found.span, "", others, hint,
+                          f.insert(";"))  # fmt: skip
     if before.type == "NAME" and (theirs := habits.hint(before.text)):
         return Diagnostic("E037", f"`{before.text}` is not a word of Pore", before.span, hint=theirs)
-    others = (Label(before.span, "this value ends here"),)
     if before.type == "NUMBER" and found.type == "NAME" and found.text in UNITS and before.text[-1] in "0123456789.":
         edit = Edit(Span(before.span.source, before.span.end, found.span.start), "")
         return f.error("E002", "a unit touches its number", hint=f"write `{before.text}{found.text}`", edit=edit)

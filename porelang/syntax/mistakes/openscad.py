@@ -28,6 +28,8 @@ class _Untold(Exception):  # noqa: N818 - what cannot be told
 
 def before_its_solid(f: Failure) -> Diagnostic | None:
     """`translate([1, 2, 3]) sphere(5)`, `difference() { ... }`, `for (i=[0:5]) ...`, `module f(r) { ... }`."""
+    if f.within:
+        return None
     start = _start(f)
     word = f.tokens[start]
     if word.type not in ("NAME", "FOR") or (f.at <= start and word.type != "FOR"):

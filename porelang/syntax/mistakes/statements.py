@@ -6,7 +6,8 @@ from porelang.diagnostics import Diagnostic, Edit
 from porelang.source import Span
 from porelang.syntax import habits
 from porelang.syntax.failure import KEYWORDS, Failure, describe, reserved
-from porelang.syntax.tokens import CLOSING, STATEMENTS, VALUE_END, VALUE_START, Token
+from porelang.syntax.tokens import CLOSING, OPENING, STATEMENTS, VALUE_END, VALUE_START, Token
+from porelang.units import UNITS
 
 #: The statements that bind a name.
 NAMED = {"LET": "let", "OUT": "out", "PARAM": "param", "DEF": "def"}
@@ -38,11 +39,15 @@ def other_word(f: Failure) -> Diagnostic | None:
         return None
     if f.at > 1 and f.tokens[f.at - 2].type in STATEMENTS:
         return None
+    if f.head.type == "DEF" and f.inner == "LPAR":
+        return parameters(f)
     ours = OTHER_WORDS[word.text]
     if ours == "use" and f.found.type == "NAME" and f.at == 1:  # `import numpy as np`, `from math import sin`
         whole = Edit(word.span.to(f.tokens[-2].span), "")
         hint = 'leave it out: functions need no prefix, `sin(x)`; a file of yours comes by `use "parts.pore" as parts`'
         return Diagnostic("E008", f"`{word.text}` is not a word of Pore", word.span, hint=hint, edit=whole)
+    if ours == "out" and f.at == 1 and f.tokens[f.at + 1].type != "EQUAL":
+        ours = "out part ="
     hint = f"write `{ours}`" if ours else "leave it out: the value of a block or a def is its last expression"
     end = word.span.end if ours else f.found.span.start
     edit = Edit(Span(word.span.source, word.span.start, end), ours)
@@ -70,6 +75,9 @@ def name_missing(f: Failure) -> Diagnostic | None:
         return None
     if f.found.type in KEYWORDS:
         return reserved(f, f"the name of a `{word}`")
+    if word == "let" and f.found.type in ("LPAR", "LBRACK"):
+        hint = "write `let a = ...`, and so for each; the items of a list are `q[0]`, `q[1]`, those of a vector `q.x`"
+        return f.error("E009", "a `let` binds one name", "name expected", hint)
     got = "" if f.found.type == "$END" else f", not {describe(f.found)}"
     form = {"param": "param w = 30 in 10..60", "def": "def f(a) = a + 1"}.get(word, f"{word} a = 30")
     return f.error("E009", f"a name stands after `{word}`{got}", "name expected", f"write `{form}`")
@@ -99,6 +107,20 @@ def _after_name(f: Failure, head: Token, name: str) -> Diagnostic:
     if f.found.text == "==":
         message = f"`{word}` gives a name its value with `=`; `==` compares"
         return f.error("E011", message, hint="write `=`", edit=f.instead("="))
+    if kind == "IN" and head.type == "PARAM":
+        least = f.tokens[f.at + 1]
+        known = f" = {least.text}" if least.type == "NUMBER" else " = ..."
+        hint = f"a param has a default, which is within its range: `param {name}{known} in ...`"
+        return f.error("E012", f"`param {name}` has no default", "`=` and a value expected", hint,
+                       f.insert(known) if least.type == "NUMBER" else None)  # fmt: skip
+    if kind == "_COMMA":
+        return f.error(
+            "E012", f"a `{word}` binds one name", hint=f"write `{word} {name} = ...`, and so for each of them"
+        )
+    if kind == "LPAR" and head.type == "OUT" and not _is_definition(f):
+        start = f.tokens[1].span.start
+        edit = Edit(Span(head.span.source, start, start), "part = ")
+        return f.error("E012", "an output has a name", hint=f"write `out part = {name}(...)`", edit=edit)
     if kind == "LPAR" and head.type in ("LET", "OUT"):
         function = Edit(head.span, "def") if head.type == "LET" else None
         hint = f"write `def {name}(...) = ...`"
@@ -115,6 +137,32 @@ def _after_name(f: Failure, head: Token, name: str) -> Diagnostic:
     return f.error("E012", f"`=` is missing after `{word} {name}`", "`=` expected", form, f.insert(" ="))
 
 
+def _is_definition(f: Failure) -> bool:
+    """Whether a `=` follows the parentheses that begin here: `out f(x) = ...`."""
+    depth = 0
+    for i in range(f.at, len(f.tokens)):
+        depth += (f.tokens[i].type in OPENING) - (f.tokens[i].type in CLOSING)
+        if depth == 0:
+            return f.tokens[i + 1].type == "EQUAL" if i + 1 < len(f.tokens) else False
+    return False
+
+
+def check_in_parentheses(tokens: list[Token]) -> Diagnostic | None:
+    """`check(c, "message")`, which would be one value of several in parentheses."""
+    kinds = [t.type for t in tokens]
+    if kinds[:2] != ["CHECK", "LPAR"] or kinds[-3:] != ["_COMMA", "STRING", "RPAR"]:
+        return None
+    opened, closed = tokens[1].span, tokens[-1].span
+    inside = Span(opened.source, opened.end, closed.start).text
+    return Diagnostic(
+        "E023",
+        "a `check` has no parentheses",
+        opened.to(closed),
+        hint=f"write `check {inside}`" if len(inside) < 80 else 'write `check c, "message"`',
+        edit=Edit(Span(opened.source, tokens[0].span.end, closed.end), f" {inside}"),
+    )
+
+
 def _after_parameters(f: Failure, name: str) -> Diagnostic:
     if f.found.type in ("ARROW", "COLON", "COMPARE"):
         return f.error("E012", "`=` stands before the body of a `def`", hint="write `=`", edit=f.instead("="))
@@ -127,8 +175,12 @@ def _after_parameters(f: Failure, name: str) -> Diagnostic:
 def param_range(f: Failure) -> Diagnostic | None:
     if f.head.type != "PARAM" or f.within or f.value_wanted or f.at < 4:
         return None
+    if f.before.type == "NUMBER" and f.found.text in UNITS:
+        return None
     name = f.tokens[1].text
     kinds = [t.type for t in f.tokens[: f.at]]
+    if f.found.type == "_COMMA" and "IN" in kinds:
+        return f.error("E013", "no comma stands in a param", hint="leave it out", edit=f.instead(""))
     if "IN" not in kinds:
         if f.found.type in ("$END", "STRING"):
             hint = f"write `param {name} = ... in lo..hi`, or `in {{a, b, c}}` for a choice; a fixed value is a `let`"
@@ -137,6 +189,10 @@ def param_range(f: Failure) -> Diagnostic | None:
             return f.error("E013", "`in` is missing before the range", "`in` expected", "put it in", f.insert(" in"))
         return None
     if "DOTS" not in kinds and "SET" not in kinds:
+        ends = _two_ends(f, kinds.index("IN") + 1)
+        if ends is not None:
+            message = "a range has two limits with `..` between"
+            return f.error("E013", message, "", f"write `in {ends.text}`", ends)
         hint = "write `in lo..hi`, with two dots, or `in {a, b, c}`"
         return f.error("E013", "a range has two limits with `..` between", "`..` expected", hint)
     if f.found.type == "DOTS":
@@ -145,6 +201,21 @@ def param_range(f: Failure) -> Diagnostic | None:
         hint = 'write `step s` for a step, and the description in quotes: "unit cell"'
         return f.error("E013", f"`{f.found.text}` does not belong to a param", hint=hint)
     return None
+
+
+def _two_ends(f: Failure, start: int) -> Edit | None:
+    """`[1mm, 9mm]`, `1mm-9mm` and `1mm to 9mm`, which are meant as a range."""
+    tokens = f.tokens[start:]
+    if tokens[0].type == "LBRACK":
+        tokens = tokens[1:4] if len(tokens) > 4 and tokens[4].type == "RBRACK" else []
+        last = f.tokens[start + 4] if tokens else None
+    else:
+        tokens = tokens[:3]
+        last = tokens[-1]
+    between = tokens[1].type in ("_COMMA", "MINUS") or tokens[1].text in ("to", "until") if len(tokens) == 3 else False
+    if last is None or not between or tokens[0].type != "NUMBER" or tokens[2].type != "NUMBER":
+        return None
+    return Edit(f.tokens[start].span.to(last.span), f"{tokens[0].text}..{tokens[2].text}")
 
 
 def use(f: Failure) -> Diagnostic | None:
@@ -216,6 +287,15 @@ def parameters(f: Failure) -> Diagnostic | None:
         return reserved(f, "a parameter")
     if f.found.text == "==":
         return f.error("E011", "a default is given with `=`; `==` compares", hint="write `=`", edit=f.instead("="))
+    if f.found.type == "COMPARE" and f.tokens[f.at - 2].type == "COLON":
+        parameter = f.tokens[f.at - 3].text
+        hint = f"write `{parameter}: {f.before.text} where {parameter} {f.found.text} ...`"
+        return f.error("E024", "a contract stands after `where`", "", hint, f.insert(f" where {parameter}"))
+    if f.found.type == "NAME" and f.before.type == "NAME" and OTHER_WORDS.get(f.before.text) == "let":
+        kind = "vector" if f.before.text == "vec3" else "number"
+        ours = f"{f.found.text}: {kind}"
+        return Diagnostic("E024", "the kind of a parameter stands behind it", f.before.span, hint=f"write `{ours}`",
+                          edit=Edit(f.before.span.to(f.found.span), ours))  # fmt: skip
     if f.found.type == "NAME" and f.before.type == "NAME":
         return f.error("E024", "a comma is missing between two parameters", hint=hint, edit=f.insert(","))
     return f.error("E024", f"{describe(f.found)} does not fit in a list of parameters", hint=hint)
