@@ -81,6 +81,7 @@ DOUBTED = [
     ("repeat(translate(sphere(4), [5, 0, 0]), 10, counts=[4, 1, 1])", "W215"),
     # exchanged arguments
     ("shell(0.5, gyroid(10)) & cube(20)", "W216"),
+    ("0.5 |> shell(gyroid(10)) & cube(20)", "W216"),
     ("offset(2, box([10, 20, 30]))", "W216"),
     ("scale(2, sphere(5))", "W216"),
     # layout
@@ -203,7 +204,7 @@ def test_an_edit_mends_what_it_is_for(text: str, code: str) -> None:
 
 
 def test_most_doubts_of_the_text_come_with_an_edit() -> None:
-    assert {code for _, code in EDITED} >= {"W212", "W213", "W214", "W216", "W217", "W218"}
+    assert {code for _, code in EDITED} >= {"W212", "W213", "W214", "W215", "W216", "W217", "W218"}
 
 
 # ---- what is right as it is -----------------------------------------------------------------------------------------

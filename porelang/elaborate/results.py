@@ -97,7 +97,8 @@ class Suspicion:
     "total": the two solids that are added or subtracted. "copies": a body, its copies, and the size of their cells
     (none, or three nodes). "apart": two solids of which one is cut by the other. "pores": a lattice that was made into
     walls. "seam": a lattice that meets itself along y, and after how many mm. `argument` is the
-    place that an edit would change, `name` the function or the operator, `period` that of the lattice.
+    place that an edit would change, `name` the function or the operator, `instead` what might stand there, `period`
+    that of the lattice.
     """
 
     what: Literal["length", "total", "copies", "apart", "pores", "seam"]
@@ -105,6 +106,7 @@ class Suspicion:
     nodes: tuple[Node, ...]
     argument: Span | None = None
     name: str = ""
+    instead: str = ""
     period: Node | None = None
 
 

@@ -25,6 +25,7 @@ from porelang.units import LENGTH
 DEGREES_FROM = 10.0
 _COPIES = re.compile(r"^Copies: (\w+)(?:, in cells of (\w+))?$", re.MULTILINE)
 _CLOSES = re.compile(r"^Closes: (\w+) along y after (\w+)$", re.MULTILINE)
+_INSTEAD = re.compile(r"^Instead: (.*)$", re.MULTILINE)
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)(?![\w.%])")
 #: Operations that want both sides in one unit.
 COMPARING = frozenset({"add", "sub", "min", "max", "lt", "le", "eq"})
@@ -91,8 +92,7 @@ def degrees(ctx: Context, value: Value, place: Span, called: str, rate: bool = F
     number = ctx.constant(n) if info is None or info.choices else info.default
     if not isinstance(number, float) or not DEGREES_FROM <= abs(number) < math.inf:
         return
-    named = _NAMED.match(place.text)
-    whole = Span(place.source, place.start + (named.end() if named else 0), place.end)
+    whole = _value_of(place)
     text = whole.text
     numbers = [m for m in _NUMBER.finditer(text) if float(m[1]) >= DEGREES_FROM]
     in_radians = re.search(r"\b(pi|tau|rad|turn)\b", text) is not None
@@ -194,7 +194,7 @@ def _swapped(
     if plain is None or solid is None:
         return False
     texts = {name: g.span.text for name, g in given.items()}
-    if all(g.name is None for g in given.values()) and "|>" not in site.span.text:
+    if all(g.name is None and g.span.start >= site.span.start for g in given.values()):  # none is piped
         texts[plain], texts[solid] = texts[solid], texts[plain]
         call = f"{site.function.span.text}({', '.join(texts.values())})"
         edit = Edit(site.span, call) if site.span.text.startswith(site.function.span.text + "(") else None
@@ -224,25 +224,48 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
         body, cell = bound.get(fact[1]), bound.get(fact[2] or "")
         if isinstance(body, Scalar) and body.node.axes:
             sizes = cell.nodes if isinstance(cell, Vector) else (cell.node,) * 3 if isinstance(cell, Scalar) else ()
+            place = ctx.users_place(site.span)
+            whole = all(g.span.start >= place.start for g in given.values()) and place == site.span  # not piped
             ctx.suspect(
-                Suspicion("copies", ctx.users_place(site.span), (body.node, result.node, *sizes), None, function.name)
+                Suspicion(
+                    "copies",
+                    place,
+                    (body.node, result.node, *sizes),
+                    place if whole else None,
+                    function.name,
+                    _instead(definition, given),
+                )
             )
     if fact := _CLOSES.search(definition.doc):
         field, turn = bound.get(fact[1]), bound.get(fact[2])
         if isinstance(field, Scalar) and isinstance(turn, Scalar):
             found = nature(ctx.natures, field.node)
             if found is not None and found.raw:
-                place = given[fact[2]].span if fact[2] in given else None
                 ctx.suspect(
                     Suspicion(
                         "seam",
                         ctx.users_place(site.span),
                         (field.node, turn.node),
-                        place,
+                        given[fact[2]].span if fact[2] in given else None,
                         function.name,
                         period=found.period,
                     )
                 )
+
+
+def _instead(definition: tree.Def, given: Mapping[str, Given]) -> str:
+    """What the documentation proposes in place of a call, with the texts of its arguments."""
+    proposed = _INSTEAD.search(definition.doc)
+    if proposed is None:
+        return ""
+    texts = {name: _value_of(g.span).text for name, g in given.items()}
+    return re.sub(r"\w+", lambda word: texts.get(word[0], word[0]), proposed[1])
+
+
+def _value_of(argument: Span) -> Span:
+    """The value of an argument that may have its name before it."""
+    named = _NAMED.match(argument.text)
+    return Span(argument.source, argument.start + (named.end() if named else 0), argument.end)
 
 
 # ---- layout ---------------------------------------------------------------------------------------------------------

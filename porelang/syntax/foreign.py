@@ -99,6 +99,7 @@ def _character(span: Span) -> Diagnostic:
         ours = LOOK_ALIKES[char]
         shown = f"`{char}` (U+{ord(char):04X})" if char.isprintable() else f"the invisible character U+{ord(char):04X}"
         hint = f"write `{ours}`" if ours else "leave it out"
+        hint += ", or `\\` for a solid without another" if ours == "-" else ""
         return Diagnostic("E001", f"{shown} is not a sign of Pore", span, hint=hint, edit=Edit(span, ours))
     if char.isprintable() and char.isalpha():
         message = f"`{char}` cannot stand in a name"
