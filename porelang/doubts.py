@@ -248,15 +248,15 @@ def _gap(a: Box | None, b: Box | None) -> str:
 
 def _pores(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     """Whether a wall is solid, or void, whatever value its lattice has."""
-    (walls,) = s.nodes
+    walls, around = s.nodes
     lattices = [n for n in order([walls], within) if n in found.lattices]
     if not lattices:
         return None
-    points = np.random.default_rng(1).uniform(-60, 60, (SAMPLES // 10, 3))
-    at = _sampler(lattices, bindings)
-    if at is None:
+    points, at = _inside(around, bindings), _sampler(lattices, bindings)
+    if points is None or at is None:
         return None
-    ranges = at(points)
+    points = points[:500]
+    ranges = at(np.random.default_rng(1).uniform(-100, 100, (1000, 3)))
     stand_in = {n: param(f"the value of lattice {i}") for i, n in enumerate(lattices)}
     replaced = flatten(substitute([walls], stand_in)[0])
     if any(n not in bindings for n in order(replaced, within) if n.op in SLOTS and n not in stand_in.values()):
@@ -288,9 +288,9 @@ def _between(values: Points, share: float) -> float:
 
 
 def _seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
-    lattice, turn = s.nodes
+    lattice, turn, made = s.nodes
     full = _number(turn, bindings)
-    if full is None or full == 0 or _closes(lattice, full, bindings):
+    if full is None or full == 0 or _closes(lattice, full, bindings) or not _seen(made, found, bindings):
         return None
     period = None if s.period is None else _number(s.period, bindings)
     hint, edit = "take a whole multiple of the lattice's period", None
@@ -309,6 +309,26 @@ def _seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | N
         hint,
         edit=edit,
     )
+
+
+def _seen(made: Node, found: Elaborated, bindings: Bindings) -> bool:
+    """Whether what lies at x < 0, y = 0 of a field can be seen in an output: a sector beside it has no seam."""
+    random = np.random.default_rng(1)
+    x = -(10 ** random.uniform(-1, 2.5, SAMPLES))
+    z = random.uniform(-1, 1, SAMPLES) * 10 ** random.uniform(0, 2.5, SAMPLES)
+    for output in found.outputs.values():
+        reached = order(output.nodes, lambda n: n.args[1:] if n.op == "at" else within(n))
+        if made not in reached:  # it is not in it, or it was moved
+            if made in order(output.nodes, within):
+                return True
+            continue
+        at = _sampler(output.nodes, bindings)
+        if at is None:
+            return True
+        sides = [np.stack([x, 1e-6 * side * x, z], axis=1) for side in (-1, 1)]
+        if any(bool(((a < 0) != (b < 0)).any()) for a, b in zip(at(sides[0]), at(sides[1]), strict=True)):
+            return True
+    return False
 
 
 def _closes(lattice: Node, turn: float, bindings: Bindings) -> bool:

@@ -51,11 +51,12 @@ def _doubt(
 # ---- numbers --------------------------------------------------------------------------------------------------------
 
 
-def length_on_lattice(ctx: Context, numbers: Sequence[Value], span: Span) -> None:
+def length_on_lattice(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], span: Span) -> None:
     """Suspect a sum or a comparison of a raw lattice and a length."""
     if len(numbers) != 2:
         return
-    for field, length in (numbers, numbers[::-1]):
+    one, other = numbers
+    for field, length, at in ((one, other, places[1]), (other, one, places[0])):
         if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
             continue
         if (
@@ -68,19 +69,14 @@ def length_on_lattice(ctx: Context, numbers: Sequence[Value], span: Span) -> Non
         found = nature(ctx.natures, field.node)
         if found is not None and found.raw:
             place = ctx.users_place(span)
-            given = ctx.given_at.get(place, {})
-            argument = next(
-                (g for g in given.values() if isinstance(g.value, Scalar) and g.value.dimension == LENGTH), None
-            )
-            ctx.suspect(
-                Suspicion(
-                    "length",
-                    place,
-                    (field.node, length.node if argument is None else argument.value.node),  # type: ignore[union-attr]  # a Scalar
-                    None if argument is None else argument.span,
-                    period=found.period,
-                )
-            )
+            given = ctx.given_at.get(place, {}).values()
+            argument = next((g for g in given if isinstance(g.value, Scalar) and g.value.dimension == LENGTH), None)
+            if argument is not None and isinstance(argument.value, Scalar):
+                nodes, said, spot = (field.node, argument.value.node), argument.span, place
+            else:  # an operator in the user's text
+                nodes, said, spot = (field.node, length.node), None, place if at.source.prelude else at
+            ctx.suspect(Suspicion("length", spot, nodes, said, period=found.period))
+            return
 
 
 def degrees(ctx: Context, value: Value, place: Span, called: str, rate: bool = False) -> None:
@@ -95,11 +91,10 @@ def degrees(ctx: Context, value: Value, place: Span, called: str, rate: bool = F
     whole = _value_of(place)
     text = whole.text
     numbers = [m for m in _NUMBER.finditer(text) if float(m[1]) >= DEGREES_FROM]
-    in_radians = re.search(r"\b(pi|tau|rad|turn)\b", text) is not None
+    large = {float(m[1]) for m in numbers}
     # 0.7 * i is what spreads things out in radians, sin(12.9898 * i) what makes up random numbers
-    if in_radians or not (
-        any(float(m[1]) * 2 % 1 == 0 for m in numbers) if re.search(r"\d", text) else number * 4 % 1 == 0
-    ):
+    as_degrees = number * 4 % 1 == 0 and (any(v * 2 % 1 == 0 for v in large) or not re.search(r"\d", text))
+    if re.search(r"\b(pi|tau|rad|turn)\b", text) or not (as_degrees or large & {180.0, 360.0}):
         return
     label, edit = f"{number / math.tau:.3g} turns", None
     if rate:
@@ -144,13 +139,14 @@ def cut(ctx: Context, op: str, a: tuple[Value, Span], b: tuple[Value, Span], mad
     if span.source.prelude or not (isinstance(made, Scalar) and made.node.axes):
         return
     natures = []
-    for value, place in (a, b):
-        if not isinstance(value, Scalar):
+    for (value, place), (other, _) in ((a, b), (b, a)):
+        if not isinstance(value, Scalar) or not isinstance(other, Scalar):
             return
         known = nature(ctx.natures, value.node)
         natures.append(known)
-        if known is not None and known.raw and not known.plain and value.node.op not in ("max", "min", "select"):
-            ctx.suspect(Suspicion("pores", place, (value.node,)))
+        walls = known is not None and known.raw and not known.plain and value.node.op not in ("max", "min", "select")
+        if walls and op == "&":
+            ctx.suspect(Suspicion("pores", place, (value.node, other.node)))
     if op == "|" or None in natures or made.node.depends & ~ALL_AXES:  # what a param moves may well miss
         return
     first, second = made.node.args
@@ -245,7 +241,7 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
                     Suspicion(
                         "seam",
                         ctx.users_place(site.span),
-                        (field.node, turn.node),
+                        (field.node, turn.node, result.node),
                         given[fact[2]].span if fact[2] in given else None,
                         function.name,
                         period=found.period,
