@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.box import Box, part_box
+from porelang.analysis.sampled import MOST, Points, inside_of, number, sampler
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.elaborate.results import Elaborated, ParamInfo, Suspicion
@@ -21,9 +22,8 @@ from porelang.ir import SLOTS, Node, X, Y, Z, node, order, param, substitute, wi
 from porelang.rewrites import flatten
 from porelang.source import Span
 
-Points = NDArray[np.float64]
-#: Points at which a suspicion is looked at, and how many of them make it one.
-SAMPLES, FEW = 4000, 8
+#: As many of the points that were looked at make a suspicion a doubt.
+FEW = 8
 #: Nodes that are looked at for one program: more take longer than a warning is worth.
 MOST_NODES, MOST_CUTS = 5000, 10
 #: Boxes are looked for of graphs up to this size.
@@ -54,61 +54,6 @@ def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
     ]
 
 
-# ---- values ---------------------------------------------------------------------------------------------------------
-
-
-#: The values of some nodes at points (n, 3), each (n,).
-Sampler = Callable[[Points], list[Points]]
-
-
-def _sampler(roots: Sequence[Node], bindings: Bindings) -> Sampler | None:
-    """The values of nodes at points; None where that would take long to find."""
-    flat = flatten(*roots)
-    if any(n not in bindings for n in order(flat, within) if n.op in SLOTS):
-        return None
-    fields = [NumpyField(Formula((r,), bindings), "f64", 1) for r in flat]
-
-    def at(points: Points) -> list[Points]:
-        with np.errstate(all="ignore"):
-            return [np.broadcast_to(np.asarray(f.at(points), np.float64), len(points)) for f in fields]
-
-    return at
-
-
-def _number(n: Node, bindings: Bindings) -> float | None:
-    """The value of a node that is the same everywhere."""
-    at = None if n.axes else _sampler([n], bindings)
-    value = np.nan if at is None else float(at(np.zeros((1, 3)))[0][0])
-    return value if np.isfinite(value) else None
-
-
-def _inside(body: Node, bindings: Bindings) -> Points | None:
-    """Points spread evenly within a solid; None where samples find none of it, or no end.
-
-    Samples of several scales find some of it, and a box round what was found is widened until it grows no more. A box
-    that encloses it for certain would take ten times as long to find.
-    """
-    at = _sampler([body], bindings)
-    if at is None:
-        return None
-    random = np.random.default_rng(1)
-    points = random.uniform(-1, 1, (2 * SAMPLES, 3)) * np.repeat([[2.0], [8.0], [32.0], [128.0]], SAMPLES // 2, 0)
-    before = 0.0
-    for _ in range(12):
-        (values,) = at(points)
-        inside: Points = points[values < 0]
-        if not len(inside):
-            return None
-        lo, hi = inside.min(axis=0), inside.max(axis=0)
-        size = float(np.prod(hi - lo))
-        if size < 1.02 * before and len(inside) > SAMPLES // 50:
-            return inside
-        before = max(size, before)
-        more = 0.2 * (hi - lo) + float(np.abs(values[values < 0]).max())
-        points = random.uniform(lo - more, hi + more, (SAMPLES, 3))
-    return None
-
-
 def _figures(value: float) -> str:
     return f"{value:.3g}"
 
@@ -121,7 +66,7 @@ def _length(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic |
     said = s.argument or s.span
     text = _value_span(said).text
     slope = _slope(lattice, bindings)
-    mm = _number(length, bindings)
+    mm = number(length, bindings)
     message = f"`{text}` is a length, and the values of a raw lattice are not in mm"
     label = "counts as a number of the lattice's own units"
     porous = "for a porosity there are `to_porosity` and `shell_to_porosity`"
@@ -129,7 +74,7 @@ def _length(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic |
     edit = None
     if slope is not None and mm is not None and mm > 0:
         about = _figures(mm / slope)
-        period = None if s.period is None else _number(s.period, bindings)
+        period = None if s.period is None else number(s.period, bindings)
         label += f", about {about} mm{_with(order([lattice, length]), found.params)}"
         raw = _figures(mm * slope)
         varies = period is not None and s.period is not None and s.period.op == "param"
@@ -153,8 +98,8 @@ def _with(nodes: Sequence[Node], params: Mapping[str, ParamInfo]) -> str:
 
 def _slope(lattice: Node, bindings: Bindings) -> float | None:
     """The thickness that one unit of a field's value takes on average where it is 0, inverted: 1 / mean(1 / |grad|)."""
-    points = np.random.default_rng(1).uniform(-100, 100, (2 * SAMPLES, 3))
-    at = _sampler([lattice, *(node("d", lattice, value=i) for i in range(3))], bindings)
+    points = np.random.default_rng(1).uniform(-100, 100, (2 * MOST, 3))
+    at = sampler([lattice, *(node("d", lattice, value=i) for i in range(3))], bindings)
     if at is None:
         return None
     value, *slopes = at(points)
@@ -168,7 +113,7 @@ def _slope(lattice: Node, bindings: Bindings) -> float | None:
 
 def _total(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     a, b = s.nodes
-    both = _inside(node("max", a, b), bindings)
+    both = inside_of(node("max", a, b), bindings)
     if both is None:  # of two that are apart it is the region nearer to one: that may be meant
         return None
     what, instead = ("the difference", "\\") if s.name == "-" else ("the union", "|")
@@ -184,8 +129,8 @@ def _total(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
 
 def _copies(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     body, copies, *cell = s.nodes
-    points, at = _inside(body, bindings), _sampler([copies], bindings)
-    sizes = [_number(w, bindings) for w in cell] or [0.0] * 3
+    points, at = inside_of(body, bindings), sampler([copies], bindings)
+    sizes = [number(w, bindings) for w in cell] or [0.0] * 3
     if points is None or at is None or any(w is None for w in sizes):
         return None
     points = points[:1500]
@@ -219,8 +164,8 @@ def _apart(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
     a, b = s.nodes
     if s.name == "\\":
         b = node("neg", b)
-    points = _inside(b, bindings)
-    at = _sampler([a], bindings)
+    points = inside_of(b, bindings)
+    at = sampler([a], bindings)
     if points is None or at is None or (at(points)[0] < 0).any():
         return None
     (flat,) = flatten(node("max", a, b))
@@ -252,7 +197,7 @@ def _pores(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
     lattices = [n for n in order([walls], within) if n in found.lattices]
     if not lattices:
         return None
-    points, at = _inside(around, bindings), _sampler(lattices, bindings)
+    points, at = inside_of(around, bindings), sampler(lattices, bindings)
     if points is None or at is None:
         return None
     points = points[:500]
@@ -289,10 +234,10 @@ def _between(values: Points, share: float) -> float:
 
 def _seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     lattice, turn, made = s.nodes
-    full = _number(turn, bindings)
+    full = number(turn, bindings)
     if full is None or full == 0 or _closes(lattice, full, bindings) or not _seen(made, found, bindings):
         return None
-    period = None if s.period is None else _number(s.period, bindings)
+    period = None if s.period is None else number(s.period, bindings)
     hint, edit = "take a whole multiple of the lattice's period", None
     if period:
         times = max(1, round(full / period))
@@ -314,15 +259,15 @@ def _seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | N
 def _seen(made: Node, found: Elaborated, bindings: Bindings) -> bool:
     """Whether what lies at x < 0, y = 0 of a field can be seen in an output: a sector beside it has no seam."""
     random = np.random.default_rng(1)
-    x = -(10 ** random.uniform(-1, 2.5, SAMPLES))
-    z = random.uniform(-1, 1, SAMPLES) * 10 ** random.uniform(0, 2.5, SAMPLES)
+    x = -(10 ** random.uniform(-1, 2.5, MOST))
+    z = random.uniform(-1, 1, MOST) * 10 ** random.uniform(0, 2.5, MOST)
     for output in found.outputs.values():
         reached = order(output.nodes, lambda n: n.args[1:] if n.op == "at" else within(n))
         if made not in reached:  # it is not in it, or it was moved
             if made in order(output.nodes, within):
                 return True
             continue
-        at = _sampler(output.nodes, bindings)
+        at = sampler(output.nodes, bindings)
         if at is None:
             return True
         sides = [np.stack([x, 1e-6 * side * x, z], axis=1) for side in (-1, 1)]
@@ -333,9 +278,9 @@ def _seen(made: Node, found: Elaborated, bindings: Bindings) -> bool:
 
 def _closes(lattice: Node, turn: float, bindings: Bindings) -> bool:
     """Whether a lattice is the same at y = -turn/2 and y = turn/2, on most of that plane."""
-    points = np.random.default_rng(1).uniform(-100, 100, (SAMPLES // 4, 3))
+    points = np.random.default_rng(1).uniform(-100, 100, (MOST // 4, 3))
     ends = [node("at", lattice, X, (side * 0.5 * turn) + 0.0 * Y, Z) for side in (1, -1)]
-    at = _sampler(ends, bindings)
+    at = sampler(ends, bindings)
     if at is None:
         return True
     one, other = at(points)
