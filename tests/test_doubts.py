@@ -334,6 +334,14 @@ def test_doubts_are_told_by_every_command_and_kept_quiet_on_request(
         assert capsys.readouterr().err.count("W220") == count
 
 
+def test_a_name_that_an_option_reads_is_not_doubted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "part.pore"
+    file.write_text("let room = cube(20)\nsphere(10)")
+    for more, count in ((["--within", "room"], 0), ([], 1)):
+        assert main(["measure", str(file), "--resolution", "12", *more]) == 0
+        assert capsys.readouterr().err.count("W220") == count
+
+
 def test_a_field_is_told_to_have_no_end_in_a_note(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "field.pore"
     file.write_text("gyroid(10)")

@@ -19,7 +19,8 @@ def load(options: Namespace) -> Program:
     if program is None:
         raise PoreError(found)
     if not getattr(options, "quiet", False):
-        report.say(found)
+        named = {getattr(options, "within", None), getattr(options, "field", None)}
+        report.say(d for d in found if d.code != "W220" or d.span is None or d.span.text not in named)
         if settings := dict(getattr(options, "settings", None) or ()):
             report.say(off_step(program.params, settle(program.params, settings)))
     return program
