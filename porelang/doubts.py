@@ -12,7 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.box import Box, part_box, unbounded_axes
+from porelang.analysis.box import Box, part_box
+from porelang.analysis.sampled import MOST, Points, inside_of, number, sampler
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.elaborate.results import Elaborated, ParamInfo, Suspicion
@@ -21,11 +22,10 @@ from porelang.ir import SLOTS, Node, X, Y, Z, node, order, param, substitute, wi
 from porelang.rewrites import flatten
 from porelang.source import Span
 
-Points = NDArray[np.float64]
-#: Points at which a suspicion is looked at, and how many of them make it one.
-SAMPLES, FEW = 4000, 8
-#: A larger graph than this takes longer to look at than a warning is worth.
-LARGEST = 20_000
+#: As many of the points that were looked at make a suspicion a doubt.
+FEW = 8
+#: Nodes that are looked at for one program: more take longer than a warning is worth.
+MOST_NODES, MOST_CUTS = 5000, 10
 #: Boxes are looked for of graphs up to this size.
 CLOSE = 400
 #: Values of a lattice that are tried, from the least to the greatest.
@@ -38,54 +38,20 @@ def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
     looked_at = [
         s for s in found.suspicions if s.what != "apart" or node("max", *s.nodes) not in whole or s.name != "&"
     ]
-    out = [d for s in looked_at if (d := _LOOKS[s.what](s, found, bindings)) is not None]
+    out: list[Diagnostic] = []
+    spent = cuts = 0
+    for s in looked_at:
+        spent += len(order(s.nodes, within))
+        cuts += s.what == "apart"
+        if spent > MOST_NODES or (s.what == "apart" and cuts > MOST_CUTS):
+            continue
+        if (d := _LOOKS[s.what](s, found, bindings)) is not None:
+            out.append(d)
     return [
         *out,
         *_unread(found),
         *off_step(found.params, {k: i.default for k, i in found.params.items()}, default=True),
     ]
-
-
-# ---- values ---------------------------------------------------------------------------------------------------------
-
-
-def _values(roots: Sequence[Node], points: Points, bindings: Bindings) -> list[NDArray[np.float64]] | None:
-    """The values of nodes at points (n, 3), each (n,); None where that would take long to find."""
-    if sum(1 for _ in order(roots, within)) > LARGEST:
-        return None
-    flat = flatten(*roots)
-    if any(n not in bindings for n in order(flat, within) if n.op in SLOTS):
-        return None
-    with np.errstate(all="ignore"):
-        return [
-            np.broadcast_to(np.asarray(NumpyField(Formula((r,), bindings), "f64", 1).at(points)), len(points))
-            for r in flat
-        ]
-
-
-def _number(n: Node, bindings: Bindings) -> float | None:
-    """The value of a node that is the same everywhere."""
-    found = None if n.axes else _values([n], np.zeros((1, 3)), bindings)
-    return float(found[0][0]) if found is not None and np.isfinite(found[0][0]) else None
-
-
-def _inside(body: Node, bindings: Bindings) -> Points | None:
-    """Points within a solid; None where it has no end, or is not to be found in its box."""
-    (flat,) = flatten(body)
-    if any(n not in bindings for n in order([flat], within) if n.op in SLOTS) or len(order([flat])) > CLOSE:
-        return None
-    box = part_box(Formula((flat,), bindings))
-    if box is None or unbounded_axes(box):
-        return None
-    points = np.random.default_rng(1).uniform(box.lo, box.hi, (SAMPLES, 3))
-    values = _values([body], points, bindings)
-    assert values is not None
-    points = points[values[0] < -1e-6 * max(box.size)]
-    return points if len(points) >= FEW else None
-
-
-def _moved(f: Node, by: Sequence[Node | float]) -> Node:
-    return node("at", f, *(axis + shift for axis, shift in zip((X, Y, Z), by, strict=True)))
 
 
 def _figures(value: float) -> str:
@@ -100,7 +66,7 @@ def _length(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic |
     said = s.argument or s.span
     text = _value_span(said).text
     slope = _slope(lattice, bindings)
-    mm = _number(length, bindings)
+    mm = number(length, bindings)
     message = f"`{text}` is a length, and the values of a raw lattice are not in mm"
     label = "counts as a number of the lattice's own units"
     porous = "for a porosity there are `to_porosity` and `shell_to_porosity`"
@@ -108,7 +74,7 @@ def _length(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic |
     edit = None
     if slope is not None and mm is not None and mm > 0:
         about = _figures(mm / slope)
-        period = None if s.period is None else _number(s.period, bindings)
+        period = None if s.period is None else number(s.period, bindings)
         label += f", about {about} mm{_with(order([lattice, length]), found.params)}"
         raw = _figures(mm * slope)
         varies = period is not None and s.period is not None and s.period.op == "param"
@@ -132,11 +98,12 @@ def _with(nodes: Sequence[Node], params: Mapping[str, ParamInfo]) -> str:
 
 def _slope(lattice: Node, bindings: Bindings) -> float | None:
     """The thickness that one unit of a field's value takes on average where it is 0, inverted: 1 / mean(1 / |grad|)."""
-    points = np.random.default_rng(1).uniform(-100, 100, (2 * SAMPLES, 3))
-    found = _values([lattice, *(node("d", lattice, value=i) for i in range(3))], points, bindings)
-    if found is None:
+    points = np.random.default_rng(1).uniform(-100, 100, (2 * MOST, 3))
+    at = sampler([lattice, *(node("d", lattice, value=i) for i in range(3))], bindings)
+    if at is None:
         return None
-    value, gradient = found[0], np.sqrt(found[1] ** 2 + found[2] ** 2 + found[3] ** 2)
+    value, *slopes = at(points)
+    gradient = np.sqrt(slopes[0] ** 2 + slopes[1] ** 2 + slopes[2] ** 2)
     with np.errstate(all="ignore"):
         away = np.abs(value) / gradient
     nearest = np.argsort(np.where(np.isfinite(away), away, np.inf))[: len(points) // 20]
@@ -146,7 +113,7 @@ def _slope(lattice: Node, bindings: Bindings) -> float | None:
 
 def _total(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     a, b = s.nodes
-    both = _inside(node("max", a, b), bindings)
+    both = inside_of(node("max", a, b), bindings)
     if both is None:  # of two that are apart it is the region nearer to one: that may be meant
         return None
     what, instead = ("the difference", "\\") if s.name == "-" else ("the union", "|")
@@ -162,17 +129,15 @@ def _total(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
 
 def _copies(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     body, copies, *cell = s.nodes
-    points = _inside(body, bindings)
-    if points is None:
+    points, at = inside_of(body, bindings), sampler([copies], bindings)
+    sizes = [number(w, bindings) for w in cell] or [0.0] * 3
+    if points is None or at is None or any(w is None for w in sizes):
         return None
-    halves = [0.5 * w for w in cell]
+    points = points[:1500]
     least: NDArray[np.bool_] | None = None
     for bits in range(8 if cell else 1):  # a row of an even number has no copy in the middle
-        shift = [halves[i] if bits >> i & 1 else 0.0 for i in range(3)] if cell else [0.0] * 3
-        values = _values([_moved(copies, shift)], points, bindings)
-        if values is None:
-            return None
-        lost = values[0] > 0
+        shift = [0.5 * w * (bits >> i & 1) for i, w in enumerate(sizes) if w is not None]
+        lost = at(points + shift)[0] > 0
         least = lost if least is None or lost.sum() < least.sum() else least
     assert least is not None
     share = least.sum() / len(points)
@@ -181,16 +146,17 @@ def _copies(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic |
     parts = "sector" if not cell else "cell"
     far = points[least][int(np.argmax(np.abs(points[least]).sum(axis=1)))]
     place = ", ".join(f"{v:.3g}" for v in far)
-    if cell:
-        hint = "take larger cells, or join moved copies: `union([for i in range(n): translate(f, [w * i, 0, 0])])`"
+    if s.instead:
+        hint = f"join copies that are turned one by one: `{s.instead}`"
     else:
-        hint = "join turned copies: `union([for i in range(n): rotate(f, [0, 0, 1], i * 1turn / n)])`"
+        hint = "take larger cells, or join moved copies: `union([for i in range(n): translate(f, [w * i, 0, 0])])`"
     return _warning(
         "W215",
         f"`{s.name}` cuts its copies: each is seen only in its own {parts}, and {max(1, round(100 * share))} % is lost",
         s.span,
         f"({place}) of the body, for one",
         hint,
+        edit=Edit(s.argument, s.instead) if s.argument is not None and s.instead else None,
     )
 
 
@@ -198,14 +164,11 @@ def _apart(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
     a, b = s.nodes
     if s.name == "\\":
         b = node("neg", b)
-    common = node("max", a, b)
-    points = np.random.default_rng(1).uniform(-1, 1, (SAMPLES, 3)) * np.repeat(
-        [[3], [10], [40], [160]], SAMPLES // 4, 0
-    )
-    values = _values([common], points, bindings)
-    if values is None or (values[0] < 0).any():
+    points = inside_of(b, bindings)
+    at = sampler([a], bindings)
+    if points is None or at is None or (at(points)[0] < 0).any():
         return None
-    (flat,) = flatten(common)
+    (flat,) = flatten(node("max", a, b))
     if len(order([flat])) > CLOSE or part_box(Formula((flat,), bindings)) is not None:
         return None
     done = "takes nothing away" if s.name == "\\" else "leaves nothing"
@@ -230,14 +193,15 @@ def _gap(a: Box | None, b: Box | None) -> str:
 
 def _pores(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     """Whether a wall is solid, or void, whatever value its lattice has."""
-    (walls,) = s.nodes
+    walls, around = s.nodes
     lattices = [n for n in order([walls], within) if n in found.lattices]
     if not lattices:
         return None
-    points = np.random.default_rng(1).uniform(-60, 60, (SAMPLES // 10, 3))
-    ranges = _values(lattices, points, bindings)
-    if ranges is None:
+    points, at = inside_of(around, bindings), sampler(lattices, bindings)
+    if points is None or at is None:
         return None
+    points = points[:500]
+    ranges = at(np.random.default_rng(1).uniform(-100, 100, (1000, 3)))
     stand_in = {n: param(f"the value of lattice {i}") for i, n in enumerate(lattices)}
     replaced = flatten(substitute([walls], stand_in)[0])
     if any(n not in bindings for n in order(replaced, within) if n.op in SLOTS and n not in stand_in.values()):
@@ -269,11 +233,11 @@ def _between(values: Points, share: float) -> float:
 
 
 def _seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
-    lattice, turn = s.nodes
-    full = _number(turn, bindings)
-    if full is None or full == 0 or _closes(lattice, full, bindings):
+    lattice, turn, made = s.nodes
+    full = number(turn, bindings)
+    if full is None or full == 0 or _closes(lattice, full, bindings) or not _seen(made, found, bindings):
         return None
-    period = None if s.period is None else _number(s.period, bindings)
+    period = None if s.period is None else number(s.period, bindings)
     hint, edit = "take a whole multiple of the lattice's period", None
     if period:
         times = max(1, round(full / period))
@@ -292,14 +256,34 @@ def _seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | N
     )
 
 
+def _seen(made: Node, found: Elaborated, bindings: Bindings) -> bool:
+    """Whether what lies at x < 0, y = 0 of a field can be seen in an output: a sector beside it has no seam."""
+    random = np.random.default_rng(1)
+    x = -(10 ** random.uniform(-1, 2.5, MOST))
+    z = random.uniform(-1, 1, MOST) * 10 ** random.uniform(0, 2.5, MOST)
+    for output in found.outputs.values():
+        reached = order(output.nodes, lambda n: n.args[1:] if n.op == "at" else within(n))
+        if made not in reached:  # it is not in it, or it was moved
+            if made in order(output.nodes, within):
+                return True
+            continue
+        at = sampler(output.nodes, bindings)
+        if at is None:
+            return True
+        sides = [np.stack([x, 1e-6 * side * x, z], axis=1) for side in (-1, 1)]
+        if any(bool(((a < 0) != (b < 0)).any()) for a, b in zip(at(sides[0]), at(sides[1]), strict=True)):
+            return True
+    return False
+
+
 def _closes(lattice: Node, turn: float, bindings: Bindings) -> bool:
     """Whether a lattice is the same at y = -turn/2 and y = turn/2, on most of that plane."""
-    points = np.random.default_rng(1).uniform(-100, 100, (SAMPLES // 4, 3))
+    points = np.random.default_rng(1).uniform(-100, 100, (MOST // 4, 3))
     ends = [node("at", lattice, X, (side * 0.5 * turn) + 0.0 * Y, Z) for side in (1, -1)]
-    found = _values(ends, points, bindings)
-    if found is None:
+    at = sampler(ends, bindings)
+    if at is None:
         return True
-    one, other = found
+    one, other = at(points)
     return float(np.mean((one < 0) != (other < 0))) < 0.005
 
 

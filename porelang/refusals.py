@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from porelang.analysis.box import UNIVERSE, Box, part_box, unbounded_axes
+from porelang.analysis.sampled import holds_anything, unending
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.elaborate.values import Bool, Scalar, Vector
@@ -23,9 +23,11 @@ from porelang.source import Span
 
 #: Graphs up to this size are looked at without `--measure`: samples of them take less than 0.1 s.
 QUICK = 5000
+#: Samples of the box of a part, with `--measure`.
 SAMPLES = 200_000
+#: In place of an offset that is yet to be found.
 A_LITTLE = 0.1
-NOWHERE = Box((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+END_IT = "intersect it with a shape, `... & box([50, 50, 50])`, or mesh it with --bounds"
 
 
 def refusals(design: Design, measure: bool = False) -> list[Diagnostic]:
@@ -56,7 +58,7 @@ def endless(design: Design) -> str:
     seen = order([root], within)
     if not root.axes or any(n.op in TASKS for n in seen) or len(seen) > QUICK:
         return ""
-    return _far(design.of(name))
+    return unending(design.of(name))
 
 
 def _chosen(program: Program) -> str | None:
@@ -102,12 +104,12 @@ def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> li
         if asked:  # of an offset yet to be found it is known that it leaves both solid and void
             bindings: Bindings = {param(k): v for k, v in design.settings.items()} | dict.fromkeys(asked, A_LITTLE)
             sure = output.made and {n.op for n in asked} <= {"to_porosity", "shell_to_porosity"}
-            axes = _far(Formula(roots, bindings)) if sure else ""
+            axes = unending(Formula(roots, bindings)) if sure else ""
             return [_no_end(design, name, axes)] if axes else []
         formula = design.of(name)
-        if axes := _far(formula):
+        if axes := unending(formula):
             return [_no_end(design, name, axes)] if output.made else []
-        if _anything(formula):
+        if holds_anything(formula):
             return []
     try:
         design.bounds(name)
@@ -120,27 +122,8 @@ def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> li
         if found.code != "E102":
             return [found]
         if output.made and name == chosen:  # a field has none
-            return [_no_end(design, name, unbounded_axes(part_box(design.of(name)) or NOWHERE))]
+            return [replace(found, code="W210", hint=END_IT, severity="warning")]
     return []
-
-
-def _anything(formula: Formula) -> bool:
-    """Whether samples find material."""
-    random = np.random.default_rng(1)
-    points = np.concatenate([random.uniform(-r, r, (1000, 3)) for r in (3, 10, 30, 100, 300)])
-    return bool((NumpyField(formula, "f64", 1).at(points) < 0).any())
-
-
-def _far(formula: Formula) -> str:
-    """The axes along which samples find material as far away as parts are looked for."""
-    random = np.random.default_rng(1)
-    near = random.choice([-1.0, 1.0], (1500, 3)) * 10 ** random.uniform(-2, np.log10(UNIVERSE), (1500, 3))
-    found = ""
-    for i, axis in enumerate("xyz"):
-        points = near.copy()
-        points[:, i] = np.copysign(random.uniform(0.9 * UNIVERSE, UNIVERSE, 1500), near[:, i])
-        found += axis if (NumpyField(formula, "f64", 1).at(points) < 0).any() else ""
-    return ", ".join(found)
 
 
 def _no_end(design: Design, name: str, axes: str) -> Diagnostic:
@@ -150,7 +133,7 @@ def _no_end(design: Design, name: str, axes: str) -> Diagnostic:
         design.program.outputs[name].span,
         "solid as far as one looks (100 m)",
         (),
-        "intersect it with a shape, `... & box([50, 50, 50])`, or mesh it with --bounds",
+        END_IT,
         None,
         "warning",
     )

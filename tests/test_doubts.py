@@ -75,12 +75,14 @@ DOUBTED = [
     ("union([for i in range(6): translate(sphere(3), [20 * cos(60 * i), 20, 0])])", "W214"),
     ("translate(sphere(3), [20 * sin(45), 0, 0])", "W214"),
     ("twist(box([20, 20, 60]), 90)", "W214"),
+    ("union([for i in range(7): rotate(box([30, 5, 5]), [0, 0, 1], 360 / 7 * i)])", "W214"),
     # copies that are cut
     ("ring(capsule([5, 0, 0], [15, 10, 0], 1), 8)", "W215"),
     ("repeat(capsule([0, 0, 0], [8, 0, 0], 1), 10, counts=[3, 1, 1])", "W215"),
     ("repeat(translate(sphere(4), [5, 0, 0]), 10, counts=[4, 1, 1])", "W215"),
     # exchanged arguments
     ("shell(0.5, gyroid(10)) & cube(20)", "W216"),
+    ("0.5 |> shell(gyroid(10)) & cube(20)", "W216"),
     ("offset(2, box([10, 20, 30]))", "W216"),
     ("scale(2, sphere(5))", "W216"),
     # layout
@@ -90,6 +92,7 @@ DOUBTED = [
     # seams
     ("polar(gyroid(6), turn=100) & cylinder(20, 20)", "W218"),
     ("spherical(gyroid(6) |> shell(0.3), 100mm) & sphere(20)", "W218"),
+    ("translate(polar(gyroid(6), turn=100) & cylinder(20, 20), [50, 0, 0])", "W218"),
     ("param w = 6mm in 4mm..10mm\npolar(gyroid(w), turn=100) & cylinder(20, 20)", "W218"),
     # steps and names
     ("param w = 10.3mm in 10mm..60mm step 1mm\ngyroid(w) & sphere(20)", "W219"),
@@ -140,6 +143,10 @@ RIGHT = [
     "polar(gyroid(6), turn=102) & cylinder(20, 20)",
     "param w = 6mm in 4mm..10mm\npolar(gyroid(w), turn=17 * w) & cylinder(20, 20)",
     "polar(box([40, 50, 5]), turn=100)",  # a plate that is bent, open on purpose
+    "polar(gyroid(6), turn=100) & translate(cylinder(8, 20), [15, 0, 0])",  # the seam lies elsewhere
+    "let k = tau / 30\ntranslate(sphere(3), [9 * sin(k * 60), 0, 0])",
+    "gyroid(2) |> thicken(hypot(x, y) / 5 - 1, 1.6) & cylinder(6, 6)",
+    "gyroid(3) |> thicken(2 - hypot(x, y), 3) & translate(cylinder(2, 6), [2, 0, 0])",
     "param w = 6mm in 4mm..10mm\ngyroid(w) |> shell(0.4mm * 9.6 / w) & cube(20)",
     "shell(sphere(10), 0.4mm)",
     "(sphere(10) \\ cube(12)) |> shell(0.4mm)",
@@ -203,7 +210,7 @@ def test_an_edit_mends_what_it_is_for(text: str, code: str) -> None:
 
 
 def test_most_doubts_of_the_text_come_with_an_edit() -> None:
-    assert {code for _, code in EDITED} >= {"W212", "W213", "W214", "W216", "W217", "W218"}
+    assert {code for _, code in EDITED} >= {"W212", "W213", "W214", "W215", "W216", "W217", "W218"}
 
 
 # ---- what is right as it is -----------------------------------------------------------------------------------------
@@ -324,6 +331,14 @@ def test_doubts_are_told_by_every_command_and_kept_quiet_on_request(
     file.write_text("let hole = cylinder(3, 30)\nsphere(10)")
     for more, count in (([], 1), (["-q"], 0)):
         assert main(["mesh", str(file), "-o", str(tmp_path / "a.stl"), "--resolution", "12", *more]) == 0
+        assert capsys.readouterr().err.count("W220") == count
+
+
+def test_a_name_that_an_option_reads_is_not_doubted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "part.pore"
+    file.write_text("let room = cube(20)\nsphere(10)")
+    for more, count in ((["--within", "room"], 0), ([], 1)):
+        assert main(["measure", str(file), "--resolution", "12", *more]) == 0
         assert capsys.readouterr().err.count("W220") == count
 
 

@@ -18,7 +18,8 @@ def load(options: Namespace) -> Program:
     if program is None:
         raise PoreError(found)
     if not getattr(options, "quiet", False):
-        report.say(found)
+        named = {getattr(options, "within", None), getattr(options, "field", None)}
+        report.say(d for d in found if d.code != "W220" or d.span is None or d.span.text not in named)
     return program
 
 

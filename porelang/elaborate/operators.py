@@ -197,7 +197,7 @@ def apply(ctx: Context, row: Op, arguments: Sequence[Value], places: Sequence[Sp
             label=f"this is {numbers[unfit.argument].dimension}",
         )
     if row.name in suspect.COMPARING:
-        suspect.length_on_lattice(ctx, numbers, span)
+        suspect.length_on_lattice(ctx, numbers, places, span)
     elif row.units == "angle":
         suspect.degrees(ctx, numbers[0], places[0], row.name)
     out = lift(lambda *n: node(row.name, *n), numbers, dimension, row.result == "bool")

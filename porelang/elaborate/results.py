@@ -157,8 +157,9 @@ class Suspicion:
     `what` says which nodes there are. "length": a raw lattice, and the length that is added to it or compared with it.
     "total": the two solids that are added or subtracted. "copies": a body, its copies, and the size of their cells
     (none, or three nodes). "apart": two solids of which one is cut by the other. "pores": a lattice that was made into
-    walls. "seam": a lattice that meets itself along y, and after how many mm. `argument` is the
-    place that an edit would change, `name` the function or the operator, `period` that of the lattice.
+    walls, and what they are cut with. "seam": a lattice that meets itself along y, after how many mm, and what is made
+    of it. `argument` is the place that an edit would change, `name` the function or the operator, `instead` what might
+    stand there, `period` that of the lattice.
     """
 
     what: Literal["length", "total", "copies", "apart", "pores", "seam"]
@@ -166,6 +167,7 @@ class Suspicion:
     nodes: tuple[Node, ...]
     argument: Span | None = None
     name: str = ""
+    instead: str = ""
     period: Node | None = None
 
 

@@ -25,6 +25,7 @@ from porelang.units import LENGTH
 DEGREES_FROM = 10.0
 _COPIES = re.compile(r"^Copies: (\w+)(?:, in cells of (\w+))?$", re.MULTILINE)
 _CLOSES = re.compile(r"^Closes: (\w+) along y after (\w+)$", re.MULTILINE)
+_INSTEAD = re.compile(r"^Instead: (.*)$", re.MULTILINE)
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)(?![\w.%])")
 #: Operations that want both sides in one unit.
 COMPARING = frozenset({"add", "sub", "min", "max", "lt", "le", "eq"})
@@ -50,11 +51,12 @@ def _doubt(
 # ---- numbers --------------------------------------------------------------------------------------------------------
 
 
-def length_on_lattice(ctx: Context, numbers: Sequence[Value], span: Span) -> None:
+def length_on_lattice(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], span: Span) -> None:
     """Suspect a sum or a comparison of a raw lattice and a length."""
     if len(numbers) != 2:
         return
-    for field, length in (numbers, numbers[::-1]):
+    one, other = numbers
+    for field, length, at in ((one, other, places[1]), (other, one, places[0])):
         if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
             continue
         if (
@@ -67,19 +69,14 @@ def length_on_lattice(ctx: Context, numbers: Sequence[Value], span: Span) -> Non
         found = nature(ctx.natures, field.node)
         if found is not None and found.raw:
             place = ctx.users_place(span)
-            given = ctx.given_at.get(place, {})
-            argument = next(
-                (g for g in given.values() if isinstance(g.value, Scalar) and g.value.dimension == LENGTH), None
-            )
-            ctx.suspect(
-                Suspicion(
-                    "length",
-                    place,
-                    (field.node, length.node if argument is None else argument.value.node),  # type: ignore[union-attr]  # a Scalar
-                    None if argument is None else argument.span,
-                    period=found.period,
-                )
-            )
+            given = ctx.given_at.get(place, {}).values()
+            argument = next((g for g in given if isinstance(g.value, Scalar) and g.value.dimension == LENGTH), None)
+            if argument is not None and isinstance(argument.value, Scalar):
+                nodes, said, spot = (field.node, argument.value.node), argument.span, place
+            else:  # an operator in the user's text
+                nodes, said, spot = (field.node, length.node), None, place if at.source.prelude else at
+            ctx.suspect(Suspicion("length", spot, nodes, said, period=found.period))
+            return
 
 
 def degrees(ctx: Context, value: Value, place: Span, called: str, rate: bool = False) -> None:
@@ -91,15 +88,13 @@ def degrees(ctx: Context, value: Value, place: Span, called: str, rate: bool = F
     number = ctx.constant(n) if info is None or info.choices else info.default
     if not isinstance(number, float) or not DEGREES_FROM <= abs(number) < math.inf:
         return
-    named = _NAMED.match(place.text)
-    whole = Span(place.source, place.start + (named.end() if named else 0), place.end)
+    whole = _value_of(place)
     text = whole.text
     numbers = [m for m in _NUMBER.finditer(text) if float(m[1]) >= DEGREES_FROM]
-    in_radians = re.search(r"\b(pi|tau|rad|turn)\b", text) is not None
+    large = {float(m[1]) for m in numbers}
     # 0.7 * i is what spreads things out in radians, sin(12.9898 * i) what makes up random numbers
-    if in_radians or not (
-        any(float(m[1]) * 2 % 1 == 0 for m in numbers) if re.search(r"\d", text) else number * 4 % 1 == 0
-    ):
+    as_degrees = number * 4 % 1 == 0 and (any(v * 2 % 1 == 0 for v in large) or not re.search(r"\d", text))
+    if re.search(r"\b(pi|tau|rad|turn)\b", text) or not (as_degrees or large & {180.0, 360.0}):
         return
     label, edit = f"{number / math.tau:.3g} turns", None
     if rate:
@@ -144,13 +139,14 @@ def cut(ctx: Context, op: str, a: tuple[Value, Span], b: tuple[Value, Span], mad
     if span.source.prelude or not (isinstance(made, Scalar) and made.node.axes):
         return
     natures = []
-    for value, place in (a, b):
-        if not isinstance(value, Scalar):
+    for (value, place), (other, _) in ((a, b), (b, a)):
+        if not isinstance(value, Scalar) or not isinstance(other, Scalar):
             return
         known = nature(ctx.natures, value.node)
         natures.append(known)
-        if known is not None and known.raw and not known.plain and value.node.op not in ("max", "min", "select"):
-            ctx.suspect(Suspicion("pores", place, (value.node,)))
+        walls = known is not None and known.raw and not known.plain and value.node.op not in ("max", "min", "select")
+        if walls and op == "&":
+            ctx.suspect(Suspicion("pores", place, (value.node, other.node)))
     if op == "|" or None in natures or made.node.depends & ~ALL_AXES:  # what a param moves may well miss
         return
     first, second = made.node.args
@@ -194,7 +190,7 @@ def _swapped(
     if plain is None or solid is None:
         return False
     texts = {name: g.span.text for name, g in given.items()}
-    if all(g.name is None for g in given.values()) and "|>" not in site.span.text:
+    if all(g.name is None and g.span.start >= site.span.start for g in given.values()):  # none is piped
         texts[plain], texts[solid] = texts[solid], texts[plain]
         call = f"{site.function.span.text}({', '.join(texts.values())})"
         edit = Edit(site.span, call) if site.span.text.startswith(site.function.span.text + "(") else None
@@ -224,25 +220,48 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
         body, cell = bound.get(fact[1]), bound.get(fact[2] or "")
         if isinstance(body, Scalar) and body.node.axes:
             sizes = cell.nodes if isinstance(cell, Vector) else (cell.node,) * 3 if isinstance(cell, Scalar) else ()
+            place = ctx.users_place(site.span)
+            whole = all(g.span.start >= place.start for g in given.values()) and place == site.span  # not piped
             ctx.suspect(
-                Suspicion("copies", ctx.users_place(site.span), (body.node, result.node, *sizes), None, function.name)
+                Suspicion(
+                    "copies",
+                    place,
+                    (body.node, result.node, *sizes),
+                    place if whole else None,
+                    function.name,
+                    _instead(definition, given),
+                )
             )
     if fact := _CLOSES.search(definition.doc):
         field, turn = bound.get(fact[1]), bound.get(fact[2])
         if isinstance(field, Scalar) and isinstance(turn, Scalar):
             found = nature(ctx.natures, field.node)
             if found is not None and found.raw:
-                place = given[fact[2]].span if fact[2] in given else None
                 ctx.suspect(
                     Suspicion(
                         "seam",
                         ctx.users_place(site.span),
-                        (field.node, turn.node),
-                        place,
+                        (field.node, turn.node, result.node),
+                        given[fact[2]].span if fact[2] in given else None,
                         function.name,
                         period=found.period,
                     )
                 )
+
+
+def _instead(definition: tree.Def, given: Mapping[str, Given]) -> str:
+    """What the documentation proposes in place of a call, with the texts of its arguments."""
+    proposed = _INSTEAD.search(definition.doc)
+    if proposed is None:
+        return ""
+    texts = {name: _value_of(g.span).text for name, g in given.items()}
+    return re.sub(r"\w+", lambda word: texts.get(word[0], word[0]), proposed[1])
+
+
+def _value_of(argument: Span) -> Span:
+    """The value of an argument that may have its name before it."""
+    named = _NAMED.match(argument.text)
+    return Span(argument.source, argument.start + (named.end() if named else 0), argument.end)
 
 
 # ---- layout ---------------------------------------------------------------------------------------------------------

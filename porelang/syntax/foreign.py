@@ -153,6 +153,7 @@ def _character(span: Span) -> Diagnostic:
     if ours is not None:
         shown = f"`{char}` (U+{ord(char):04X})" if char.isprintable() else f"the invisible character U+{ord(char):04X}"
         hint = f"write `{ours.strip()}`" if ours.strip() else "begin a new line" if ours else "leave it out"
+        hint += ", or `\\` for a solid without another" if ours == "-" else ""
         return Diagnostic("E001", f"{shown} is not a sign of Pore", span, hint=hint, edit=Edit(span, ours))
     if char.isprintable() and char.isalpha():
         return _letter(span, char)

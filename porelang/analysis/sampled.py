@@ -1,0 +1,93 @@
+"""Fields at points that are drawn at random: where a solid is, and whether it ends.
+
+Nothing here is proven. What samples find is there; what they do not find may be. It is for what need not be certain,
+and has to be known within a few milliseconds, where an enclosing box takes a hundred.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.analysis.box import UNIVERSE
+from porelang.backends.numpy import NumpyField
+from porelang.formula import Bindings, Formula
+from porelang.ir import SLOTS, Node, order, within
+from porelang.rewrites import flatten
+
+Points = NDArray[np.float64]
+#: Points at which a field is looked at.
+MOST = 4000
+
+
+#: The values of some nodes at points (n, 3), each (n,).
+Sampler = Callable[[Points], list[Points]]
+
+
+def sampler(roots: Sequence[Node], bindings: Bindings) -> Sampler | None:
+    """The values of nodes at points; None where that would take long to find."""
+    flat = flatten(*roots)
+    if any(n not in bindings for n in order(flat, within) if n.op in SLOTS):
+        return None
+    fields = [NumpyField(Formula((r,), bindings), "f64", 1) for r in flat]
+
+    def at(points: Points) -> list[Points]:
+        with np.errstate(all="ignore"):
+            return [np.broadcast_to(np.asarray(f.at(points), np.float64), len(points)) for f in fields]
+
+    return at
+
+
+def number(n: Node, bindings: Bindings) -> float | None:
+    """The value of a node that is the same everywhere."""
+    at = None if n.axes else sampler([n], bindings)
+    value = np.nan if at is None else float(at(np.zeros((1, 3)))[0][0])
+    return value if np.isfinite(value) else None
+
+
+def inside_of(body: Node, bindings: Bindings) -> Points | None:
+    """Points spread evenly within a solid; None where samples find none of it, or no end.
+
+    Samples of several scales find some of it, and a box round what was found is widened until it grows no more. A box
+    that encloses it for certain would take ten times as long to find.
+    """
+    at = sampler([body], bindings)
+    if at is None:
+        return None
+    random = np.random.default_rng(1)
+    points = random.uniform(-1, 1, (2 * MOST, 3)) * np.repeat([[2.0], [8.0], [32.0], [128.0]], MOST // 2, 0)
+    before = 0.0
+    for _ in range(12):
+        (values,) = at(points)
+        inside: Points = points[values < 0]
+        if not len(inside):
+            return None
+        lo, hi = inside.min(axis=0), inside.max(axis=0)
+        size = float(np.prod(hi - lo))
+        if size < 1.02 * before and len(inside) > MOST // 50:
+            return inside
+        before = max(size, before)
+        more = 0.2 * (hi - lo) + float(np.abs(values[values < 0]).max())
+        points = random.uniform(lo - more, hi + more, (MOST, 3))
+    return None
+
+
+def holds_anything(formula: Formula) -> bool:
+    """Whether samples about the origin find material."""
+    random = np.random.default_rng(1)
+    points = np.concatenate([random.uniform(-r, r, (1000, 3)) for r in (3, 10, 30, 100, 300)])
+    return bool((NumpyField(formula, "f64", 1).at(points) < 0).any())
+
+
+def unending(formula: Formula) -> str:
+    """The axes along which samples find material beyond where parts are looked for, as text."""
+    random = np.random.default_rng(1)
+    near = random.choice([-1.0, 1.0], (1500, 3)) * 10 ** random.uniform(-2, np.log10(UNIVERSE), (1500, 3))
+    found = ""
+    for i, axis in enumerate("xyz"):
+        points = near.copy()
+        points[:, i] = np.copysign(random.uniform(UNIVERSE, 1.001 * UNIVERSE, 1500), near[:, i])
+        found += axis if (NumpyField(formula, "f64", 1).at(points) < 0).any() else ""
+    return ", ".join(found)
