@@ -9,7 +9,7 @@ from typing import Any
 
 from porelang.analysis.box import block
 from porelang.atomic import destination
-from porelang.checks import broken_checks
+from porelang.checks import broken_checks, doubtful_numbers
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import load
@@ -44,7 +44,7 @@ def mesh(options: Namespace) -> int:
         surface, design, options.out, placed, smooth=options.smooth, sharp=options.sharp, deviation=options.simplify
     )
     surface = refined.surface
-    doubts = too_coarse(design, options, surface)
+    doubts = [*too_coarse(design, options, surface), *doubtful_numbers(design, *design.program.roots(options.out))]
     report.say([] if options.quiet else doubts)
     write(surface, options.output, notes_of(design, options.out))
     seconds = round(time.perf_counter() - start, 3)

@@ -239,10 +239,12 @@ def _pick(test: str, a: Node, b: Node) -> Node:
 
 
 def _cosine(a: Interval, r: Interval) -> Interval:
-    """a / r clipped to -1..1, with room for its own rounding; 0 where r is 0."""
+    """a / r clipped to -1..1, with room for its own rounding, 0 where r is 0; r is never negative."""
     q = iv.div(a, r)
     infinite = (np.isinf(a.lo) | np.isinf(a.hi)) & np.isinf(r.hi)
-    return Interval(np.maximum(q.lo, -1.0), np.minimum(q.hi, 1.0), a.nan | r.nan | infinite)
+    least = np.where((a.lo >= 0) & (r.lo >= 0), 0.0, -1.0)
+    most = np.where((a.hi <= 0) & (r.lo >= 0), 0.0, 1.0)
+    return Interval(np.maximum(q.lo, least), np.minimum(q.hi, most), a.nan | r.nan | infinite)
 
 
 TABLE: dict[str, Op] = {op.name: op for op in _ROWS}

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import cast
@@ -27,10 +26,14 @@ from porelang.source import Span
 from porelang.store import Result
 from porelang.tape import lower
 from porelang.tasks.identity import identity
-from porelang.tasks.numbers.roots import root_of
+from porelang.tasks.numbers.places import Line
+from porelang.tasks.numbers.roots import answer_of, checked, root_of
+from porelang.tasks.numbers.trends import trend
 from porelang.tasks.reach import Reach
 from porelang.tasks.run import READERS, RUN
 
+#: What `solve` says where a number within its error has several answers, or none for a jump.
+_SEVERAL = ("E098", "E099")
 #: Where each task is asked for, so that what goes wrong is told there.
 Places = Mapping[Node, Span]
 
@@ -157,9 +160,12 @@ def _with_errors(
             changes.append(abs(other.value - out.value) + max(0.0, other.error - out.error))
 
         for side in (-1, 1):
-            with suppress(PoreError):
+            try:
                 bound = {**bindings, source: known.value + side * known.error}
                 change(roots, _moved(roots, bound, places, source))
+            except PoreError as error_there:  # a number that cannot be; but of several answers any may be meant
+                if any(d.code in _SEVERAL for d in error_there.diagnostics):
+                    changes.append(math.inf)
         for condition in _undecided(roots, filled, source, known):
             for way in (True, False):
                 others = tuple(_with_choice(root, condition, way) for root in roots)
@@ -168,7 +174,7 @@ def _with_errors(
                 except PoreError:  # an `if` may guard against just that: nothing is known then, but what was found
                     changes.append(math.inf)
         error += max(changes, default=math.inf)
-    return Reduced(out.value, error)
+    return replace(out, error=error)
 
 
 def _undecided(roots: Sequence[Node], filled: Bindings, source: Node, known: Reduced) -> list[Node]:
@@ -221,10 +227,11 @@ def _moved(roots: Sequence[Node], bindings: Bindings, places: Places, source: No
 
 
 def _solved(n: Node, bindings: Bindings, places: Places) -> Result:
-    """The number for which a function, any formula of numbers, takes a value."""
+    """The one number for which a function, any formula of numbers, takes a value."""
     assert isinstance(n.value, int)
     inner, *ends = n.args
     sought = unknown(n.value)
+    lines = _lines(inner, sought, bindings, places)
 
     def function(t: float) -> Reduced:
         def at(roots: Sequence[Node], filled: Bindings) -> Reduced:
@@ -236,6 +243,39 @@ def _solved(n: Node, bindings: Bindings, places: Places) -> Result:
 
     def solution(roots: Sequence[Node], filled: Bindings) -> Reduced:
         target, low, high = (float(v) for v in Formula(tuple(roots), filled).numbers)
-        return root_of(function, target, low, high)
+        checked(target, low, high)
+        if lines is not None:
+            settled, ranged = (Line(formula, sought, target) for formula in lines)
+            return answer_of(ranged, settled, target, low, high)
+        return root_of(function, target, low, high, trend(inner, sought, low, high, bindings) != 0)
 
     return _with_errors(ends, bindings, places, solution)
+
+
+def _lines(inner: Node, sought: Node, bindings: Bindings, places: Places) -> tuple[Formula, Formula] | None:
+    """A formula of what a `solve` looks for, with the numbers that it reads as they are, and as ranges by their errors;
+    None where it asks for numbers again for each value, or reads them in ways that a range does not cover."""
+    if any(m.op in TASKS and m.depends & sought.depends for m in order([inner], within)):
+        return None
+    try:
+        filled = {m: v for m, v in bind_tasks([inner], bindings, places).items() if m is not sought}
+        moved = {m: found for m in _sources([inner], bindings, places) if (found := _number(m, bindings, places)).error}
+    except PoreError:  # of a branch that no value reads, perhaps
+        return None
+    settled = Formula((inner,), filled)
+    direct = {settled.tape.nodes[i] for i in settled.tape.slots}
+    conditions = {settled.tape.nodes[settled.tape.inputs[i][0]] for i in settled.tape.choices}
+    if not moved.keys() <= direct or any(c.depends & sought.depends == 0 and _reads(c, moved) for c in conditions):
+        return None
+    ranges = {m: interval(r.value - r.error, r.value + r.error) for m, r in moved.items()}
+    return settled, settled.bind(ranges)
+
+
+def _reads(root: Node, numbers: Mapping[Node, Reduced]) -> bool:
+    return any(m in numbers for m in order([root], within))
+
+
+def _number(m: Node, bindings: Bindings, places: Places) -> Reduced:
+    found = find(m, bindings, places)
+    assert isinstance(found, Reduced)
+    return found
