@@ -28,7 +28,7 @@ from porelang.tape import lower
 from porelang.tasks.identity import identity
 from porelang.tasks.numbers.places import Line
 from porelang.tasks.numbers.roots import answer_of, checked, root_of
-from porelang.tasks.numbers.trends import trend
+from porelang.tasks.numbers.trends import one_way, trend
 from porelang.tasks.reach import Reach
 from porelang.tasks.run import READERS, RUN
 
@@ -159,7 +159,7 @@ def _with_errors(
             assert isinstance(other, Reduced)
             changes.append(abs(other.value - out.value) + max(0.0, other.error - out.error))
 
-        for side in (-1, 1):
+        for side in _looked_at(roots, filled, source, known):
             try:
                 bound = {**bindings, source: known.value + side * known.error}
                 change(roots, _moved(roots, bound, places, source))
@@ -175,6 +175,20 @@ def _with_errors(
                     changes.append(math.inf)
         error += max(changes, default=math.inf)
     return replace(out, error=error)
+
+
+#: Where a result is looked at that may turn within the error of a number: so far from it, in errors to either side.
+_BETWEEN = (-1.0, -0.7, -0.3, 0.3, 0.7, 1.0)
+
+
+def _looked_at(roots: Sequence[Node], filled: Bindings, source: Node, known: Reduced) -> Sequence[float]:
+    """How many errors from a number its effect is looked at: the ends tell where one root alone reads it, and is proven
+    to rise or to fall with it throughout."""
+    reading = [root for root in roots if source in order([root], within)]
+    ends = known.value - known.error, known.value + known.error
+    if len(reading) == 1 and math.isfinite(known.error) and one_way(reading[0], source, *ends, filled):
+        return (-1.0, 1.0)
+    return _BETWEEN
 
 
 def _undecided(roots: Sequence[Node], filled: Bindings, source: Node, known: Reduced) -> list[Node]:

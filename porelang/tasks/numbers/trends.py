@@ -49,7 +49,7 @@ def _pushes(root: Node, sought: Node, low: float, high: float, known: dict[Node,
     for n in read:
         if n.op in TASKS and n not in known:
             known[n] = None if n.op in DATA else interval(_LEAST.get(n.op, -_FARTHEST), _MOST.get(n.op, _FARTHEST))
-    if _may_jump(root, sought, known):
+    if _may_jump(root, moved, known):
         return [0]
     return [_pushed(root, n, known, 1 if n is sought else _of_task(n, sought, low, high, known)) for n in moved]
 
@@ -78,18 +78,24 @@ def _pushed(root: Node, slot: Node, known: dict[Node, Slot], way: int) -> int | 
     return None if least == most == 0 else way if least >= 0 else -way if most <= 0 else 0
 
 
-def _may_jump(root: Node, sought: Node, known: dict[Node, Slot]) -> bool:
-    """Whether an operation on something that depends on what is sought may jump there."""
-    doubtful = []
+def one_way(root: Node, slot: Node, low: float, high: float, bindings: Bindings) -> bool:
+    """Whether a flat root is proven to rise or to fall throughout, at each point of space, as a slot that it reads goes
+    from `low` to `high`."""
+    known: dict[Node, Slot] = {**bindings, slot: interval(low, high)}
+    return not _may_jump(root, [slot], known) and _pushed(root, slot, known, 1) != 0
+
+
+def _may_jump(root: Node, moved: list[Node], known: dict[Node, Slot]) -> bool:
+    """Whether an operation on something that depends on what is moved may jump there."""
+    doubtful: list[Node] = []
+    follows = set(moved)
     for n in order([root], within):
-        row = TABLE.get(n.op)
-        if row is None or row.jumps is None:
+        if n in follows or not any(a in follows for a in within(n)):
             continue
+        follows.add(n)
+        row = TABLE.get(n.op)
         decided = n.args[:1] if n.op == "select" else n.args
-        if any(a.depends & sought.depends for a in decided):
+        if row is not None and row.jumps is not None and any(a in follows for a in decided):
             doubtful.append(n)
-    return (
-        any(bool(np.any(e.jumps)) for e in enclose(Formula(tuple(doubtful), known), everywhere()))
-        if doubtful
-        else False
-    )
+    found = enclose(Formula(tuple(doubtful), known), everywhere()) if doubtful else []
+    return any(bool(np.any(e.jumps)) for e in found)
