@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from typing import cast
 
 from porelang import store
@@ -153,16 +154,18 @@ def _with_errors(
         if not known.error:
             continue
         changes: list[float] = []
+        met = [(0.0, out.value)]
 
-        def change(others: Sequence[Node], bound: Bindings, changes: list[float] = changes) -> None:
+        def change(others: Sequence[Node], bound: Bindings, changes: list[float] = changes) -> float:
             other = compute(others, bound)
             assert isinstance(other, Reduced)
             changes.append(abs(other.value - out.value) + max(0.0, other.error - out.error))
+            return other.value
 
         for side in _looked_at(roots, filled, source, known):
             try:
                 bound = {**bindings, source: known.value + side * known.error}
-                change(roots, _moved(roots, bound, places, source))
+                met.append((side, change(roots, _moved(roots, bound, places, source))))
             except PoreError as error_there:  # a number that cannot be; but of several answers any may be meant
                 if any(d.code in _SEVERAL for d in error_there.diagnostics):
                     changes.append(math.inf)
@@ -173,7 +176,7 @@ def _with_errors(
                     change(others, bind_tasks(others, bindings, places))
                 except PoreError:  # an `if` may guard against just that: nothing is known then, but what was found
                     changes.append(math.inf)
-        error += max(changes, default=math.inf)
+        error += math.inf if _oscillates(met, out.error) else max(changes, default=math.inf)
     return replace(out, error=error)
 
 
@@ -189,6 +192,13 @@ def _looked_at(roots: Sequence[Node], filled: Bindings, source: Node, known: Red
     if len(reading) == 1 and math.isfinite(known.error) and one_way(reading[0], source, *ends, filled):
         return (-1.0, 1.0)
     return _BETWEEN
+
+
+def _oscillates(met: Sequence[tuple[float, float]], noise: float) -> bool:
+    """Whether values turn more than once, by more than `noise`, so that between them they may be anything."""
+    values = [value for _, value in sorted(met)]
+    steps = [b - a for a, b in pairwise(values) if abs(b - a) > max(noise, 1e-9 * abs(a))]
+    return sum((a > 0) != (b > 0) for a, b in pairwise(steps)) > 1
 
 
 def _undecided(roots: Sequence[Node], filled: Bindings, source: Node, known: Reduced) -> list[Node]:
