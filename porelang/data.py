@@ -28,10 +28,14 @@ MOST_COUNTED = 2**24
 
 @dataclass(frozen=True, slots=True)
 class Reduced:
-    """A number found from fields, and its error: the true value lies within `value +- error`."""
+    """A number found from fields, and its error: the true value lies within `value +- error`.
+
+    `sole` is False of what a `solve` found where its function both rises and falls: there may be another answer.
+    """
 
     value: float
     error: float
+    sole: bool = True
 
 
 @dataclass(frozen=True, eq=False)

@@ -239,17 +239,19 @@ def _power_of_nan(r: Interval, a: Interval, b: Interval) -> Interval:
     return Interval(np.where(one, np.minimum(r.lo, 1.0), r.lo), np.where(one, np.maximum(r.hi, 1.0), r.hi), r.nan)
 
 
-def one_period(quotient: Interval) -> Mask:
-    """Where a quotient, rounded by a backend before its floor is taken, certainly has one and the same floor."""
-    low = np.floor(quotient.lo - np.abs(quotient.lo) * 2.0**-21 - 1e-37)
-    high = np.floor(quotient.hi + np.abs(quotient.hi) * 2.0**-21 + 1e-37)
+def one_period(quotient: Interval, rounded: bool = True) -> Mask:
+    """Where a quotient certainly has one and the same floor; `rounded` by a backend before its floor is taken, or as
+    float64 has it: a whole multiple is one then."""
+    slack, least = (2.0**-21, 1e-37) if rounded else (0.0, 0.0)
+    low = np.floor(quotient.lo - np.abs(quotient.lo) * slack - least)
+    high = np.floor(quotient.hi + np.abs(quotient.hi) * slack + least)
     return np.asarray((low == high) & np.isfinite(low))
 
 
-def mod(a: Interval, b: Interval) -> Interval:
+def mod(a: Interval, b: Interval, rounded: bool = True) -> Interval:
     """a - b floor(a / b): inside 0..b, a - k b where the floor is k for certain, anything where a part may overflow."""
     quotient = div(a, b)
-    certain = one_period(quotient)
+    certain = one_period(quotient, rounded)
     k = np.where(certain, np.floor(quotient.lo), 0.0)
     ends = [_product(k, b.lo), _product(k, b.hi)]
     beyond = np.zeros((), np.bool_)

@@ -466,7 +466,12 @@ class Design:
 
         Errors: those of the tasks, at the place in the program that asks; E064 where what was found breaks a contract.
         """
-        filled = bind_tasks(roots, self._with_files(roots), self.program.places)
+        try:
+            filled = bind_tasks(roots, self._with_files(roots), self.program.places)
+        except PoreError:  # for a number that breaks a contract, perhaps: that is what is wrong then
+            read = frozenset(self.reads(*roots))
+            self._keep_contracts(lambda i, root: self._concerns(i, root, read), as_far_as_found=True)
+            raise
         with self._lock:  # None, for what is not read, is for this formula alone
             self._bindings = {**self._bindings, **{n: v for n, v in filled.items() if v is not None}}
         read = frozenset(self.reads(*roots))
@@ -504,14 +509,20 @@ class Design:
         """Refuse what breaks a contract about settings and numbers, whatever output reads them. Errors: E064."""
         self._keep_contracts(lambda i, root: True)
 
-    def _keep_contracts(self, concerned: Callable[[int, Node], bool]) -> None:
-        """Refuse what breaks one of the contracts that are concerned, by index and condition. Errors: E064."""
+    def _keep_contracts(self, concerned: Callable[[int, Node], bool], as_far_as_found: bool = False) -> None:
+        """Refuse what breaks one of the contracts that are concerned, by index and condition; `as_far_as_found` leaves
+        out those about numbers that cannot be found. Errors: E064."""
         broken: list[Requirement] = []
         for i, root in enumerate(self.program.graph.requirements):
             # one that is about the guesses of a `solve` is about nothing that is there
             if i in self._kept or root.depends >= UNKNOWN or not concerned(i, root):
                 continue
-            bindings = bind_tasks([root], self._with_files([root]), self.program.places)
+            try:
+                bindings = bind_tasks([root], self._with_files([root]), self.program.places)
+            except PoreError:
+                if as_far_as_found:
+                    continue
+                raise
             if Formula((root,), bindings).numbers[0]:
                 with self._lock:
                     self._kept.add(i)

@@ -267,7 +267,7 @@ def _parts(result: Result) -> list[NDArray[Any]]:
     """The arrays that make up a result, contiguous and little-endian."""
     match result:
         case Reduced():
-            parts = [np.array([result.value, result.error])]
+            parts = [np.array([result.value, result.error, result.sole])]
         case SampledField():
             parts = [np.array(result.origin), np.array(result.spacing), result.values]
         case Segments():
@@ -280,8 +280,9 @@ def _from_parts(kind: str, parts: Sequence[NDArray[Any]]) -> Result | None:
     shapes = [p.shape for p in parts]
     if any(p.dtype != np.float64 for p in parts[: 2 if kind == "sampled field" else None]):
         return None
-    if kind == "number" and shapes == [(2,)]:
-        return Reduced(float(parts[0][0]), float(parts[0][1]))
+    if kind == "number" and shapes == [(3,)]:
+        value, error, sole = map(float, parts[0])
+        return Reduced(value, error, bool(sole)) if sole in (0.0, 1.0) else None
     if kind == "sampled field" and len(shapes) == 3 and shapes[:2] == [(3,), (3,)] and len(shapes[2]) == 4:
         (x, y, z), (dx, dy, dz) = (tuple(map(float, p)) for p in parts[:2])
         return SampledField(parts[2], (x, y, z), (dx, dy, dz))

@@ -35,6 +35,12 @@ def numbers(text: str, **settings: float) -> list[tuple[float, float]]:
         ("area(cylinder(10, 20))", 2 * math.pi * 100 + 2 * math.pi * 10 * 20, 3e-3),
         ("mean(x * x, sphere(10))", 20.0, 1e-3),
         ("mean(z, sphere(10) |> translate([0, 0, 7]))", 7.0, 1e-3),
+        ("volume(max(sphere(5), 0) | sphere(2))", 32 / 3 * math.pi, 1e-3),  # where it is 0 it is no solid
+        ("area(clamp(sphere(5), -1, 0) & sphere(7))", 100 * math.pi, 3e-3),
+        ("to_porosity(sphere(10), 0.0001%, cylinder(15, 40))", 15.0 - 0.012, 1e-3),
+        ("to_porosity(sphere(10), 99.9999%, cylinder(15, 40))", (6.75e-3) ** (1 / 3) - 10, 1e-3),
+        ("shell_to_porosity(sphere(10), 99.99%, cylinder(15, 40))", 0.00225, 6e-5),
+        ("shell_to_porosity(sphere(10), 99.9999%, cylinder(15, 40))", 2.25e-5, 5e-6),
         ("maximum(x + 2 * y, sphere(10))", 10 * math.sqrt(5), 1e-3),
         ("minimum(x * x - 3, box([10, 10, 10]))", -3.0, 1e-2),
         ("maximum(x * y, box([10, 8, 2]))", 20.0, 1e-2),
@@ -252,10 +258,27 @@ def test_the_error_of_a_number_counts_in_those_that_depend_on_it() -> None:
     assert own.error + 0.6 * 8 * inner.error < outer.error < 2 * (own.error + 8 * inner.error)
 
 
+def test_what_turns_within_the_error_of_its_number_is_looked_at_between() -> None:
+    """A cosine of as long a period as the error: the same at both ends, and elsewhere anything from -1 to 1."""
+    (ball,) = porelang.compile("x + volume(sphere(1))").reduced().values()
+    turned = f"cos(2 * pi * (bare(volume(sphere(1))) - {ball.value!r}) / {ball.error!r})"
+    *_, found = porelang.compile(f"x + mean({turned} + 0 * x, sphere(1))").reduced().values()
+    assert found.value == pytest.approx(1.0)
+    assert found.error == math.inf
+
+
+def test_a_broken_contract_is_told_before_what_it_breaks() -> None:
+    """The radius is no radius, so that nothing can be measured: what is wrong is the radius."""
+    program = porelang.compile("let r = bare(volume(sphere(1))) - 10\nsphere(9) - volume(sphere(r)) / 1mm^2")
+    with pytest.raises(porelang.PoreError) as caught:
+        program.field()
+    assert [d.code for d in caught.value.diagnostics] == ["E064"]
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("x + solve(t => t^2, 0.5, -2..2)", ("rises or falls throughout", "where it passes 0.5")),
+        ("x + solve(t => t^2, 0.5, -2..2)", ("2 answers", "-0.707107 and 0.707107")),
         ("x + solve(t => t^2, 5, -2..2)", ("cannot be reached", "between 0 and 4")),
         ("x + to_porosity(max(x, 0), 70%, box([20, 20, 20]))", ("50.", "ask for less than 5")),
     ],
@@ -379,8 +402,14 @@ def test_the_same_on_both_backends() -> None:
         ("x + to_porosity(3 + 0 * x, 0.5, sphere(10))", "E094", "cannot be reached"),
         ("x + solve(t => t, 1, 3..2)", "E095", "empty range"),
         ("param phi = 0.5 in 0..1\nx + to_porosity(x, phi, sphere(3))", "E090", "between 0 and 1"),
-        ("x + maximum(sqrt(x), sphere(3))", "E093", "not a number"),
-        ("x + solve(t => sqrt(t - 3), 0.5, 0..5)", "E093", "not a number at 0"),
+        ("x + maximum(sqrt(x), sphere(3))", "E093", "not a number at ("),
+        ("x + volume(sphere(5) - sqrt(x))", "E093", "not a number at (-"),
+        ("x + volume(sphere(5) + 0 * sqrt(x - 7))", "E093", "not a number at ("),
+        ("x + volume(log(x) - 3 & sphere(2))", "E093", "not a number at (-"),
+        ("x + porosity(gyroid(3) + 0 * sqrt(x), sphere(4))", "E093", "not a number at (-"),
+        ("x + volume(box([1e6, 1e6, 1]))", "E091", "beyond 100 m"),
+        ("x + solve(t => sqrt(t - 30), 0.5, 0..5)", "E093", "not a number from 0 to 5"),
+        ("x + solve(t => sqrt(bare(volume(sphere(t))) - 9), 0.5, 1..5)", "E093", "not a number at 1"),
         ("x + solve(t => t, sqrt(volume(sphere(1)) - 9), 0..5)", "E093", "target"),
         ("x + mean(1e200 * x, sphere(3))", "E093", "too large"),
     ],
@@ -396,7 +425,7 @@ def test_what_cannot_be_found_says_why_and_where(text: str, code: str, words: st
     assert words in str(d)
     assert d.span is not None
     assert d.span.text in text
-    assert d.span.text.startswith(("solve", "porosity", "to_porosity", "maximum", "mean"))
+    assert d.span.text.startswith(("solve", "porosity", "to_porosity", "maximum", "mean", "volume"))
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ surface can pass through it; over a single point it is the running error bound a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.formula import Formula
-from porelang.interval import INF, Array, Interval, Mask, interval, truth
-from porelang.ir import SLOTS, Stage
+from porelang.interval import INF, Array, Interval, Mask, interval, meet, truth
+from porelang.ir import SLOTS, Stage, constant
 from porelang.ops import TABLE, Op
 from porelang.ops.segments import FARTHEST
-from porelang.tape import AXES, PICK
+from porelang.tape import AXES, PICK, Tape
 
 Points = NDArray[np.float64]
 
@@ -83,6 +83,7 @@ def _enclosed(formula: Formula, box: Sequence[Interval], precision: Precision, k
             elif op in TABLE:
                 here = precision if not early or not precision.eps else F64  # uniforms are float64
                 made = _operation(TABLE[op], [known[a] for a in tape.inputs[i]], tape.values[i], here)
+                made = _remainder(tape, i, made, known) if op in ("sub", "mod") else made
             else:
                 made = _leaf(formula, i, box, precision)
             if early:
@@ -94,6 +95,31 @@ def _enclosed(formula: Formula, box: Sequence[Interval], precision: Precision, k
                     if tape.stages[a] is Stage.FIELD:
                         del found[a]
     return found
+
+
+#: What is left of a number without a whole one that is made of it, on every backend: rounding is monotone.
+_LEFT = {"floor": (0.0, 1.0), "round": (-0.5, 0.5)}
+_COUNTED = 2.0**24  # float32 has all whole numbers up to here
+
+
+def _remainder(tape: Tape, i: int, made: Enclosure, known: Mapping[int, Any]) -> Enclosure:
+    """a - floor(a) and a - round(a), whose range does not show in those of both; and whole numbers modulo one."""
+    a, b = tape.inputs[i]
+    if tape.ops[i] == "sub" and tape.ops[b] in _LEFT and tape.inputs[b] == (a,):
+        least, most = _LEFT[tape.ops[b]]
+    elif tape.ops[i] == "mod" and tape.ops[a] in _LEFT and tape.ops[b] == "const":
+        whole, divisor = known[a].range, float(constant(tape.nodes[b]))
+        counted = bool(np.all((whole.lo > -_COUNTED) & (whole.hi < _COUNTED)))
+        if not counted or divisor < 1 or divisor != round(divisor):
+            return made
+        least, most = 0.0, divisor - 1.0
+    else:
+        return made
+    r = made.range
+    within = meet(r, interval(least, most))
+    return Enclosure(
+        Interval(np.where(r.empty, r.lo, within.lo), np.where(r.empty, r.hi, within.hi), r.nan), made.jumps
+    )
 
 
 def _operation(row: Op, inputs: list[Any], payload: object, precision: Precision) -> Any:
@@ -108,9 +134,11 @@ def _operation(row: Op, inputs: list[Any], payload: object, precision: Precision
         one = Enclosure(truth(~NOWHERE, ~NOWHERE) if row.result == "bool" else free, ~NOWHERE)
         return (one,) * len(_names(payload)) if row.results else one
     more = [*ranges, payload] if row.payload or row.results else ranges
-    out: Any = row.enclose(*more)  # of several results a tuple, as are `jumps` and the tolerance's `extra`
+    closer = row.doubles if precision is not F32 else None
+    enclosed, jumping_at = closer or (row.enclose, row.jumps)
+    out: Any = enclosed(*more)  # of several results a tuple, as are `jumps` and the tolerance's `extra`
     if not row.results:
-        over = jumps | row.jumps(*more) if row.jumps is not None else jumps
+        over = jumps | jumping_at(*more) if jumping_at is not None else jumps
         return Enclosure(_widen(row, out, row.tolerance.extra, more, precision), over)
     jumping: Any = row.jumps(*more) if row.jumps is not None else (NOWHERE,) * len(out)
     slack: Any = row.tolerance.extra(*more) if row.tolerance.extra is not None and precision.eps else None

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from argparse import Namespace
 
-from porelang.checks import broken_checks, late_doubts, structural_faults, undecided_checks, unmeasured_checks
+from porelang.checks import (
+    broken_checks,
+    doubtful_numbers,
+    late_doubts,
+    structural_faults,
+    undecided_checks,
+    unmeasured_checks,
+)
 from porelang.cli import report
 from porelang.compiler import MOST_DIAGNOSTICS, try_compile
 from porelang.diagnostics import PoreError
@@ -31,6 +38,7 @@ def check(options: Namespace) -> int:
             broken += broken_checks(design, options.measure)
             if options.measure:
                 broken += [*undecided_checks(design), *late_doubts(design)]
+                broken += doubtful_numbers(design, *program.graph.roots)
         except PoreError as error:
             broken = list(error.diagnostics)
         report.say([d for d in broken if d.severity == "error" or not options.quiet])

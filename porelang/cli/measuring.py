@@ -6,7 +6,7 @@ import math
 from argparse import Namespace
 from typing import Any
 
-from porelang.checks import broken_checks, undecided_checks
+from porelang.checks import broken_checks, doubtful_numbers, undecided_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
@@ -49,7 +49,8 @@ def measure(options: Namespace) -> int:
         print(_text(options.file, found))
     report.say(broken)
     if not options.quiet:
-        report.say(undecided_checks(design))
+        asked = [*design.program.roots(options.out), *design.program.graph.checks]
+        report.say([*undecided_checks(design), *doubtful_numbers(design, *asked)])
     return report.status(broken)
 
 

@@ -8,7 +8,7 @@ from argparse import Namespace
 from typing import Any
 
 from porelang.atomic import destination
-from porelang.checks import broken_checks
+from porelang.checks import broken_checks, doubtful_numbers
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
@@ -43,6 +43,7 @@ def mesh(options: Namespace) -> int:
     )
     surface = refined.surface
     doubts = too_coarse(design, options.out, options.bounds, surface.volume)
+    doubts += doubtful_numbers(design, *design.program.roots(options.out))
     report.say([] if options.quiet else doubts)
     write(surface, options.output, notes_of(design, options.out))
     seconds = round(time.perf_counter() - start, 3)

@@ -67,4 +67,21 @@ FOUND = (
         "",
         "sample(sqrt(abs(x)), 1mm, sphere(30)) & sphere(30)",
     ),
+    Code(
+        "E098",
+        "one of several answers",
+        "`solve` gives the one number for which a function takes a value. Here there are several in the range: a\n"
+        "polynomial with three roots, a function that turns, one that is level where it takes the value. Which one is\n"
+        "meant is not for `solve` to choose: narrow the range until it holds one alone.",
+        "",
+        "let r = solve(t => (t - 1) * (t - 2) * (t - 3), 0, 0.5..1.5)\nsphere(10 * r)",
+    ),
+    Code(
+        "E099",
+        "a value that a function jumps over",
+        "The function is below the target on one side of a place and above it on the other, and never takes it: at a\n"
+        "step of `floor`, where an `if` changes its mind, or at a pole. The message says where.",
+        "",
+        "let r = solve(t => 3 * t, 1.5, 0..4)\nsphere(10 * r)",
+    ),
 )

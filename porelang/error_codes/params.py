@@ -1,4 +1,4 @@
-"""E080-E099, W201 to W203: params, their settings, and contracts that depend on them."""
+"""E080-E099, W201 to W203, W206: params, their settings, and contracts that depend on them."""
 
 from __future__ import annotations
 
@@ -105,5 +105,14 @@ PARAMS = (
         "within its error: `porosity(...) >= 50%` of a part that was made to have 50 %. Leave a margin.",
         "",
         "",
+    ),
+    Code(
+        "W206",
+        "an answer beside which there may be others",
+        "`solve` found an answer, but the function was seen to rise in one part of the range and to fall in another.\n"
+        "It asks for numbers found from whole fields, each of which takes a while, so that it was looked at in a few\n"
+        "places only: it may pass its target between them too. Narrow the range to where it rises or falls throughout.",
+        "",
+        "let r = solve(t => volume(sphere(t)), 100, 1..10)\nsphere(r)",
     ),
 )

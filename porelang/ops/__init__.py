@@ -106,7 +106,7 @@ _ROWS = (
     Op("square", R, "real", "The product of a number with itself.", np.square, "({0} * {0})", iv.square,
        lambda a, f: (2.0 * a,), "square", ("square(-3)", 9.0), units="square", facts=frozenset({"even"}),
        narrow=lambda w, a: (iv.up_to(iv.on_domain(np.sqrt, 0.0, math.inf)(w)),)),
-    Op("div", RR, "real", "The quotient; x / 0 is an infinity with the sign of x, 0 / 0 is not a number.", np.divide,
+    Op("div", RR, "real", "The quotient; x / 0 is infinite, 0 / 0 is not a number.", np.divide,
        "pore_div({0}, {1})", iv.div, lambda a, b, f: (1.0 / b, -f / b), "/", ("3 / 2", 1.5), units="quotient",
        tolerance=Tolerance(2.5), domain="divisor not 0", jumps=lambda a, b: b.contains(0.0),
        guarded="({0} / {1})", calm="divisor",
@@ -114,7 +114,8 @@ _ROWS = (
     Op("mod", RR, "real", "a - b floor(a / b): the remainder, with the sign of the divisor.", forms.mod,
        "pore_mod({0}, {1})", iv.mod, lambda a, b, f: (ONE, (f - a) / b), "%", ("mod(-1, 3)", 2.0),
        tolerance=Tolerance(0.5, extra=lambda a, b: 2.0 * _size(a)), domain="divisor not 0, magnitudes below 1e37",
-       jumps=lambda a, b: ~iv.one_period(iv.div(a, b))),
+       jumps=lambda a, b: ~iv.one_period(iv.div(a, b)),
+       doubles=(lambda a, b: iv.mod(a, b, False), lambda a, b: ~iv.one_period(iv.div(a, b), False))),
     Op("pow", RR, "real", "a to the power b; a negative base takes whole exponents only.", np.power,
        "pore_pow({0}, {1})", iv.power,
        lambda a, b, f: (b * node("pow", a, b - 1.0), node("select", _positive(a), f * node("log", a), ZERO)), "^",
@@ -239,10 +240,12 @@ def _pick(test: str, a: Node, b: Node) -> Node:
 
 
 def _cosine(a: Interval, r: Interval) -> Interval:
-    """a / r clipped to -1..1, with room for its own rounding; 0 where r is 0."""
+    """a / r clipped to -1..1, with room for its own rounding, 0 where r is 0; r is never negative."""
     q = iv.div(a, r)
     infinite = (np.isinf(a.lo) | np.isinf(a.hi)) & np.isinf(r.hi)
-    return Interval(np.maximum(q.lo, -1.0), np.minimum(q.hi, 1.0), a.nan | r.nan | infinite)
+    least = np.where((a.lo >= 0) & (r.lo >= 0), 0.0, -1.0)
+    most = np.where((a.hi <= 0) & (r.lo >= 0), 0.0, 1.0)
+    return Interval(np.maximum(q.lo, least), np.minimum(q.hi, most), a.nan | r.nan | infinite)
 
 
 TABLE: dict[str, Op] = {op.name: op for op in _ROWS}

@@ -34,7 +34,9 @@ class Op:
     `{1}`, ...; `guarded`, if given, is a cheaper template that is right when the arguments are known to keep to
     `calm` (see `porelang.backends.glsl`).
     `derivative` gives the partial derivative by each argument as nodes (None where it is 0 everywhere).
-    `jumps` tells over which boxes the result may jump. `domain` says in words where the result is a number.
+    `jumps` tells over which boxes the result may jump. `doubles` are closer forms of `enclose` and `jumps` for what is
+    computed in float64, where single precision has to be allowed for otherwise.
+    `domain` says in words where the result is a number.
     `narrow` turns what the result must lie in, and what the arguments lie in, into narrower ranges of the arguments
     (None for data):
     how "outside 75 mm there is no material" is found by reading a formula backwards.
@@ -64,6 +66,7 @@ class Op:
     narrow: Callable[..., tuple[Interval | None, ...]] | None = None
     guarded: str = ""
     calm: str = ""
+    doubles: tuple[Callable[..., Any], Callable[..., Any]] | None = None  # an Interval, a Mask
     facts: frozenset[str] = frozenset()
     payload: bool = False
     results: tuple[str, ...] = ()

@@ -52,7 +52,7 @@ _ROWS = (
     Task("shell_to_porosity", ("f", "phi", "within"), "real", SAME, "seconds",
          "The thickness t for which `shell(f, t)` has the porosity phi within a solid."),
     Task("solve", ("f", "target", "range"), "real", None, "seconds",
-         "The number t in lo..hi for which a function that rises or falls throughout takes a value."),
+         "The number t in lo..hi for which a function takes a value: the only one, and none that a jump skips."),
     Task("load", ("path", "name", "outside", "smooth"), "grid", None, "instant",
          'A field from samples in a file: `load("stress.npz", "von_mises")`. The file, beside the program, is what '
          "`numpy.savez` writes: the array of that name, of shape (nx, ny, nz), `origin` and `spacing` in mm. Between "

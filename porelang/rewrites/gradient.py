@@ -39,6 +39,27 @@ def derivatives(root: Node, known: dict[Node, Triple] | None = None) -> Triple:
     return known[root]
 
 
+def derivative_by(root: Node, slot: Node) -> Node:
+    """The derivative of a flat root by a slot that it reads: a param, an unknown, a number that a task finds."""
+    known: dict[Node, Node] = {}
+    for n in order([root], within):
+        known[n] = ONE if n is slot else _by_slot(n, known)
+    return known[root]
+
+
+def _by_slot(n: Node, known: dict[Node, Node]) -> Node:
+    if n.op not in TABLE or kind(n) == "bool":
+        return ZERO
+    if n.op == "select":
+        condition, a, b = n.args
+        return known[a] if known[a] is known[b] else node("select", condition, known[a], known[b])
+    out = ZERO
+    for slope, a in zip(TABLE[n.op].derivative(*n.args, n), n.args, strict=False):
+        if slope is not None and not is_const(slope, 0.0):
+            out = _plus(out, _times(slope, known[a]))
+    return out
+
+
 def _of(n: Node, known: dict[Node, Triple]) -> Triple:
     if n.op in _UNIT:
         return _UNIT[n.op]

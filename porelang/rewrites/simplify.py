@@ -1,9 +1,13 @@
-"""Constants folded, and identities that change no value (but the sign of a zero)."""
+"""Constants folded, and identities that change no value.
+
+That 0 is 0 is all that is kept of it: x + 0 and x, -(a - b) and b - a, 0 x and 0 differ in the sign of a zero, by which
+a quotient is one infinity or the other and an angle pi or -pi. The language leaves that sign open (docs/language.md).
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -68,19 +72,36 @@ def _times_one(n: Node) -> Node | None:
 def _times_zero(n: Node) -> Node | None:
     """0 a = 0 where a is surely finite: what a rotation about an axis is full of."""
     a, b = n.args
-    return ZERO if (is_const(a, 0.0) and _finite(b)) or (is_const(b, 0.0) and _finite(a)) else None
+    return ZERO if (is_const(a, 0.0) and _most(b) < _SAFE) or (is_const(b, 0.0) and _most(a) < _SAFE) else None
 
 
-def _finite(n: Node, depth: int = 6) -> bool:
-    """Whether a node is finite at every point (coordinates are, and at most 1e9), by a look a few levels down."""
+#: Below its square even float32 has room.
+_SAFE = 1e18
+
+
+def _most(n: Node, depth: int = 6) -> float:
+    """The greatest magnitude of a node at any point (coordinates are finite, and at most 1e9), by a look a few levels
+    down; infinity where none is known, or where it may overflow on the way."""
     if n.op in ("x", "y", "z"):
-        return True
+        return 1e9
     if n.op == "const":
-        return isinstance(n.value, float) and abs(n.value) < 1e12
-    if n.op == "mul" and not any(isinstance(a.value, float) and abs(a.value) < 1e3 for a in n.args):
-        return False
-    below = ("neg", "add", "sub", "mul", "abs", "min", "max", "sin", "cos", "sin_turns", "cos_turns", "hypot", "floor")
-    return depth > 0 and n.op in below and all(_finite(a, depth - 1) for a in n.args)
+        return abs(n.value) if isinstance(n.value, float) and math.isfinite(n.value) else math.inf
+    if not depth or n.op not in _BOUNDED:
+        return math.inf
+    below = [_most(a, depth - 1) for a in n.args]
+    if not max(below) < _SAFE:
+        return math.inf
+    return _BOUNDED[n.op](*below)
+
+
+_BOUNDED: Mapping[str, Callable[..., float]] = {
+    **dict.fromkeys(("neg", "abs"), lambda a: a),
+    **dict.fromkeys(("add", "sub", "hypot"), lambda a, b: a + b),
+    **dict.fromkeys(("min", "max"), max),
+    **dict.fromkeys(("sin", "cos", "sin_turns", "cos_turns"), lambda a: 1.0),
+    "mul": lambda a, b: a * b,
+    "floor": lambda a: a + 1,
+}
 
 
 def _times_itself(n: Node) -> Node | None:

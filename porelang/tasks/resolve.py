@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from typing import cast
 
 from porelang import store
@@ -27,10 +27,14 @@ from porelang.source import Span
 from porelang.store import Result
 from porelang.tape import lower
 from porelang.tasks.identity import identity
-from porelang.tasks.numbers.roots import root_of
+from porelang.tasks.numbers.places import Line
+from porelang.tasks.numbers.roots import answer_of, checked, root_of
+from porelang.tasks.numbers.trends import one_way, trend
 from porelang.tasks.reach import Reach
 from porelang.tasks.run import READERS, RUN
 
+#: What `solve` says where a number within its error has several answers, or none for a jump.
+_SEVERAL = ("E098", "E099")
 #: Where each task is asked for, so that what goes wrong is told there.
 Places = Mapping[Node, Span]
 
@@ -150,16 +154,21 @@ def _with_errors(
         if not known.error:
             continue
         changes: list[float] = []
+        met = [(0.0, out.value)]
 
-        def change(others: Sequence[Node], bound: Bindings, changes: list[float] = changes) -> None:
+        def change(others: Sequence[Node], bound: Bindings, changes: list[float] = changes) -> float:
             other = compute(others, bound)
             assert isinstance(other, Reduced)
             changes.append(abs(other.value - out.value) + max(0.0, other.error - out.error))
+            return other.value
 
-        for side in (-1, 1):
-            with suppress(PoreError):
+        for side in _looked_at(roots, filled, source, known):
+            try:
                 bound = {**bindings, source: known.value + side * known.error}
-                change(roots, _moved(roots, bound, places, source))
+                met.append((side, change(roots, _moved(roots, bound, places, source))))
+            except PoreError as error_there:  # a number that cannot be; but of several answers any may be meant
+                if any(d.code in _SEVERAL for d in error_there.diagnostics):
+                    changes.append(math.inf)
         for condition in _undecided(roots, filled, source, known):
             for way in (True, False):
                 others = tuple(_with_choice(root, condition, way) for root in roots)
@@ -167,8 +176,29 @@ def _with_errors(
                     change(others, bind_tasks(others, bindings, places))
                 except PoreError:  # an `if` may guard against just that: nothing is known then, but what was found
                     changes.append(math.inf)
-        error += max(changes, default=math.inf)
-    return Reduced(out.value, error)
+        error += math.inf if _oscillates(met, out.error) else max(changes, default=math.inf)
+    return replace(out, error=error)
+
+
+#: Where a result is looked at that may turn within the error of a number: so far from it, in errors to either side.
+_BETWEEN = (-1.0, -0.7, -0.3, 0.3, 0.7, 1.0)
+
+
+def _looked_at(roots: Sequence[Node], filled: Bindings, source: Node, known: Reduced) -> Sequence[float]:
+    """How many errors from a number its effect is looked at: the ends tell where one root alone reads it, and is proven
+    to rise or to fall with it throughout."""
+    reading = [root for root in roots if source in order([root], within)]
+    ends = known.value - known.error, known.value + known.error
+    if len(reading) == 1 and math.isfinite(known.error) and one_way(reading[0], source, *ends, filled):
+        return (-1.0, 1.0)
+    return _BETWEEN
+
+
+def _oscillates(met: Sequence[tuple[float, float]], noise: float) -> bool:
+    """Whether values turn more than once, by more than `noise`, so that between them they may be anything."""
+    values = [value for _, value in sorted(met)]
+    steps = [b - a for a, b in pairwise(values) if abs(b - a) > max(noise, 1e-9 * abs(a))]
+    return sum((a > 0) != (b > 0) for a, b in pairwise(steps)) > 1
 
 
 def _undecided(roots: Sequence[Node], filled: Bindings, source: Node, known: Reduced) -> list[Node]:
@@ -221,10 +251,11 @@ def _moved(roots: Sequence[Node], bindings: Bindings, places: Places, source: No
 
 
 def _solved(n: Node, bindings: Bindings, places: Places) -> Result:
-    """The number for which a function, any formula of numbers, takes a value."""
+    """The one number for which a function, any formula of numbers, takes a value."""
     assert isinstance(n.value, int)
     inner, *ends = n.args
     sought = unknown(n.value)
+    lines = _lines(inner, sought, bindings, places)
 
     def function(t: float) -> Reduced:
         def at(roots: Sequence[Node], filled: Bindings) -> Reduced:
@@ -236,6 +267,39 @@ def _solved(n: Node, bindings: Bindings, places: Places) -> Result:
 
     def solution(roots: Sequence[Node], filled: Bindings) -> Reduced:
         target, low, high = (float(v) for v in Formula(tuple(roots), filled).numbers)
-        return root_of(function, target, low, high)
+        checked(target, low, high)
+        if lines is not None:
+            settled, ranged = (Line(formula, sought, target) for formula in lines)
+            return answer_of(ranged, settled, target, low, high)
+        return root_of(function, target, low, high, trend(inner, sought, low, high, bindings) != 0)
 
     return _with_errors(ends, bindings, places, solution)
+
+
+def _lines(inner: Node, sought: Node, bindings: Bindings, places: Places) -> tuple[Formula, Formula] | None:
+    """A formula of what a `solve` looks for, with the numbers that it reads as they are, and as ranges by their errors;
+    None where it asks for numbers again for each value, or reads them in ways that a range does not cover."""
+    if any(m.op in TASKS and m.depends & sought.depends for m in order([inner], within)):
+        return None
+    try:
+        filled = {m: v for m, v in bind_tasks([inner], bindings, places).items() if m is not sought}
+        moved = {m: found for m in _sources([inner], bindings, places) if (found := _number(m, bindings, places)).error}
+    except PoreError:  # of a branch that no value reads, perhaps
+        return None
+    settled = Formula((inner,), filled)
+    direct = {settled.tape.nodes[i] for i in settled.tape.slots}
+    conditions = {settled.tape.nodes[settled.tape.inputs[i][0]] for i in settled.tape.choices}
+    if not moved.keys() <= direct or any(c.depends & sought.depends == 0 and _reads(c, moved) for c in conditions):
+        return None
+    ranges = {m: interval(r.value - r.error, r.value + r.error) for m, r in moved.items()}
+    return settled, settled.bind(ranges)
+
+
+def _reads(root: Node, numbers: Mapping[Node, Reduced]) -> bool:
+    return any(m in numbers for m in order([root], within))
+
+
+def _number(m: Node, bindings: Bindings, places: Places) -> Reduced:
+    found = find(m, bindings, places)
+    assert isinstance(found, Reduced)
+    return found

@@ -28,9 +28,6 @@ float pore_sin_turns(float u) {
     precise float folded = (r < 0.0 ? -0.5 : 0.5) - r;
     return pore_sine(abs(r) > 0.25 ? folded : r);
 }
-// Zero, as a uniform that is never set: a factor that the driver cannot see. Drivers fold x * 0.0 to 0.0 in spite of
-// `precise`, also where x is infinite or no number (seen on Mesa 22.3).
-uniform float pore_nought;
 // Whether x is not a number, by its bits: a driver may assume that x != x is never true.
 bool pore_is_nan(float x) {
     return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u;
@@ -59,38 +56,28 @@ float field(vec3 p) {
     precise float v10 = (-v9);
     precise float v11 = (v10 * 5.0e-01);
     precise float v12 = (v6 - v11);
-    precise float v13 = (v5 * pore_nought);
-    precise float v14 = (v9 * pore_nought);
-    precise float v15 = (v13 + v14);
-    precise float v16 = (p.z + v15);
-    precise float v17 = (v16 * 1.339746e-01);
-    precise float v18 = (v17 * pore_nought);
-    precise float v19 = (v12 + v18);
-    precise float v20 = abs(v19);
-    precise float v21 = (v20 - 5.0e+00);
-    precise float v22 = max(v21, 0.0e+00);
-    precise float v23 = (v9 * 8.660254e-01);
-    precise float v24 = (v5 * 5.0e-01);
-    precise float v25 = (v23 - v24);
-    precise float v26 = (v18 + v25);
-    precise float v27 = abs(v26);
-    precise float v28 = (v27 - 1.0e+01);
-    precise float v29 = max(v28, 0.0e+00);
-    precise float v30 = sqrt(v22 * v22 + v29 * v29);
-    precise float v31 = (p.z * 8.660254e-01);
-    precise float v32 = (v14 - v13);
-    precise float v33 = (v32 * 5.0e-01);
-    precise float v34 = (v31 - v33);
-    precise float v35 = (v17 + v34);
-    precise float v36 = abs(v35);
-    precise float v37 = (v36 - 1.5e+01);
-    precise float v38 = max(v37, 0.0e+00);
-    precise float v39 = sqrt(v30 * v30 + v38 * v38);
-    precise float v40 = max(v21, v28);
-    precise float v41 = max(v37, v40);
-    precise float v42 = min(v41, 0.0e+00);
-    precise float v43 = (v39 + v42);
-    return pore_keep(v43);
+    precise float v13 = abs(v12);
+    precise float v14 = (v13 - 5.0e+00);
+    precise float v15 = max(v14, 0.0e+00);
+    precise float v16 = (v9 * 8.660254e-01);
+    precise float v17 = (v5 * 5.0e-01);
+    precise float v18 = (v16 - v17);
+    precise float v19 = abs(v18);
+    precise float v20 = (v19 - 1.0e+01);
+    precise float v21 = max(v20, 0.0e+00);
+    precise float v22 = sqrt(v15 * v15 + v21 * v21);
+    precise float v23 = (p.z * 8.660254e-01);
+    precise float v24 = (p.z * 1.339746e-01);
+    precise float v25 = (v23 + v24);
+    precise float v26 = abs(v25);
+    precise float v27 = (v26 - 1.5e+01);
+    precise float v28 = max(v27, 0.0e+00);
+    precise float v29 = sqrt(v22 * v22 + v28 * v28);
+    precise float v30 = max(v14, v20);
+    precise float v31 = max(v27, v30);
+    precise float v32 = min(v31, 0.0e+00);
+    precise float v33 = (v29 + v32);
+    return pore_keep(v33);
 }
 
 void main() {

@@ -26,7 +26,7 @@ from porelang.ir import node
 from porelang.progress import tell
 from porelang.rewrites.simplify import tidy
 from porelang.tape import operations
-from porelang.tasks.numbers.region import Region, finer_throughout, halves, region
+from porelang.tasks.numbers.region import Region, finer_throughout, halves, region, undefined
 
 #: The proven gap, relative to the range of values met.
 ACCURACY = 1e-4
@@ -40,13 +40,13 @@ Values = NDArray[np.float64]
 
 
 def minimum(field: Formula, within: Formula) -> Reduced:
-    """The least value of a field where `within <= 0`, attained at a point; the error is one-sided."""
+    """The least value of a field where `within < 0`, approached at a point; the error is one-sided."""
     found = maximum(field.with_roots(node("neg", field.root)), within)
     return Reduced(-found.value, found.error)
 
 
 def maximum(field: Formula, within: Formula) -> Reduced:
-    """The greatest value of a field where `within <= 0`, attained at a point; the error is one-sided.
+    """The greatest value of a field where `within < 0`, approached at a point; the error is one-sided.
 
     Errors: E092 where no point of the solid is found, E093 where the field is not a number there.
     """
@@ -74,7 +74,7 @@ class Fence:
     def sides(self, low: Points, high: Points) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Which boxes may hold a point of the solid, and which lie strictly inside it."""
         least, most = box_test(self.solid, EXACT)(low, high)
-        return least <= 0, most < 0
+        return least < 0, most < 0
 
 
 class Hill:
@@ -93,18 +93,14 @@ class Hill:
     def best_of(self, points: Points, fence: NumpyField | None) -> float:
         """The greatest value among the points within the solid; -inf if none is. Errors: E093."""
         if fence is not None and len(points):
-            points = points[fence.at(points) <= 0]
+            points = points[fence.at(points) < 0]
         values = self.at(points)
         return float(values.max(initial=-np.inf))
 
     def at(self, points: Points) -> Values:
         values = np.asarray(self.value.at(points))
         if np.isnan(values).any():
-            raise fail(
-                "E093",
-                "the field of this number is not a number in places",
-                hint="look for a division by zero, or a root, logarithm or power of a negative number there",
-            )
+            raise undefined(points, values)
         return values
 
     def climb(self, where: Region, fence: NumpyField | None) -> tuple[float, float]:
@@ -118,7 +114,7 @@ class Hill:
         probes = (cells[:, None, :] + random.random((len(cells), _PROBES, 3)) * where.size).reshape(-1, 3)
         probes = np.concatenate([probes, cells + where.size / 2])
         if fence is not None:
-            probes = probes[fence.at(probes) <= 0]
+            probes = probes[fence.at(probes) < 0]
         if not len(probes):
             raise fail(
                 "E092",
@@ -142,7 +138,7 @@ class Hill:
             heights = np.asarray(self.value.at(tried))
             allowed = ~np.isnan(heights)
             if fence is not None:
-                allowed &= fence.at(tried) <= 0
+                allowed &= fence.at(tried) < 0
             heights = np.where(allowed, heights, -np.inf).reshape(-1, _TRIES)
             choice = heights.argmax(1)
             rows = np.arange(len(points))

@@ -29,9 +29,11 @@ from porelang.tasks.numbers.region import (
     finer,
     finer_throughout,
     pairs,
+    refuse_undefined,
     region,
     seed,
     sorted_out,
+    undefined,
 )
 from porelang.tasks.numbers.rods import Count, Crossings, Indices, Rods, along
 
@@ -63,7 +65,7 @@ def _share(solid: Formula, where: Region, relative: float, goal: float) -> Reduc
     while True:
         hits = differ = 0
         for first, second in pairs(where.undecided, where.size, m):
-            a, b = field.at(first) <= 0, field.at(second) <= 0
+            a, b = _inside(field, first), _inside(field, second)
             hits += int(np.count_nonzero(a)) + int(np.count_nonzero(b))
             differ += int(np.count_nonzero(a != b))
         weight = where.cell / m**3 / 2
@@ -79,6 +81,14 @@ def _share(solid: Formula, where: Region, relative: float, goal: float) -> Reduc
             if by_lines.error <= max(goal, relative * by_lines.value):
                 return by_lines
         m = more
+
+
+def _inside(field: NumpyField, points: Points) -> NDArray[np.bool_]:
+    """Which points lie in a solid: where it is negative. Errors: E093 where it is not a number."""
+    values = field.at(points)
+    if np.isnan(values).any():
+        raise undefined(points, values)
+    return np.asarray(values < 0)
 
 
 def _by_lines(solid: Formula, where: Region, relative: float, goal: float) -> Reduced:
@@ -163,14 +173,15 @@ def more_strata(m: int, error: float, goal: float, cells: int, most_samples: int
 
 def porosity(solid: Formula, within: Formula, accuracy: float = ACCURACY) -> Reduced:
     """1 - volume(solid & within) / volume(within)."""
-    where, envelope = _envelope(within, 0.3 * accuracy)
-    if envelope.value <= 0:
+    where, whole = envelope(within, 0.3 * accuracy)
+    if whole.value <= 0:
         raise empty("the region `within`")
     part = solid.with_roots(node("max", solid.root, within.root))
+    refuse_undefined(part, where.box)
     seen = sorted_out(part, Region(where.box, where.size, np.empty((0, 3)), where.cells))
-    found = _share(part, finer(part, seen), 0.0, 0.7 * accuracy * envelope.value)
-    share = found.value / envelope.value
-    error = (found.error + share * envelope.error) / envelope.value
+    found = _share(part, finer(part, seen), 0.0, 0.7 * accuracy * whole.value)
+    share = found.value / whole.value
+    error = (found.error + share * whole.error) / whole.value
     return Reduced(1 - share, error)
 
 
@@ -189,7 +200,7 @@ class _Envelope:
         return hash(self.key)
 
 
-def _envelope(within: Formula, accuracy: float) -> tuple[Region, Reduced]:
+def envelope(within: Formula, accuracy: float) -> tuple[Region, Reduced]:
     """Where a solid is, and its volume: a `solve` asks for the same many times."""
     bound = (within.bindings[within.tape.nodes[i]] for i in within.tape.slots)
     read = tuple(v.hex() if isinstance(v, float) else v for v in bound)
@@ -255,15 +266,10 @@ def sampled(field: Formula, within: Formula, where: Region, m: int) -> tuple[Val
     inside: list[list[NDArray[np.bool_]]] = [[], []]
     for both in pairs(where.cells, where.size, m):
         for k, points in enumerate(both):
-            within_it = np.asarray(fence.at(points) <= 0)
+            within_it = np.asarray(fence.at(points) < 0)
             found = np.where(within_it, looked_at.at(points), 0.0)
             if not np.isfinite(found).all():
-                what = "not a number" if np.isnan(found).any() else "infinite"
-                raise fail(
-                    "E093",
-                    f"the field of this number is {what} in places",
-                    hint="look for a division by zero, or a root, logarithm or power of a negative number there",
-                )
+                raise undefined(points, found)
             values[k].append(found)
             inside[k].append(within_it)
     mask = np.stack([np.concatenate(part) for part in inside])

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.bounds import Points, box_test
-from porelang.analysis.box import Box, part_box, unbounded_axes
-from porelang.analysis.enclose import EXACT
+from porelang.analysis.box import UNIVERSE, Box, part_box, unbounded_axes
+from porelang.analysis.enclose import EXACT, enclose, everywhere
 from porelang.backends.numpy import Dtype, NumpyField
 from porelang.diagnostics import PoreError, fail
 from porelang.formula import Formula
@@ -22,6 +22,7 @@ ENOUGH = 6000
 _LEVELS = 16
 _AT_ONCE = 1 << 19  # points
 _DOUBTFUL = 20_000
+_AROUND = 0.01  # of a box
 SEED = 20230611
 
 
@@ -57,16 +58,17 @@ def seed(round_: int) -> int:
 def region(solid: Formula, what: str = "the region", apart: bool = False) -> Region:
     """Where a solid is; `apart` keeps the sides of cells off the faces of shapes that end where the box does.
 
-    Errors: E091 where it has no end, E092 where it is empty.
+    Errors: E091 where it has no end, E092 where it is empty, E093 where it is not a number.
     """
     box = part_box(solid)
+    refuse_undefined(solid, box)
     if box is None:
         raise empty(what)
     if axes := unbounded_axes(box):
         raise fail(
             "E091",
-            f"{what} of this number has no end along {axes}",
-            hint="intersect it with a shape: `... & cylinder(75, 300)`",
+            f"{what} of this number has no end along {axes}: it goes on beyond {UNIVERSE / 1000:g} m from the origin",
+            hint="intersect it with a shape: `... & cylinder(75, 300)`; larger parts are measured in another unit",
         )
     if apart:
         room = [(0.0037 * s, 0.0061 * s) for s in box.size]
@@ -81,6 +83,34 @@ def region(solid: Formula, what: str = "the region", apart: bool = False) -> Reg
     return sorted_out(solid, Region(box, step, np.empty((0, 3)), np.array(box.lo) + index * step))
 
 
+def refuse_undefined(solid: Formula, box: Box | None) -> None:
+    """Refuse a field that is not a number somewhere in a box, and a little around it, as a mesh does: it is no solid
+    and no void there. Where there is no box it is looked at far and wide. Errors: E093."""
+    if not bool(np.any(enclose(solid, everywhere())[0].range.nan)):
+        return
+    random = np.random.default_rng(3)
+    if box is None:
+        points = np.concatenate([random.uniform(-r, r, (_DOUBTFUL // 4, 3)) for r in (1.0, 10.0, 100.0, 1000.0)])
+    else:
+        margin = _AROUND * np.array(box.size)
+        points = random.uniform(np.array(box.lo) - margin, np.array(box.hi) + margin, (_DOUBTFUL, 3))
+    values = NumpyField(solid, "f64").at(points)
+    if np.isnan(values).any():
+        raise undefined(points, values)
+
+
+def undefined(points: Points, values: NDArray[np.float64]) -> PoreError:
+    """What is said of a field that is no finite number somewhere among points, with the place nearest the origin."""
+    bad = np.isnan(values) if np.isnan(values).any() else ~np.isfinite(values)
+    at = min(points[bad], key=lambda p: float(np.abs(p).max()))
+    return fail(
+        "E093",
+        f"the field of this number is {'not a number' if np.isnan(values).any() else 'infinite'} at "
+        f"({', '.join(f'{v:.4g}' for v in at)}) mm",
+        hint="look for a division by zero, or a root, logarithm or power of a negative number there",
+    )
+
+
 def empty(what: str) -> PoreError:
     return fail("E092", f"{what} of this number holds no material", hint="solid is negative: check its sign")
 
@@ -90,7 +120,7 @@ def sorted_out(solid: Formula, where: Region) -> Region:
     low = where.undecided
     least, most = box_test(solid, EXACT)(low, low + where.size)
     inside = np.concatenate([where.inside, low[most < 0]])
-    return replace(where, inside=inside, undecided=low[(least <= 0) & (most >= 0)])
+    return replace(where, inside=inside, undecided=low[(least < 0) & (most >= 0)])
 
 
 def finer(solid: Formula, where: Region, enough: int = ENOUGH) -> Region:
@@ -139,5 +169,5 @@ def fast_enough(solid: Formula, where: Region) -> Dtype:
     random = np.random.default_rng(5)
     pick = random.integers(0, len(where.undecided), _DOUBTFUL)
     points = where.undecided[pick] + random.random((_DOUBTFUL, 3)) * where.size
-    single, double = (NumpyField(solid, dtype).at(points) <= 0 for dtype in ("f32", "f64"))
+    single, double = (NumpyField(solid, dtype).at(points) < 0 for dtype in ("f32", "f64"))
     return "f32" if np.count_nonzero(single != double) <= 1 else "f64"

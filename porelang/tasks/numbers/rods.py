@@ -83,7 +83,7 @@ class Rods:
         proven to rise or to fall along the piece, `shortest` how short parts of which nothing is proven get (mm)."""
         high = low.copy()
         high[:, axis] += length
-        at_low, at_high = self.field.at(low) <= 0, self.field.at(high) <= 0
+        at_low, at_high = self.field.at(low) < 0, self.field.at(high) < 0
         ends_inside = at_high
         line = np.arange(len(low))
         found: list[tuple[Points, Points, NDArray[np.bool_], Indices, NDArray[np.bool_]]] = []
@@ -111,7 +111,7 @@ class Rods:
             low, high, line = low[open_], high[open_], line[open_]
             at_low, at_high = at_low[open_], at_high[open_]
             middle = (low + high) / 2
-            at_middle = self.field.at(middle) <= 0
+            at_middle = self.field.at(middle) < 0
             low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
             at_low, at_high = np.concatenate([at_low, at_middle]), np.concatenate([at_middle, at_high])
             line = np.concatenate([line, line])
@@ -127,7 +127,7 @@ class Rods:
 
         def kept_sign(some: Indices) -> None:
             value = enclose(self.solid, boxes(low[some], high[some]))[0]
-            none[some] = ((value.range.lo > 0) | (value.range.hi < 0)) & ~value.range.nan
+            none[some] = ((value.range.lo >= 0) | (value.range.hi < 0)) & ~value.range.nan
             jumps[some] = value.jumps
 
         def kept_slope(some: Indices) -> None:
@@ -140,7 +140,8 @@ class Rods:
         return one_way, none, jumps
 
     def _met(self, low: Points, high: Points, inside: NDArray[np.bool_]) -> Points:
-        """The crossing of each piece, by the Illinois form of the secant method; by halving where that does not help.
+        """The crossing of each piece, by the Illinois form of the secant method; by halving where that does not help:
+        the last point inside, for beyond it the field may be level.
 
         A wall may be a billionth of a piece thick, and all lines may see it at the same place: what is left of a piece
         would be an error that no spread shows.
@@ -162,13 +163,14 @@ class Rods:
             start, end = low[rows], high[rows]
             at = start + t[:, None] * (end - start)
             value = self.field.at(at)
-            out[rows] = at
-            same = (value <= 0) == inside[rows]
+            same = (value < 0) == inside[rows]
             again = same & (side == 1), ~same & (side == -1)
             axis_low, values_low = np.where(same, t, a), np.where(same, value, np.where(again[1], f / 2, f))
             axis_high, values_high = np.where(same, b, t), np.where(same, np.where(again[0], g / 2, g), value)
             side = np.where(same, 1, -1).astype(np.int8)
-            left = (axis_high - axis_low > _CLOSE) & (value != 0)
+            inner = np.where(inside[rows], axis_low, axis_high)
+            out[rows] = start + inner[:, None] * (end - start)
+            left = axis_high - axis_low > _CLOSE
             rows, side = rows[left], side[left]
             axis_low, axis_high = axis_low[left], axis_high[left]
             values_low, values_high = values_low[left], values_high[left]
