@@ -183,7 +183,7 @@ class Program:
         self,
         name: str | None = None,
         /,
-        voxel: float | None = None,
+        voxel: float | str | None = None,
         resolution: int | None = None,
         bounds: Bounds | None = None,
         backend: Backend = "numpy",
@@ -191,17 +191,19 @@ class Program:
         smooth: bool = False,
         sharp: bool = False,
         simplify: float | None = None,
+        force: bool = False,
         settings: Settings | None = None,
         **more: Setting,
     ) -> Any:
         """The surface of an output as a `trimesh.Trimesh` in mm, watertight, normals outward.
 
-        `voxel` is the grid spacing in mm; or `resolution` counts samples along the longest side (128 if neither is
-        given). `smooth` moves vertices onto the field, `sharp` makes rims edges of the mesh, `simplify` (mm) takes
-        out triangles that matter less than that.
+        `voxel` is the grid spacing in mm; or `resolution` counts samples along the longest side; if neither is given,
+        or `voxel` is "auto", it is found from the walls. `smooth` moves vertices onto the field, `sharp` makes rims
+        edges of the mesh, `simplify` (mm) takes out triangles that matter less than that. A mesh that has lost more
+        than a fifth of the part is refused (E118) unless `force`; what else is doubtful about it is a warning.
         """
         return self.design(settings, **more).mesh(
-            name, voxel, resolution, bounds, backend, dtype, smooth, sharp, simplify
+            name, voxel, resolution, bounds, backend, dtype, smooth, sharp, simplify, force
         )
 
     def measure(
@@ -394,7 +396,7 @@ class Design:
 
     def mesh(self, *wishes: Any, **more: Any) -> Any:
         """The surface of an output as a `trimesh.Trimesh`; see `Program.mesh`."""
-        from porelang.mesh.part import mesh
+        from porelang.mesh.made import mesh
 
         return mesh(self, *wishes, **more)
 

@@ -9,13 +9,14 @@ from typing import Any
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import load
+from porelang.mesh.doubts import layer_doubts
 from porelang.progress import watching
 from porelang.slices import SLICING, write_slices
 
 
 def slices(options: Namespace) -> int:
     """Write the layers of an output into a folder."""
-    program = load(options)
+    design = load(options).design(dict(options.settings))
     backend, dtype = machine(options, "f32")
     start = time.perf_counter()
     told = report.progress(options.quiet)
@@ -31,7 +32,7 @@ def slices(options: Namespace) -> int:
     try:
         with watching(progress):
             found = write_slices(
-                program.design(dict(options.settings)),
+                design,
                 options.output,
                 options.step,
                 name=options.out,
@@ -45,9 +46,12 @@ def slices(options: Namespace) -> int:
         if not options.quiet:
             report.note(f"\nstopped after {done} of {of or 'all'} layers: nothing is written to {options.output}")
         raise
+    doubts = layer_doubts(design, options.out, options.bounds, found["volume"])
+    report.say([] if options.quiet else doubts)
     seconds = round(time.perf_counter() - start, 3)
     if options.json:
-        report.put({"folder": options.output, **found, "seconds": seconds})
+        warnings = [d.to_json() for d in doubts]
+        report.put({"folder": options.output, **found, "seconds": seconds, "warnings": warnings})
     elif not options.quiet:
         print(f"{options.output}: {of_layers(found)}, {found['volume']:.6g} mm3, {seconds:.1f} s")
     return 0
