@@ -19,7 +19,7 @@ with tempfile.TemporaryDirectory() as folder:
     samples.write_text(SAMPLES, encoding="utf-8")
     for path, dtype in product((EXAMPLES / "frame.pore", EXAMPLES / "bending.pore", samples), ("f32", "f64")):
         program, out = str(path), f"{folder}/{path.stem}.stl"
-        asked = ["--resolution", "8", "--sharp", "--simplify", "1mm", "--backend", "numpy", "--dtype", dtype]
+        asked = ["--resolution", "8", "--force", "--sharp", "--simplify", "1mm", "--backend", "numpy", "--dtype", dtype]
         main(["mesh", program, "-o", out, "--quiet", *asked])
         main(["check", program, "--measure", "--quiet"])
 for text, dtype in product(SLOPES, ("f32", "f64")):

@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeVar
 
 from porelang import values
 from porelang.backends.numpy import Dtype
-from porelang.checks import broken_checks, undecided_checks
+from porelang.checks import broken_checks, doubtful_numbers, undecided_checks
 from porelang.diagnostics import PoreError, fail, warn
 from porelang.field import Backend, Bounds
 from porelang.html import table, title
@@ -35,18 +35,19 @@ def mesh(
     sharp: bool = False,
     simplify: Length | None = None,
     check: bool = True,
+    force: bool = False,
 ) -> Any:
     """The surface of an output as a `trimesh.Trimesh`; see `Program.mesh`."""
-    from porelang.mesh.doubts import too_coarse
-    from porelang.mesh.part import mesh as surface
+    from porelang.mesh.made import AUTO, make
 
-    spacing, deviation = length("voxel", voxel), length("simplify", simplify)
+    spacing = None if voxel == AUTO and resolution is None else length("voxel", voxel)
+    deviation = length("simplify", simplify)
     if check:
         keep_checks(design)
     limits: Bounds | None = read("bounds", bounds, values.box)
-    found = surface(design, name, spacing, resolution, limits, backend, dtype, smooth, sharp, deviation)
-    warn(too_coarse(design, name, limits, found.volume))
-    return found.to_trimesh()
+    made = make(design, name, spacing, resolution, limits, backend, dtype, smooth, sharp, deviation, force)
+    warn([*made.doubts, *doubtful_numbers(design, *design.program.roots(name))])
+    return made.surface.to_trimesh()
 
 
 def measure(
@@ -82,6 +83,7 @@ def slices(
     check: bool = True,
 ) -> Layers:
     """The layers of an output, written into a folder; see `Program.slices`."""
+    from porelang.mesh.doubts import layer_doubts
     from porelang.slices import write_slices
 
     if format not in ("png", "svg"):
@@ -92,8 +94,10 @@ def slices(
         raise fail("E114", "layers need a step", hint='give their thickness: step="0.1mm"')
     if check:
         keep_checks(design)
-    return Layers(folder, write_slices(design, folder, apart, name=name, form=format, pixel=pixel, bounds=limits,
-                                       backend=backend, dtype=dtype))  # fmt: skip
+    found = write_slices(design, folder, apart, name=name, form=format, pixel=pixel, bounds=limits,
+                         backend=backend, dtype=dtype)  # fmt: skip
+    warn(layer_doubts(design, name, limits, found["volume"]))
+    return Layers(folder, found)
 
 
 def render(

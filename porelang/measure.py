@@ -25,7 +25,8 @@ from porelang.formula import Formula
 from porelang.ir import Node, node, order
 from porelang.ir import within as below
 from porelang.mesh.grid import chosen_voxel
-from porelang.mesh.part import RESOLUTION, grid_of, surface_of
+from porelang.mesh.part import grid_of, surface_of
+from porelang.mesh.walls import RESOLUTION
 from porelang.ops import kind
 from porelang.program import Design, Program
 

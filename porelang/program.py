@@ -255,6 +255,7 @@ class Program:
         sharp: bool = False,
         simplify: Length | None = None,
         check: bool = True,
+        force: bool = False,
         settings: Settings | None = None,
         preset: str | None = None,
         **more: Setting,
@@ -262,13 +263,14 @@ class Program:
         """The surface of an output as a `trimesh.Trimesh` in mm, watertight, normals outward.
 
         `voxel` is the grid spacing, in mm or as a text with a unit (`"0.5mm"`); or `resolution` counts samples along
-        the longest side (128 if neither is given). `smooth` moves vertices onto the field, `sharp` makes rims edges of
-        the mesh, `simplify` (a length) takes out triangles that matter less than that. A mesh that is not the part is
-        told as a `PoreWarning` (W202). Errors: those of bounds; E068 where a `check` of the program fails, unless
-        `check` is False; E110, E111, E114 about the samples.
+        the longest side; if neither is given, or `voxel` is `"auto"`, it is found from the walls. `smooth` moves
+        vertices onto the field, `sharp` makes rims edges of the mesh, `simplify` (a length) takes out triangles that
+        matter less than that. What is doubtful about the mesh is told as a `PoreWarning` (W202, W205, W207). Errors:
+        those of bounds; E068 where a `check` of the program fails, unless `check` is False; E110, E111, E114 about the
+        samples; E118 where more than a fifth of the part is lost, unless `force`.
         """
         return self.design(settings, preset=preset, **more).mesh(
-            name, voxel, resolution, bounds, backend, dtype, smooth, sharp, simplify, check
+            name, voxel, resolution, bounds, backend, dtype, smooth, sharp, simplify, check, force
         )
 
     def measure(
@@ -603,11 +605,12 @@ class Design:
         sharp: bool = False,
         simplify: Length | None = None,
         check: bool = True,
+        force: bool = False,
     ) -> Any:
         """The surface of an output as a `trimesh.Trimesh`; see `Program.mesh`."""
         from porelang.asked import mesh
 
-        return mesh(self, name, voxel, resolution, bounds, backend, dtype, smooth, sharp, simplify, check)
+        return mesh(self, name, voxel, resolution, bounds, backend, dtype, smooth, sharp, simplify, check, force)
 
     def measure(
         self,

@@ -49,6 +49,11 @@ def output(text: str) -> str:
     return text
 
 
+def spacing(text: str) -> float | str:
+    """A length, or `auto`."""
+    return text if text == "auto" else length(text)
+
+
 def count(text: str) -> int:
     """A whole number above 0."""
     if not text.isascii() or not text.isdigit() or len(text) > 10 or int(text) < 1:

@@ -170,7 +170,7 @@ def test_bounds_cut_the_part_flat(pore: Pore) -> None:
 def test_glsl_makes_the_same_mesh(pore: Pore) -> None:
     volumes = []
     for backend in ("numpy", "glsl"):
-        assert pore("mesh", SPECIMEN, "-o", "a.ply", "--resolution", "40", "--backend", backend, "--json") == 0
+        assert pore("mesh", SPECIMEN, "-o", "a.ply", "--resolution", "64", "--backend", backend, "--json") == 0
         found = pore.json()
         assert found["backend"] == backend
         volumes.append(found["volume"])
@@ -577,7 +577,7 @@ def test_python_m_porelang_is_pore() -> None:
 @pytest.mark.slow
 def test_no_opengl_is_a_missing_piece_named_with_its_remedy(tmp_path: Path) -> None:
     """NumPy stands in for OpenGL where nobody insists, and says so; who insists is told what to install."""
-    mesh = ("mesh", SPECIMEN, "-o", str(tmp_path / "a.stl"), "--resolution", "20", "--dtype", "f32")
+    mesh = ("mesh", SPECIMEN, "-o", str(tmp_path / "a.stl"), "--resolution", "64", "--dtype", "f32")
     without = {"PORELANG_GL": "none"}
     done = process(*mesh, env=without)
     assert done.returncode == 0
@@ -592,7 +592,7 @@ def test_no_opengl_is_a_missing_piece_named_with_its_remedy(tmp_path: Path) -> N
 
 def test_mesh_needs_no_opengl_unless_it_is_asked_for(pore: Pore, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PORELANG_GL", "none")
-    assert pore("mesh", SPECIMEN, "-o", "a.stl", "--resolution", "20", "--json", "-q") == 0
+    assert pore("mesh", SPECIMEN, "-o", "a.stl", "--resolution", "64", "--json", "-q") == 0
     assert (pore.json()["backend"], pore.json()["dtype"], pore.err) == ("numpy", "f32", "")
 
 

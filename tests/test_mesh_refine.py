@@ -16,7 +16,7 @@ from porelang.analysis.branches import Branches
 from porelang.cli import main
 from porelang.mesh.part import grid_of, refine, surface_of
 from porelang.mesh.simplify import simplify
-from porelang.mesh.surface import Surface
+from porelang.mesh.surface import Surface, single
 from porelang.mesh.within import within
 from porelang.progress import watching
 
@@ -247,7 +247,7 @@ def test_sharp_triangles_face_the_surface_that_they_are_on(sheet):
         turned = np.einsum("ij,ij->i", normal[mine], away[mine]) <= 0
         assert turned.mean() < 1e-3  # between three points of one curved rim a triangle may face anywhere
         assert sizes[mine][turned].sum() < 1e-5 * sizes.sum()
-    assert sharp.check_vertices(1.0) == []  # in a file of 32-bit numbers too
+    assert sharp.check_vertices(single(1.0)) == []  # in a file of 32-bit numbers too
 
 
 def test_a_hole_has_a_rim_too():

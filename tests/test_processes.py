@@ -185,7 +185,7 @@ FULL = pytest.mark.skipif(not os.path.exists("/dev/full"), reason="Linux has a d
         ["show", "a.pore"],
         ["glsl", "a.pore"],
         ["eval", "a.pore", "--points", "p.npy"],
-        ["mesh", "a.pore", "-o", "full.stl", "--resolution", "9"],
+        ["mesh", "a.pore", "-o", "full.stl", "--resolution", "9", "--force"],
         ["explain", "--json"],
         ["--help"],
     ],
@@ -206,7 +206,7 @@ def test_streams_that_nobody_needs_may_be_closed(work: Path) -> None:
     """A file that is written then does not take the number of standard output or error."""
     for redirected in (">&-", "2>&-", "<&- >&- 2>&-", "2>/dev/full", ">/dev/full"):
         done = subprocess.run(["sh", "-c", f'exec "$@" {redirected}', "sh", sys.executable, "-m", "porelang",
-                               "mesh", "a.pore", "-o", "c.stl", "--resolution", "9", "-q"],
+                               "mesh", "a.pore", "-o", "c.stl", "--resolution", "9", "-q", "--force"],
                               cwd=work, capture_output=True, text=True, env=environment(), check=False)  # fmt: skip
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
         assert (work / "c.stl").stat().st_size % 50 == 84 % 50

@@ -336,7 +336,11 @@ def test_walls_thinner_than_a_voxel_are_not_passed_over(tmp_path: Path, capsys: 
 
     path = tmp_path / "thin.pore"
     path.write_text("shell(sphere(20), 0.01)\n")
-    assert main(["mesh", str(path), "-o", str(tmp_path / "thin.stl"), "--resolution", "40"]) == 0
+    asked = ["mesh", str(path), "-o", str(tmp_path / "thin.stl"), "--resolution", "40"]
+    assert main(asked) == 1
+    assert "E118" in capsys.readouterr().err
+    assert not (tmp_path / "thin.stl").exists()
+    assert main([*asked, "--force"]) == 0
     assert "W202" in capsys.readouterr().err
     path.write_text("sphere(20)\n")
     assert main(["mesh", str(path), "-o", str(tmp_path / "thin.stl"), "--resolution", "40"]) == 0

@@ -32,7 +32,7 @@ COMMANDS: dict[str, Command] = {
         Command(
             "mesh",
             "write the surface of the part, watertight, in mm: .stl .obj .ply .3mf .glb .vtp",
-            (*ASK, "output", "voxel", "resolution", "bounds", *REFINE, "backend", "dtype", "json", "quiet"),
+            (*ASK, "output", "spacing", "resolution", "bounds", *REFINE, "force", "backend", "dtype", "json", "quiet"),
             "pore mesh specimen.pore -o part.stl --voxel 1mm --set w=25mm",
         ),
         Command(
@@ -234,6 +234,15 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         ("--voxel",),
         {"metavar": "LENGTH", "type": values.length, "help": "the spacing of the samples, as in 0.5mm"},
     ),
+    "spacing": (
+        ("--voxel",),
+        {
+            "metavar": "LENGTH",
+            "type": values.spacing,
+            "help": "the spacing of the samples, as in 0.5mm; auto (the default) finds it from the walls",
+        },
+    ),
+    "force": (("--force",), {"action": "store_true", "help": "write a mesh also if it lost much of the part"}),
     "resolution": (
         ("--resolution",),
         {"metavar": "N", "type": values.count, "help": "samples along the longest side (default: 128)"},

@@ -15,13 +15,16 @@ from porelang.cli.loading import bound
 from porelang.diagnostics import PoreError, fail
 from porelang.field import checked_bounds
 from porelang.mesh import Surface, write
-from porelang.mesh.doubts import too_coarse
 from porelang.mesh.export import writer_of
-from porelang.mesh.part import grid_of, notes_of, refine, surface_of
+from porelang.mesh.made import AUTO, make
+from porelang.mesh.part import notes_of
+from porelang.mesh.walls import RESOLUTION
 from porelang.program import Design
 
 #: More samples than this are a slip of the voxel, not a wish.
 MOST_NODES = 20_000_000_000
+#: Pieces and voids that the report names; --json has more.
+TOLD = 4
 
 
 def mesh(options: Namespace) -> int:
@@ -36,22 +39,19 @@ def mesh(options: Namespace) -> int:
     _refuse_too_fine(design, options)
     backend, dtype = machine(options, "f32")
     start = time.perf_counter()
-    placed = grid_of(design, options.out, options.voxel, options.resolution, options.bounds)
-    surface = surface_of(design, options.out, placed, backend, dtype, folder=folder)
-    refined = refine(
-        surface, design, options.out, placed, smooth=options.smooth, sharp=options.sharp, deviation=options.simplify
-    )
-    surface = refined.surface
-    doubts = too_coarse(design, options.out, options.bounds, surface.volume)
-    doubts += doubtful_numbers(design, *design.program.roots(options.out))
+    made = make(
+        design, options.out, options.voxel, options.resolution, options.bounds, backend, dtype,
+        options.smooth, options.sharp, options.simplify, options.force, folder=folder,
+    )  # fmt: skip
+    doubts = [*made.doubts, *doubtful_numbers(design, *design.program.roots(options.out))]
     report.say([] if options.quiet else doubts)
-    write(surface, options.output, notes_of(design, options.out))
+    write(made.surface, options.output, notes_of(design, options.out))
     seconds = round(time.perf_counter() - start, 3)
-    found = facts(surface) | refined.facts | {"seconds": seconds, "backend": backend, "dtype": dtype}
+    found = facts(made.surface) | made.facts | {"seconds": seconds, "backend": backend, "dtype": dtype}
     if options.json:
         report.put(
             {"file": options.output, "output": design.program.output(options.out), **found}
-            | {"warnings": [d.to_json() for d in doubts]}
+            | {"warnings": [d.to_json() for d in made.doubts]}
         )
     elif not options.quiet:
         print(_text(options.output, found))
@@ -60,7 +60,7 @@ def mesh(options: Namespace) -> int:
 
 def _refuse_too_fine(design: Design, options: Namespace) -> None:
     """Refuse a grid of more nodes than anybody waits for. Errors: E114."""
-    if options.voxel is None and options.resolution is None:
+    if options.voxel in (None, AUTO) and options.resolution is None:
         return
     box = checked_bounds(options.bounds) if options.bounds else design.bounds(options.out)
     voxel = options.voxel or max(box.size) / options.resolution
@@ -78,7 +78,7 @@ def _refuse_too_fine(design: Design, options: Namespace) -> None:
 
 
 def facts(surface: Surface) -> dict[str, Any]:
-    """What a mesh is, in mm, mm2 and mm3; `components` counts the closed surfaces."""
+    """What a mesh is, in mm, mm2 and mm3."""
     lo, hi = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     return {
         "triangles": len(surface.faces),
@@ -86,7 +86,6 @@ def facts(surface: Surface) -> dict[str, Any]:
         "volume": surface.volume,
         "area": surface.area,
         "bounds": [lo.tolist(), hi.tolist()],
-        "components": surface.components,
     }
 
 
@@ -100,9 +99,16 @@ def _text(path: str, found: dict[str, Any]) -> str:
         "size": f"{size} mm",
         "from": f"{', '.join(f'{v:.5g}' for v in lo)}",
         "to": f"{', '.join(f'{v:.5g}' for v in hi)}",
+        "voxel": _voxel(found),
         "surfaces": f"{found['components']}{'' if found['components'] == 1 else ' that are not joined'}",
         "time": f"{found['seconds']:.2f} s ({found['backend']}, {found['dtype']})",
     }
+    if found["components"] > 1:
+        lines["pieces"] = _pieces(found["solids"], found["solid_pieces"])
+        if found["voids"]:
+            lines["voids"] = _pieces(found["voids"], found["closed_voids"])
+    if told := _crumbs(found["crumbs"]):
+        lines["crumbs"] = told
     if "off_surface" in found:
         stayed = f"; {found['kept']} of them not on it" if found["kept"] else ""
         lines["vertices"] = f"at most {found['off_surface']:.2g} mm off the field{stayed}"
@@ -111,3 +117,41 @@ def _text(path: str, found: dict[str, Any]) -> str:
     if "deviation" in found:
         lines["simplified"] = f"from {found['triangles_before']:,} triangles, {found['deviation']:.3g} mm off at most"
     return "\n".join([path, *(f"  {name:<10} {value}" for name, value in lines.items())])
+
+
+def _voxel(found: dict[str, Any]) -> str:
+    """The voxel, and where it was not given how it was found."""
+    text = f"{found['voxel']:.4g} mm"
+    if "wall" not in found:
+        return text
+    if found["wall"] is None:
+        return f"{text} (by itself: 1/{RESOLUTION} of the longest side; no walls were found to measure)"
+    wall = f"the thinnest walls are about {found['wall']:.2g} mm"
+    if found["voxel"] <= found["voxel_for_wall"] * (1 + 1e-9):
+        return f"{text} (by itself: {wall})"
+    return f"{text} (by itself, and too coarse: {wall} and want {found['voxel_for_wall']:.2g} mm; give it with --voxel)"
+
+
+def _pieces(count: int, pieces: list[dict[str, Any]]) -> str:
+    """How many pieces there are, and the first few: the volume of each and where its middle is."""
+    told = []
+    for piece in pieces[:TOLD]:
+        lo, hi = piece["bounds"]
+        middle = ", ".join(f"{(a + b) / 2:.4g}" for a, b in zip(lo, hi, strict=True))
+        told.append(f"{piece['volume']:.4g} mm3 round ({middle})")
+    more = f"; and {count - TOLD} more" if count > TOLD else ""
+    return f"{count}: {'; '.join(told)}{more}"
+
+
+def _crumbs(crumbs: dict[str, Any]) -> str:
+    """What sampling made and was taken out or filled again."""
+    told = []
+    if n := crumbs["removed"]:
+        told.append(
+            f"{n} speck{'' if n == 1 else 's'} of the part's edges taken out ({crumbs['removed_volume']:.2g} mm3)"
+        )
+    if n := crumbs["filled"]:
+        told.append(f"{n} bubble{'' if n == 1 else 's'} of its gaps filled ({crumbs['filled_volume']:.2g} mm3)")
+    if n := crumbs["unknown"]:
+        told.append(f"{n} piece{'' if n == 1 else 's'} not looked at more closely")
+    return "; ".join(told)

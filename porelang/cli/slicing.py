@@ -11,6 +11,7 @@ from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
 from porelang.diagnostics import PoreError
+from porelang.mesh.doubts import layer_doubts
 from porelang.progress import watching
 from porelang.slices import SLICING, write_slices
 
@@ -49,9 +50,12 @@ def slices(options: Namespace) -> int:
         if not options.quiet:
             report.note(f"\nstopped after {done} of {of or 'all'} layers: nothing is written to {options.output}")
         raise
+    doubts = layer_doubts(design, options.out, options.bounds, found["volume"])
+    report.say([] if options.quiet else doubts)
     seconds = round(time.perf_counter() - start, 3)
     if options.json:
-        report.put({"folder": options.output, **found, "seconds": seconds})
+        warnings = [d.to_json() for d in doubts]
+        report.put({"folder": options.output, **found, "seconds": seconds, "warnings": warnings})
     elif not options.quiet:
         print(f"{options.output}: {of_layers(found)}, {found['volume']:.6g} mm3, {seconds:.1f} s")
     return 0

@@ -1,4 +1,4 @@
-"""E080-E099, W201 to W203, W206: params, their settings, and contracts that depend on them."""
+"""E080-E099, W201 to W207: params, their settings, and contracts that depend on them."""
 
 from __future__ import annotations
 
@@ -114,5 +114,24 @@ PARAMS = (
         "places only: it may pass its target between them too. Narrow the range to where it rises or falls throughout.",
         "",
         "let r = solve(t => volume(sphere(t)), 100, 1..10)\nsphere(r)",
+    ),
+    Code(
+        "W205",
+        "a mesh that lacks something of the part",
+        "Something of the part lies between the samples: pins, ribs, walls or gaps thinner than the voxel, of which\n"
+        "the message names a place; or pieces of the mesh hang together in the part, by necks thinner than the voxel.\n"
+        "The field was followed to that place: the part is there. Use the voxel that the message names, or\n"
+        "`--voxel auto`.",
+        "",
+        "",
+    ),
+    Code(
+        "W207",
+        "a mesh that runs through itself",
+        "Triangles cross others. Sheets less than a voxel apart, or the tips of wedges that are cut sharp or\n"
+        "simplified, may pass each other. Slicers mostly cope with it, programs that fill a mesh with tetrahedra do\n"
+        "not. Use a smaller --voxel, or mesh without --sharp and --simplify.",
+        "",
+        "",
     ),
 )

@@ -141,4 +141,22 @@ REQUESTS = (
         "def walls(f: field, d: field) = shell(f, 1) - d\n"
         "walls(sphere(20), z / 40) & sphere(40)",
     ),
+    Code(
+        "E118",
+        "a mesh that lost too much of the part",
+        "The volume of the mesh differs from that of the part by more than a fifth: most of what is thinner than the\n"
+        "voxel is gone, the rest is in pieces. The message names a voxel that would hold the walls. With `--force`\n"
+        "(in Python `force=True`) it is written as it is, with a warning.",
+        "",
+        "",
+    ),
+    Code(
+        "E119",
+        "a mesh that would not be sound",
+        "Every mesh is closed, faces outward, has no triangle without area and no two vertices in one place; what\n"
+        "broke that could not be mended. Such places come from fields that jump, or are flat where they are 0. Use\n"
+        "another voxel, or leave out --sharp, --smooth or --simplify.",
+        "",
+        "",
+    ),
 )

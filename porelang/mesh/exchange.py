@@ -37,6 +37,9 @@ LINKS = (
     f'<Relationship Target="/{MODEL}" Id="model" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>'
     "</Relationships>"
 )
+#: Decimal digits of a coordinate in a text.
+DIGITS = 12
+NUMBER = f"%.{DIGITS}g"
 METRE = 1e-3  # of a millimetre
 # glTF's up is +y and ours +z: a turn by -90 degrees about x, as a quaternion.
 UPRIGHT = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]
@@ -73,7 +76,7 @@ def write_3mf(surface: Surface, file: BinaryIO, notes: Notes) -> None:
             package.writestr(_entry(path), text)
         with package.open(_entry(MODEL), "w", force_zip64=True) as model:
             model.write(begin.encode())
-            for piece in lines('<vertex x="%.12g" y="%.12g" z="%.12g"/>\n', surface.vertices):
+            for piece in lines(f'<vertex x="{NUMBER}" y="{NUMBER}" z="{NUMBER}"/>\n', surface.vertices):
                 model.write(piece)
             model.write(b"</vertices><triangles>\n")
             for piece in lines('<triangle v1="%d" v2="%d" v3="%d"/>\n', surface.faces):

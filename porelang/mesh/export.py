@@ -11,12 +11,19 @@ import numpy as np
 
 from porelang.atomic import save
 from porelang.diagnostics import fail, suggest
-from porelang.mesh.exchange import METRE, Notes, lines, raw, write_3mf, write_glb, write_vtp
-from porelang.mesh.surface import AT_ONCE, Surface
+from porelang.mesh.exchange import DIGITS, METRE, NUMBER, Notes, lines, raw, write_3mf, write_glb, write_vtp
+from porelang.mesh.surface import AT_ONCE, Surface, decimal, single
 
 Writer = Callable[[Surface, BinaryIO, Notes], None]
-#: Formats of 32-bit numbers: how a message names them, and what a millimetre becomes before it is rounded.
-SINGLE = {".stl": ("STL", 1.0), ".glb": ("GLB", METRE)}
+#: Formats that keep every bit.
+EXACT = frozenset({".ply", ".vtp"})
+#: The others: how a message names them, what of a surface's places they store, and how that is called.
+STORED = {
+    ".stl": ("STL", single(1.0), "32-bit numbers"),
+    ".glb": ("GLB", single(METRE), "32-bit numbers"),
+    ".obj": ("OBJ", decimal(DIGITS), f"{DIGITS} digits"),
+    ".3mf": ("3MF", decimal(DIGITS), f"{DIGITS} digits"),
+}
 
 
 def write(surface: Surface, path: str | Path, notes: Notes | None = None) -> Path:
@@ -25,19 +32,24 @@ def write(surface: Surface, path: str | Path, notes: Notes | None = None) -> Pat
     `notes` are texts by name (params, the hash of the program) for the formats that have room for them: all but STL.
     The file appears when it is complete: until then it has another name in the same folder, and after a failure or an
     interruption nothing is left. E112: the ending is not known. E113: the file cannot be written there. E115: the
-    format's 32-bit numbers are too coarse for the surface, or its size too small.
+    format's numbers are too coarse for the surface, or its size too small. E119: the surface is not sound itself.
     """
     path = Path(path)
     writer = writer_of(path)
     ending = path.suffix.lower()
-    if ending in SINGLE:
-        name, scale = SINGLE[ending]
-        defects = surface.check_vertices(scale)
-        if defects:
+    if defects := surface.check_vertices():
+        raise fail(
+            "E119",
+            f"{path.name}: the mesh is not sound: {'; '.join(defects)}",
+            hint="use another voxel, or leave out --sharp, --smooth or --simplify",
+        )
+    if ending not in EXACT:
+        name, stored, what = STORED[ending]
+        if defects := surface.check_vertices(stored):
             raise fail(
                 "E115",
-                f"{path.name}: the mesh is too fine for {name}, which stores 32-bit numbers: {'; '.join(defects)}",
-                hint="write .ply, .vtp or .3mf, use a larger voxel, or move the part nearer to the origin",
+                f"{path.name}: the mesh is too fine for {name}, which stores {what}: {'; '.join(defects)}",
+                hint="write .ply or .vtp, use a larger voxel, or move the part nearer to the origin",
             )
     save(path, lambda file: writer(surface, file, notes or {}))
     return path
@@ -96,7 +108,7 @@ def write_ply(surface: Surface, file: BinaryIO, notes: Notes) -> None:
 def write_obj(surface: Surface, file: BinaryIO, notes: Notes) -> None:
     """Wavefront OBJ: vertices in decimal digits that keep the mesh sound, faces counted from 1; notes as comments."""
     file.write("".join(f"# {line}\n" for line in ("mm", *_comments(notes))).encode("ascii"))
-    for text in chain(lines("v %.12g %.12g %.12g\n", surface.vertices), _counted(surface)):
+    for text in chain(lines(f"v {NUMBER} {NUMBER} {NUMBER}\n", surface.vertices), _counted(surface)):
         file.write(text)
 
 

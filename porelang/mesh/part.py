@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
 
 from porelang.analysis.bounds import box_test
 from porelang.analysis.box import Box, block
 from porelang.analysis.branches import Branches
 from porelang.analysis.enclose import F32, F64
 from porelang.backends.numpy import Dtype
-from porelang.diagnostics import fail
 from porelang.field import Backend, Bounds, checked_bounds, make_field
 from porelang.ir import node
 from porelang.mesh import Grid, Surface, extract, project
@@ -22,35 +18,10 @@ from porelang.mesh.grid import Point
 from porelang.mesh.layers import clip
 from porelang.mesh.sharpen import sharpen
 from porelang.mesh.simplify import simplify
+from porelang.mesh.walls import RESOLUTION
 from porelang.parallel import workers
 from porelang.program import Design
 from porelang.progress import activity
-
-#: Samples along the longest side where neither a voxel nor a resolution is asked for.
-RESOLUTION = 128
-
-
-def mesh(
-    design: Design,
-    name: str | None = None,
-    voxel: float | None = None,
-    resolution: int | None = None,
-    bounds: Bounds | None = None,
-    backend: Backend = "numpy",
-    dtype: Dtype = "f32",
-    smooth: bool = False,
-    sharp: bool = False,
-    simplify: float | None = None,
-) -> Surface:
-    """The surface of an output in mm, as it is wished; see `Program.mesh`."""
-    number = isinstance(simplify, int | float | np.number) and not isinstance(simplify, bool)
-    if simplify is not None and not (number and 0 < simplify < math.inf):
-        raise fail("E114", f"{simplify!r} is no deviation to simplify within", hint="give a number of mm above 0")
-    placed = grid_of(design, name, voxel, resolution, bounds)
-    surface = surface_of(design, name, placed, backend, dtype)
-    if smooth or sharp or simplify is not None:
-        surface = refine(surface, design, name, placed, smooth=smooth, sharp=sharp, deviation=simplify).surface
-    return surface
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.mesh.crossed import crossed
 from porelang.mesh.crossing import crossings
 from porelang.mesh.layers import Layers
 from porelang.mesh.surface import Surface
@@ -60,6 +61,7 @@ def smooth(surface: Surface, slope: Slope, layers: Layers) -> Smoothed:
 
     follow(np.flatnonzero(way == EDGE))
     _turn_back(surface, moved, way, follow)
+    _uncross(surface, moved, way, follow)
     goal = ~on_cap
     goal[on_edge] = True
     off = np.minimum(distances(moved, slope), voxel)  # of an edge of the grid, however flat the field is
@@ -122,6 +124,30 @@ def _doubled(points: Floats) -> NDArray[np.bool_]:
     _, which, count = np.unique(points.astype(np.float32), axis=0, return_inverse=True, return_counts=True)
     doubled: NDArray[np.bool_] = count[which.ravel()] > 1
     return doubled
+
+
+def _uncross(
+    surface: Surface, moved: Floats, way: NDArray[np.int64], follow: Callable[[NDArray[np.int64]], None]
+) -> None:
+    """Send vertices of `moved` another `way` until the mesh runs through itself no more than it did.
+
+    Newton's method may carry the vertices of two sheets, less than a voxel apart, past each other. On its edge of the
+    grid each stays between the samples that tell the sheets apart.
+    """
+    some: NDArray[np.int64] | None = None
+    while some is None or len(some):
+        now = Surface(moved, surface.faces)
+        bad = np.unique(surface.faces[crossed(now, some)])
+        bad = bad[way[bad] != STAY]
+        if not len(bad):
+            return
+        before = moved.copy()
+        way[bad] += 1
+        follow(bad[way[bad] == EDGE])
+        stay = bad[way[bad] == STAY]
+        moved[stay] = surface.vertices[stay]
+        _turn_back(surface, moved, way, follow)
+        some = np.flatnonzero((moved != before).any(axis=1)[surface.faces].any(axis=1))
 
 
 def _turn_back(

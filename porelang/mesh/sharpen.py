@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.mesh.crossed import crossed
 from porelang.mesh.crossing import crossings
 from porelang.mesh.layers import Layers
 from porelang.mesh.merge import merge
@@ -160,6 +161,9 @@ def _snap(mesh: Patched) -> None:
         back = np.unique(which[faces[turned(mesh, faces)]])
         back = back[back >= 0]
         if not len(back):
+            back = np.unique(which[mesh.faces[crossed(Surface(mesh.at, mesh.faces.astype(np.int32)), touched)]])
+            back = back[back >= 0]
+        if not len(back):
             break
         mesh.at[vertex[back]], mesh.on[vertex[back]] = old[0][back], old[1][back]
         which[vertex[back]] = -1
@@ -212,15 +216,23 @@ def _cut(mesh: Patched) -> bool:
     while True:
         parts, whose = _parts(mesh, faces, split[of])
         relax(mesh, np.concatenate([parts, rest]), np.arange(len(parts) + len(rest)))
-        wrong = np.unique(whose[turned(mesh, parts)])
-        bad = np.unique(of[wrong])
-        bad = bad[split[bad] >= 0]
+        bad = _split_of(whose, turned(mesh, parts), of, split)
+        if not len(bad):  # nor may the mesh run through itself, as it would in the tips of wedges thinner than a voxel
+            whole = Surface(mesh.at, np.concatenate([parts, rest]).astype(np.int32))
+            bad = _split_of(whose, crossed(whole, np.arange(len(parts)))[: len(parts)], of, split)
         if not len(bad):
             break
         split[bad] = -1
     parts, corners = _corners(mesh, parts)
     mesh.faces = np.concatenate([rest, parts])
     return bool((split >= 0).any()) or corners > 0
+
+
+def _split_of(whose: Ints, wrong: Flags, of: Ints, split: Ints) -> Ints:
+    """The split edges of the triangles whose `parts` are `wrong`."""
+    bad = np.unique(of[np.unique(whose[wrong])])
+    found: Ints = bad[split[bad] >= 0]
+    return found
 
 
 def _parts(mesh: Patched, faces: Ints, split: Ints) -> tuple[Ints, Ints]:

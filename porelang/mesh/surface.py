@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,22 @@ from porelang.mesh import topology
 if TYPE_CHECKING:
     import trimesh
 
+#: What becomes of places (n, 3) in a file.
+Stored = Callable[[NDArray[np.float64]], NDArray[Any]]
 AT_ONCE = 2**15  # triangles worked on together, so that they stay in the cache
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """The surfaces of a mesh that are not joined: the number of the piece that each vertex (n,) is on, and of each
+    piece the volume that it encloses (mm3; negative: a void in the solid), the corners of its box (mm), and its
+    triangles."""
+
+    label: NDArray[np.int32]
+    volume: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    triangles: NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +62,24 @@ class Surface:
     @cached_property
     def components(self) -> int:
         """The number of surfaces that are not joined: each island and each closed cavity is one."""
-        return topology.components(np.ascontiguousarray(self.faces, np.int32), len(self.vertices))
+        return len(self.pieces.volume)
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """The surfaces that are not joined, one by one."""
+        faces = np.ascontiguousarray(self.faces, np.int32)
+        label, count = topology.components(faces, len(self.vertices))
+        return Pieces(label, *topology.sums(self.vertices, faces, label, count))
+
+    def without(self, gone: NDArray[np.bool_]) -> Surface:
+        """The surface without the pieces that are `gone`, in the order of `pieces`; this one is used up, its arrays
+        packed."""
+        kept = np.append(~gone, False)[self.pieces.label]  # the last for vertices of no piece
+        number = np.cumsum(kept, dtype=np.int32) - 1
+        m = _pack(self.faces, lambda rows: kept[rows[:, 0]], lambda rows: number[rows])
+        at = iter(range(0, len(kept), AT_ONCE))
+        n = _pack(self.vertices, lambda rows: kept[(i := next(at)) : i + len(rows)], lambda rows: rows)
+        return Surface(self.vertices[:n], self.faces[:m])
 
     def normals(self) -> NDArray[np.float64]:
         """The outward normal of each triangle, (m, 3), as long as twice its area, mm2."""
@@ -84,20 +116,17 @@ class Surface:
             defects.append(f"it is inside out (its volume is {self.volume:g} mm3)")
         return defects
 
-    def check_vertices(self, scale: float | None = None) -> list[str]:
-        """The defects that lie in where the vertices are, not in how they are joined.
-
-        With `scale` those that the surface has when it is scaled and then rounded to float32, as files store it.
-        """
-        places: NDArray[np.floating[Any]] = self.vertices
-        if scale is not None:
-            places = np.empty((len(places), 3), np.float32)
+    def check_vertices(self, stored: Stored | None = None) -> list[str]:
+        """The defects that lie in where vertices are, as they are `stored` in a file, not in how they are joined."""
+        places: NDArray[Any] = self.vertices
+        if stored is not None:
+            places = np.empty((len(places), 3), stored(self.vertices[:1]).dtype)
         for i in range(0, len(places), AT_ONCE):
             rows = self.vertices[i : i + AT_ONCE]
             if not np.isfinite(rows).all():
                 return ["a vertex is not a number"]
-            if scale is not None:
-                places[i : i + AT_ONCE] = (scale * rows).astype(np.float32)
+            if stored is not None:
+                places[i : i + AT_ONCE] = stored(rows)
         defects = []
         flat = sum(int((~_normals(places, faces).any(axis=1)).sum()) for faces in self._pieces())
         if flat:
@@ -120,6 +149,22 @@ class Surface:
         return trimesh.Trimesh(self.vertices, self.faces, process=False)
 
 
+def single(scale: float) -> Stored:
+    """Places scaled, then rounded to float32."""
+    return lambda rows: (scale * rows).astype(np.float32)
+
+
+def decimal(digits: int) -> Stored:
+    """Places rounded to so many decimal digits."""
+
+    def rounded(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        with np.errstate(divide="ignore"):
+            unit = 10.0 ** (np.floor(np.log10(np.abs(rows))) + 1 - digits)
+        return np.where(rows == 0, 0.0, np.rint(rows / unit) * unit)
+
+    return rounded
+
+
 def _normals(places: NDArray[np.floating[Any]], faces: NDArray[np.int32]) -> NDArray[np.float64]:
     """The normals of some triangles, twice as long as their areas."""
     corners = places.take(faces.T.ravel(), axis=0).astype(np.float64, copy=False).reshape(3, -1, 3)
@@ -129,6 +174,17 @@ def _normals(places: NDArray[np.floating[Any]], faces: NDArray[np.int32]) -> NDA
         j, k = (n + 1) % 3, (n + 2) % 3
         normals[:, n] = u[:, j] * v[:, k] - u[:, k] * v[:, j]
     return normals
+
+
+def _pack(rows: NDArray[Any], stay: Callable[[NDArray[Any]], NDArray[np.bool_]], made: Callable[[Any], Any]) -> int:
+    """Rows that stay, made anew, at the beginning of their own array; how many they are."""
+    end = 0
+    for i in range(0, len(rows), AT_ONCE):
+        some = rows[i : i + AT_ONCE]
+        some = made(some[stay(some)])
+        rows[end : end + len(some)] = some
+        end += len(some)
+    return end
 
 
 def _hashes(rows: NDArray[np.floating[Any]]) -> NDArray[np.int64]:

@@ -9,6 +9,7 @@ from porelang.compiled import compiled
 
 Ints = NDArray[np.int64]
 Faces = NDArray[np.int32]
+Floats = NDArray[np.float64]
 
 
 @compiled
@@ -68,28 +69,65 @@ def joints(faces: Faces, count: int) -> tuple[int, int, int]:
 
 
 @compiled
-def components(faces: Faces, count: int) -> int:
-    """The number of sets of triangles that share no vertex, of those that `count` vertices are joined to."""
-    root = np.arange(count)
+def components(faces: Faces, count: int) -> tuple[Faces, int]:
+    """The number of the component of each of `count` vertices (-1: of none), and how many components there are.
+
+    A component is a set of triangles that share no vertex with others.
+    """
+    root = np.arange(count).astype(np.int32)
     used = np.zeros(count, np.bool_)
-    sets = 0
     for t in range(len(faces)):
-        a = np.int64(faces[t, 0])
+        a = faces[t, 0]
         for k in range(3):
-            v = np.int64(faces[t, k])
-            if not used[v]:
-                used[v] = True
-                sets += 1
+            v = faces[t, k]
+            used[v] = True
             while root[v] != v:  # the path is halved on the way
                 root[v] = root[root[v]]
                 v = root[v]
             while root[a] != a:
                 root[a] = root[root[a]]
                 a = root[a]
-            if a != v:
-                sets -= 1
-                if a < v:
-                    root[v] = a
-                else:
-                    root[a] = v
-    return sets
+            if a < v:
+                root[v] = a
+            else:
+                root[a] = v
+                a = v
+    sets = 0
+    for v in range(count):  # a root comes before what it is the root of
+        if not used[v]:
+            root[v] = -1
+        elif root[v] == v:
+            root[v] = sets
+            sets += 1
+        else:
+            root[v] = root[root[v]]
+    return root, sets
+
+
+@compiled
+def sums(vertices: Floats, faces: Faces, label: Faces, count: int) -> tuple[Floats, Floats, Floats, Ints]:
+    """Of each of `count` components: the volume that it encloses (negative: a void), the corners of its box, and the
+    number of its triangles."""
+    volume = np.zeros(count)
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    first = np.zeros((count, 3))
+    many = np.zeros(count, np.int64)
+    for v in range(len(vertices)):
+        c = label[v]
+        if c < 0:
+            continue
+        if low[c, 0] == np.inf:
+            for n in range(3):
+                first[c, n] = vertices[v, n]
+        for n in range(3):
+            low[c, n] = min(low[c, n], vertices[v, n])
+            high[c, n] = max(high[c, n], vertices[v, n])
+    for t in range(len(faces)):
+        a, b, d = faces[t, 0], faces[t, 1], faces[t, 2]
+        c = label[a]
+        many[c] += 1
+        ax, ay, az = vertices[a, 0] - first[c, 0], vertices[a, 1] - first[c, 1], vertices[a, 2] - first[c, 2]
+        bx, by, bz = vertices[b, 0] - first[c, 0], vertices[b, 1] - first[c, 1], vertices[b, 2] - first[c, 2]
+        dx, dy, dz = vertices[d, 0] - first[c, 0], vertices[d, 1] - first[c, 1], vertices[d, 2] - first[c, 2]
+        volume[c] += (ax * (by * dz - bz * dy) + ay * (bz * dx - bx * dz) + az * (bx * dy - by * dx)) / 6
+    return volume, low, high, many

@@ -8,6 +8,7 @@ piece that is not is cut along the sides of the triangle nearest to its centre, 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 PIECES = 2**15  # triangles at a time
 DEEPEST = 4000  # pieces that one triangle may come to before it counts as too far
+MOST_CELLS = 4e7
 SLACK = 1e-9  # of a coordinate: more than all that the arithmetic here rounds off
 
 
@@ -32,18 +34,11 @@ def within(one: Surface, other: Surface, distance: float, threads: int = 1) -> t
     size = max(float(np.sqrt(2 * other.area / len(other.faces))), 2 * distance)
     low = np.minimum(one.vertices.min(axis=0), other.vertices.min(axis=0)) - distance
     high = np.maximum(one.vertices.max(axis=0), other.vertices.max(axis=0)) + distance
-    while np.prod((high - low) / size + 1) > 4e7:
-        size *= 1.25
-    shape = np.ceil((high - low) / size).astype(np.int64) + 1
-    corners = np.ascontiguousarray(other.vertices[other.faces])
-    start = np.zeros(int(np.prod(shape)) + 1, np.int64)
-    _count(corners, low, size, shape, start)
-    np.cumsum(start, out=start)
-    member = np.empty(int(start[-1]), np.int32)
-    _fill(corners, low, size, shape, start[:-1].copy(), member)
+    cells = cells_of(other, size, low, high)
     pieces = one.vertices
     found = np.zeros(len(one.faces))
     slack = SLACK * float(np.abs(np.stack([low, high])).max())
+    corners, size, shape, start, member = cells.corners, cells.size, cells.shape, cells.start, cells.member
 
     def work(first: int) -> None:
         some = slice(first, first + PIECES)
@@ -52,6 +47,33 @@ def within(one: Surface, other: Surface, distance: float, threads: int = 1) -> t
     parallel_for(work, range(0, len(one.faces), PIECES), threads)
     far = np.flatnonzero(found < 0)
     return float(found.max(initial=0.0)) + slack, far
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cells:
+    """The triangles (m, 3, 3) of a surface in a grid of cells of a `size` (mm) from `low` on: those that reach into a
+    cell are `member[start[cell] : start[cell + 1]]`, cells counted along z first."""
+
+    corners: Floats
+    low: Floats
+    size: float
+    shape: Ints
+    start: Ints
+    member: NDArray[np.int32]
+
+
+def cells_of(surface: Surface, size: float, low: Floats, high: Floats) -> Cells:
+    """The triangles of a surface by cells of about a `size` in the box `low` to `high` (mm)."""
+    while np.prod((high - low) / size + 1) > MOST_CELLS:
+        size *= 1.25
+    shape = np.ceil((high - low) / size).astype(np.int64) + 1
+    corners = np.ascontiguousarray(surface.vertices[surface.faces])
+    start = np.zeros(int(np.prod(shape)) + 1, np.int64)
+    _count(corners, low, size, shape, start)
+    np.cumsum(start, out=start)
+    member = np.empty(int(start[-1]), np.int32)
+    _fill(corners, low, size, shape, start[:-1].copy(), member)
+    return Cells(corners, low, size, shape, start, member)
 
 
 @compiled

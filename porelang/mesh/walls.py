@@ -1,0 +1,84 @@
+"""The voxel that holds a part: found from how thick its walls are, along their normals, at points all over its
+surface."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.mesh.solid import Solid, onto
+
+Floats = NDArray[np.float64]
+RESOLUTION = 128  # samples along the longest side, where nothing asks for more
+TO_A_WALL = 2.5  # voxels: fewer than two may miss a wall, and three cost twice as much
+AFFORDABLE = 16_000_000  # samples: seconds, and a file of some 100 MB
+STARTS = 4096  # places from which the surface is looked for
+STEPS, SCAN = 5, 40
+ON = 1e-3  # of the distance between places: what is nearer to the surface is on it
+PARALLEL = -0.9  # cosine between the outward directions of the two sides of a wall; a wedge has others
+ALIKE = 0.8  # walls down to this part of a thickness are as thick
+FEW = 0.01  # of the walls: fewer are no walls, but where something runs out
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """A voxel (mm), how thick the thinnest walls are (mm; None: there are none to tell), and the voxel that those ask
+    for (mm)."""
+
+    voxel: float
+    wall: float | None
+    wanted: float
+
+    @property
+    def enough(self) -> bool:
+        """Whether the voxel holds the walls."""
+        return self.voxel <= self.wanted
+
+
+def chosen(part: Solid) -> Chosen:
+    """The voxel for a part in its box: RESOLUTION samples along the longest side, or as fine as its thinnest walls ask
+    for, as long as that is AFFORDABLE."""
+    size = part.hi - part.lo
+    usual = float(size.max()) / RESOLUTION
+    wall = thinnest(part)
+    wanted = usual if wall is None else min(usual, wall / TO_A_WALL)
+    finest = float(np.prod(size) / AFFORDABLE) ** (1 / 3)
+    return Chosen(max(wanted, min(usual, finest)), wall, wanted)
+
+
+def thinnest(part: Solid) -> float | None:
+    """How thick the thinnest walls of a part are, in mm, or None where no walls are found.
+
+    Points spread over the box are brought to the surface, and looked from inwards. A wall counts where its sides are
+    parallel. The thinnest is the least thickness that is not just the end of a tail: most walls that are no thicker are
+    about as thick.
+    """
+    size = part.hi - part.lo
+    apart = float(np.prod(size) / STARTS) ** (1 / 3)
+    counts = np.clip(np.ceil(size / apart), 1, STARTS).astype(np.int64)
+    while np.prod(counts) > 4 * STARTS:
+        counts = np.maximum(1, counts * 3 // 4)
+    cells = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), -1).reshape(-1, 3)
+    random = np.random.default_rng(0)
+    at = onto(part, part.lo + (cells + random.random(cells.shape)) * size / counts, STEPS, float((size / counts).max()))
+    at = at[np.isfinite(at).all(axis=1)]
+    at = at[part.within(at)]
+    value, slope = part.slope(at)
+    with np.errstate(all="ignore"):
+        at = at[np.abs(value) <= ON * apart * np.linalg.norm(slope, axis=1)]
+    if not len(at):
+        return None
+    thick, facing, _ = part.walls(at, float(size.max()), SCAN)
+    return _least(np.sort(thick[facing < PARALLEL]), len(at))
+
+
+def _least(thick: Floats, points: int) -> float | None:
+    """The least thickness, of those in order, that is no tail of thicker walls."""
+    for i in range(max(0, math.ceil(FEW * points) - 1), len(thick)):
+        alike = int(np.searchsorted(thick, ALIKE * thick[i]))
+        if i + 1 - alike >= max(FEW * points, (i + 1) / 2):
+            return float(np.median(thick[alike : i + 1]))
+    return None
