@@ -45,7 +45,7 @@ def volume_doubts(
     label = f"{'walls' if held < true.value else 'gaps'} no wider than a voxel or two are lost or torn"
     if off > USELESS and not force:
         much = f"lost {off:.0%} of the part" if held < true.value else f"holds {off:.0%} too much"
-        hint = f"{_finer(part)}; or write it as it is with --force"
+        hint = f"{_finer(part)}; or keep it as it is, --force"
         raise fail("E118", f"the mesh {much}: it holds {numbers}", span, label=label, hint=hint)
     message = f"the voxel is too coarse: the mesh holds {numbers}"
     return [Diagnostic("W202", message, span, label, hint=_finer(part), severity="warning")]
