@@ -37,7 +37,7 @@ def mesh(
     check: bool = True,
 ) -> Any:
     """The surface of an output as a `trimesh.Trimesh`; see `Program.mesh`."""
-    from porelang.mesh.doubts import too_coarse
+    from porelang.mesh.coarse import too_coarse
     from porelang.mesh.part import mesh as surface
 
     spacing, deviation = length("voxel", voxel), length("simplify", simplify)

@@ -27,8 +27,6 @@ from porelang.syntax.parse import parse
 MOST_DIAGNOSTICS = 100
 #: What a statement that cannot be read was about to bind.
 _BINDING = re.compile(r"^[ \t]*(?:let|def|param|use\s.*\sas)\s+(\w+)", re.MULTILINE)
-#: What is no program, though it is a text.
-_FILE = re.compile(r"\s*\S+\.pore\s*")
 
 
 def compile(text: str | None = None, *, path: str | Path | None = None, name: str = "<text>") -> Program:
@@ -43,11 +41,13 @@ def compile(text: str | None = None, *, path: str | Path | None = None, name: st
     """
     if (text is None) == (path is None):
         raise TypeError("compile takes a text or a path")
-    if isinstance(text, os.PathLike) or (isinstance(text, str) and _FILE.fullmatch(text)):
-        raise fail("E105", f"`{text}` is the name of a file, and no program",
-                   hint=f'write porelang.compile(path="{text}")')  # fmt: skip
+    if isinstance(text, os.PathLike) or (isinstance(text, str) and re.fullmatch(r"[^\n]*\.pore", text)):
+        raise fail("E108", f"`{text}` is the name of a file, and `compile` was given it as the text of a program",
+                   hint=f"name it as a path: porelang.compile(path={str(text)!r})")  # fmt: skip
     if not isinstance(text, str | None):
-        raise TypeError(f"a program is a text, not {type(text).__name__}")
+        raise TypeError(f"a program is a text (str), not {type(text).__name__}; a file is compile(path=...)")
+    if not isinstance(path, str | os.PathLike | None):
+        raise TypeError(f"a path is a text or a pathlib.Path, not {type(path).__name__}")
     source = read_source(os.path.normpath(path)) if path is not None else Source(name, text or "")
     program, found = try_compile(source)
     if program is None:

@@ -112,7 +112,7 @@ class Program:
             near = suggest(name, self.outputs)
             hint = f"did you mean `{near}`?" if near else f"it has {', '.join(self.outputs) or 'none'}"
             if name in self.elaborated.lets:
-                hint = f"`{name}` is a `let`: write `out {name} = ...` in its place"
+                hint = f"`{name}` is a let: `out {name}_ = {name}` makes an output of it"
             raise fail("E100", f"the program has no output `{name}`", hint=hint)
         return name
 

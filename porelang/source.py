@@ -15,9 +15,6 @@ class Source:
     text: str
     prelude: bool = False
 
-    def __repr__(self) -> str:
-        return f"<source {self.name}: {len(self.text)} characters>"
-
     @cached_property
     def line_starts(self) -> tuple[int, ...]:
         starts = [0]
@@ -34,6 +31,9 @@ class Source:
         start = self.line_starts[number - 1]
         end = self.text.find("\n", start)
         return self.text[start : len(self.text) if end < 0 else end].rstrip("\r")
+
+    def __repr__(self) -> str:
+        return f"<source {self.name}: {len(self.text)} characters>"
 
 
 @dataclass(frozen=True, slots=True)

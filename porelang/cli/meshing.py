@@ -15,7 +15,7 @@ from porelang.cli.loading import load
 from porelang.diagnostics import PoreError, fail
 from porelang.field import checked_bounds
 from porelang.mesh import Surface, write
-from porelang.mesh.doubts import too_coarse
+from porelang.mesh.coarse import too_coarse
 from porelang.mesh.export import writer_of
 from porelang.mesh.part import grid_of, notes_of, refine, surface_of
 from porelang.program import Design
