@@ -167,6 +167,9 @@ def test_a_report_is_a_dict_that_reads_well() -> None:
     assert "volume" in repr(report)
     lines = str(report).splitlines()
     assert any(line.split()[0] == "volume" and "+-" in line and "mm3" in line for line in lines)
+    gyroids = porelang.compile("gyroid(10) |> shell(0.5)").measure(bounds=(-5, -5, -5, 5, 5, 5), resolution=8)
+    assert gyroids["error"]["solid_components"] > 0
+    assert "not certain at this voxel" in next(s for s in str(gyroids).splitlines() if "solid_components" in s)
     assert "<table>" in report._repr_html_()  # type: ignore[attr-defined]  # it is a `Report`
     assert pickle.loads(pickle.dumps(report)) == report
 
