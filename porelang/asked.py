@@ -205,9 +205,14 @@ class Report(dict[str, Any]):
             if key == "bounds":
                 key, unit = "size", "mm"
                 value = " x ".join(f"{b - a:.5g}" for a, b in zip(*value, strict=True))
-            value = f"{value:.6g}" if isinstance(value, float) else str(value)
-            known = (f"{value} {unit}".rstrip(), f"+- {error:.2g} {unit}".rstrip())
-            out.append((key, *(known if math.isfinite(error) else ("not certain at this voxel", ""))))
+            if not math.isfinite(error):
+                told, off = "not certain at this voxel", ""
+            elif isinstance(value, int) and error:
+                told, off = f"not certain at this voxel ({value} are counted)", ""
+            else:
+                told = f"{f'{value:.6g}' if isinstance(value, float) else value} {unit}".rstrip()
+                off = f"+- {error:.2g} {unit}".rstrip() if error else ""
+            out.append((key, told, off))
         for text, number in self.get("reduced", {}).items():
             out.append((text, f"{number['value']:.6g}", f"+- {number['error']:.2g}"))
         return out
@@ -220,7 +225,7 @@ class Report(dict[str, Any]):
     def __str__(self) -> str:
         rows = self.rows()
         wide, long = (max((len(row[i]) for row in rows), default=0) for i in (0, 1))
-        return "\n".join([self.output, *(f"  {a:<{wide}}  {b:<{long}}  {c}" for a, b, c in rows)])
+        return "\n".join([self.output, *(f"  {a:<{wide}}  {b:<{long}}  {c}".rstrip() for a, b, c in rows)])
 
     def _repr_html_(self) -> str:
         failed = [f"failed check: {d['message']}" for d in self.get("failed_checks", ())]

@@ -23,9 +23,6 @@ class Source:
         if "\r" in self.text:
             object.__setattr__(self, "text", re.sub(r"\r(?!\n)", "\n", self.text))
 
-    def __repr__(self) -> str:
-        return f"<source {self.name}: {len(self.text)} characters>"
-
     @cached_property
     def line_starts(self) -> tuple[int, ...]:
         starts = [0]
@@ -42,6 +39,9 @@ class Source:
         start = self.line_starts[number - 1]
         end = self.text.find("\n", start)
         return self.text[start : len(self.text) if end < 0 else end].rstrip("\r")
+
+    def __repr__(self) -> str:
+        return f"<source {self.name}: {len(self.text)} characters>"
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,8 @@ out cold = translate(ball, [30, 0, 0])
 out way = grad(ball)
 """
 FAILING = 'param r = 5mm in 1mm..9mm\ncheck r < 4mm, "too large"\nsphere(r)'
-THIN = "shell(sphere(20), 0.01)"
+#: At eight samples along its side a ball lacks 4 % of its volume.
+COARSE = 8
 
 
 @pytest.fixture(scope="module")
@@ -166,6 +167,9 @@ def test_a_report_is_a_dict_that_reads_well() -> None:
     assert "volume" in repr(report)
     lines = str(report).splitlines()
     assert any(line.split()[0] == "volume" and "+-" in line and "mm3" in line for line in lines)
+    gyroids = porelang.compile("gyroid(10) |> shell(0.5)").measure(bounds=(-5, -5, -5, 5, 5, 5), resolution=8)
+    assert gyroids["error"]["solid_components"] > 0
+    assert "not certain at this voxel" in next(s for s in str(gyroids).splitlines() if "solid_components" in s)
     assert "<table>" in report._repr_html_()  # type: ignore[attr-defined]  # it is a `Report`
     assert pickle.loads(pickle.dumps(report)) == report
 
@@ -193,12 +197,16 @@ def test_bounds_are_six_numbers_two_corners_or_a_text() -> None:
         program.mesh(resolution=12, bounds="1,2,3")
 
 
-@pytest.mark.parametrize("given", ["specimen.pore", Path("parts") / "specimen.pore", "/home/me/my.pore\n"])
+@pytest.mark.parametrize("given", ["specimen.pore", Path("parts") / "specimen.pore", "/home/me/my part.pore"])
 def test_the_name_of_a_file_is_no_program(given: Any) -> None:
     with pytest.raises(PoreError, match="compile\\(path=") as caught:
         porelang.compile(given)
     assert caught.value.diagnostics[0].code == "E108"
+<<<<<<< HEAD
     with pytest.raises(TypeError, match="a program is a text .*, not bytes"):
+=======
+    with pytest.raises(TypeError, match="not bytes"):
+>>>>>>> trust-python
         porelang.compile(b"sphere(3)")  # type: ignore[arg-type]  # as a user might
 
 
@@ -238,7 +246,11 @@ def test_measuring_tells_of_checks_that_fail() -> None:
 
 def test_doubts_are_warnings_at_the_caller_s_line() -> None:
     with pytest.warns(PoreWarning) as told:
+<<<<<<< HEAD
         porelang.compile(THIN).mesh(resolution=24, force=True)
+=======
+        porelang.compile("sphere(10)").mesh(resolution=COARSE)
+>>>>>>> trust-python
     assert [w.message.diagnostic.code for w in told] == ["W202"]  # type: ignore[union-attr]  # each is a `PoreWarning`
     assert told[0].filename == __file__
     with pytest.warns(PoreWarning, match="W201"):
@@ -247,7 +259,11 @@ def test_doubts_are_warnings_at_the_caller_s_line() -> None:
         warnings.simplefilter("error", PoreWarning)
         assert porelang.compile("sphere(10)").mesh(resolution=24).is_watertight
         with pytest.raises(PoreWarning, match="W202"):
+<<<<<<< HEAD
             porelang.compile(THIN).mesh(resolution=24, force=True)
+=======
+            porelang.compile("sphere(10)").mesh(resolution=COARSE)
+>>>>>>> trust-python
 
 
 def test_layers_for_python(tmp_path: Path) -> None:
@@ -321,7 +337,11 @@ def test_a_slip_in_an_option_or_a_name_is_guessed() -> None:
     assert caught.value.diagnostics[0].code == "E083"
     with pytest.raises(PoreError, match="no param `q`"):
         program.mesh(q=20)
+<<<<<<< HEAD
     with pytest.raises(PoreError, match="`out ball_ = ball` makes an output"):
+=======
+    with pytest.raises(PoreError, match="`ball` is a let"):
+>>>>>>> trust-python
         program.mesh("ball")
 
 
