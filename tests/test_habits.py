@@ -114,6 +114,11 @@ WRITTEN = {
     "{ let a = 5 sphere(a) }": "{ let a = 5; sphere(a) }",
     "sphere(r:5)": "sphere(r=5)",
     "sphere(5,5mm)": "sphere(5.5mm)",
+    "box(1,2,3)": "box([1,2,3])",
+    "sum(12,3) + x": "sum([12,3]) + x",
+    "sphere(5]": "sphere(5)",
+    "sphere(5])": "sphere(5)",
+    "union([sphere(5)) & cube(8)": "union([sphere(5)]) & cube(8)",
     "sphere(1'000)": "sphere(1000)",
     "sphere(5).translate([1,2,3])": "sphere(5) |> translate([1,2,3])",
     "translate([1,2,3], sphere(5))": "translate(sphere(5), [1,2,3])",
@@ -154,6 +159,8 @@ TOLD = {
     "let (a, b) = [1, 2]\nsphere(5)": ("E009", "`q[0]`"),
     "solve(5, 3, 0..1)": ("E060", "`t => ...`"),
     "sphere(1,000)": ("E040", "`1000`"),
+    "x = 3\nsphere(5)": ("E019", "choose another name"),
+    'sphere("ten")': ("E060", "E060"),
 }
 
 

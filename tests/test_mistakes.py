@@ -195,7 +195,7 @@ def test_the_rendered_diagnostic() -> None:
         "  |\n"
         "2 | let b = (a + 2]\n"
         "  |         - opened here\n"
-        "  = hint: a `)` is missing before the `]`"
+        "  = hint: write `)`"
     )
 
 

@@ -202,11 +202,7 @@ def test_the_name_of_a_file_is_no_program(given: Any) -> None:
     with pytest.raises(PoreError, match="compile\\(path=") as caught:
         porelang.compile(given)
     assert caught.value.diagnostics[0].code == "E108"
-<<<<<<< HEAD
-    with pytest.raises(TypeError, match="a program is a text .*, not bytes"):
-=======
     with pytest.raises(TypeError, match="not bytes"):
->>>>>>> trust-python
         porelang.compile(b"sphere(3)")  # type: ignore[arg-type]  # as a user might
 
 
@@ -246,11 +242,7 @@ def test_measuring_tells_of_checks_that_fail() -> None:
 
 def test_doubts_are_warnings_at_the_caller_s_line() -> None:
     with pytest.warns(PoreWarning) as told:
-<<<<<<< HEAD
-        porelang.compile(THIN).mesh(resolution=24, force=True)
-=======
         porelang.compile("sphere(10)").mesh(resolution=COARSE)
->>>>>>> trust-python
     assert [w.message.diagnostic.code for w in told] == ["W202"]  # type: ignore[union-attr]  # each is a `PoreWarning`
     assert told[0].filename == __file__
     with pytest.warns(PoreWarning, match="W201"):
@@ -259,11 +251,7 @@ def test_doubts_are_warnings_at_the_caller_s_line() -> None:
         warnings.simplefilter("error", PoreWarning)
         assert porelang.compile("sphere(10)").mesh(resolution=24).is_watertight
         with pytest.raises(PoreWarning, match="W202"):
-<<<<<<< HEAD
-            porelang.compile(THIN).mesh(resolution=24, force=True)
-=======
             porelang.compile("sphere(10)").mesh(resolution=COARSE)
->>>>>>> trust-python
 
 
 def test_layers_for_python(tmp_path: Path) -> None:
@@ -337,11 +325,7 @@ def test_a_slip_in_an_option_or_a_name_is_guessed() -> None:
     assert caught.value.diagnostics[0].code == "E083"
     with pytest.raises(PoreError, match="no param `q`"):
         program.mesh(q=20)
-<<<<<<< HEAD
-    with pytest.raises(PoreError, match="`out ball_ = ball` makes an output"):
-=======
     with pytest.raises(PoreError, match="`ball` is a let"):
->>>>>>> trust-python
         program.mesh("ball")
 
 

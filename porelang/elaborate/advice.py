@@ -70,19 +70,34 @@ def kept(function: Function, contract: str, name: str, place: Span) -> tuple[str
     return hint if prelude else f"{hint}, or change the contract", None
 
 
-def one_by_one(function: Function, arguments: Sequence[Given]) -> tuple[str, Edit | None]:
-    """What to write where the items of a list, or the components of a vector, are given one by one."""
-    params = function.parameters
-    extra = len(arguments) - len(params)
-    number = r"\d+(\.\d*)?[A-Za-z]*"
+def is_number(text: str) -> bool:
+    """Whether a text is a number as it is written, with or without a unit."""
+    return re.fullmatch(r"-?(\d+\.?\d*|\.\d+)[A-Za-z]*", text.strip()) is not None
+
+
+def too_many(function: Function, arguments: Sequence[Given]) -> tuple[str, Edit | None]:
+    """What to write where there are more arguments than parameters."""
+    told = _one_by_one(function, arguments)
+    return told if told[0] or len(arguments) != len(function.parameters) + 1 else _decimal_comma(arguments)
+
+
+def _decimal_comma(arguments: Sequence[Given]) -> tuple[str, Edit | None]:
+    """What to write for `5,5mm`, which reads as two arguments."""
     for a, b in pairwise(arguments):
         touch = a.span.source is b.span.source and Span(a.span.source, a.span.end, b.span.start).text == ","
-        if touch and extra == 1 and a.span.text.isdigit() and re.fullmatch(number, b.span.text):
+        if touch and a.span.text.isdigit() and is_number(b.span.text):
             joined = f"{a.span.text}.{b.span.text}"
             hint = f"a comma parts arguments; with a decimal point it is `{joined}`"
             if re.fullmatch(r"\d{3}[A-Za-z]*", b.span.text):
                 return f"{hint}, without separators `{a.span.text}{b.span.text}`", None
             return hint, Edit(a.span.to(b.span), joined)
+    return "", None
+
+
+def _one_by_one(function: Function, arguments: Sequence[Given]) -> tuple[str, Edit | None]:
+    """What to write where the items of a list, or the components of a vector, are given one by one."""
+    params = function.parameters
+    extra = len(arguments) - len(params)
     at = next((i for i, p in enumerate(params) if {k.name for k in p.kinds} & {"list", "vector", "point"}), None)
     if at is None or any(a.name for a in arguments):
         return "", None

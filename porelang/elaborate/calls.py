@@ -224,7 +224,7 @@ def _coerce(
         edit = Edit(site.function.span, ours)
     elif isinstance(value, Vector) and declared[0].name in _NUMBERS:
         hint = f"a vector has three numbers: `{place.text}.x`, or `length({place.text})`"
-    elif isinstance(value, Text) and declared[0].name in _NUMBERS:
+    elif isinstance(value, Text) and declared[0].name in _NUMBERS and advice.is_number(value.value):
         hint, edit = "a number stands without quotes", Edit(place, value.value)
     elif code == "E060" and isinstance(value, Scalar):
         hint = {"point": f"a point is `[{place.text}, 0, 0]`", "list": f"a list is `[{place.text}]`"}.get(
@@ -307,9 +307,7 @@ def _match(ctx: Context, function: Function, arguments: Sequence[Given], site: t
     for a in arguments:
         if a.name is None:
             if position >= len(names):
-                _too_many(
-                    ctx, function.name, names, a.span, function.definition, advice.one_by_one(function, arguments)
-                )
+                _too_many(ctx, function.name, names, a.span, function.definition, advice.too_many(function, arguments))
                 return None
             name = names[position]
             position += 1

@@ -253,14 +253,20 @@ def _mismatch(token: Token, opened: list[Token]) -> Diagnostic | None:
     if want == token.type:
         return None
     sign = {"RPAR": ")", "RBRACK": "]", "RBRACE": "}"}[want]
+    closes_another = any(OPENING[o.type] == token.type for o in opened[-NESTING:-1])
+    place, ours, hint = token.span, sign, f"write `{sign}`"
+    if closes_another:
+        place, hint = _empty(token), f"a `{sign}` is missing before the `{token.text}`"
+    elif token.span.source.text[token.span.end :].lstrip().startswith(sign):
+        ours, hint = "", f"leave out the `{token.text}`"
     return Diagnostic(
         "E006",
         f"`{token.text}` does not close `{opened[-1].text}`",
         token.span,
         f"`{sign}` expected",
         (Label(opened[-1].span, "opened here"),),
-        hint=f"a `{sign}` is missing before the `{token.text}`",
-        edit=Edit(_empty(token), sign),
+        hint=hint,
+        edit=Edit(place, ours),
     )
 
 

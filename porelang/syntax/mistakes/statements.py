@@ -309,6 +309,9 @@ def assignment(f: Failure) -> Diagnostic | None:
     first = f.tokens[start]
     at_start = start == 0 or f.inner == "LBRACE"
     if at_start and first.type == "NAME" and start == f.at - 1:
+        if first.text in ("x", "y", "z", "p"):
+            hint = "x, y, z and p are the point: choose another name, `let a = ...`"
+            return f.error("E019", f"`{first.text}` is a coordinate, and gets no value", hint=hint)
         hint = f"write `let {first.text} = ...`; inside a call, `f(r=2)` names an argument"
         edit = Edit(Span(first.span.source, first.span.start, first.span.start), "let ")
         return f.error("E019", f"a name gets its value with `let`: `let {first.text} = ...`", hint=hint, edit=edit)

@@ -1,0 +1,211 @@
+"""What is to be said of a mesh: that it is not the part, what it lacks, and where it is in pieces or runs through
+itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from porelang.analysis.box import block
+from porelang.data import Reduced
+from porelang.diagnostics import Diagnostic, PoreError, fail
+from porelang.field import Bounds, checked_bounds
+from porelang.ir import node
+from porelang.mesh.crumbs import Settled
+from porelang.mesh.grid import Grid, place
+from porelang.mesh.lost import lost
+from porelang.mesh.solid import Flags, Floats, Solid
+from porelang.mesh.surface import Surface
+from porelang.mesh.walls import TO_A_WALL, thinnest
+from porelang.program import Design
+from porelang.source import Span
+from porelang.tasks.numbers.integrals import volume
+
+#: A mesh whose volume is further than this from the part's is not the part, and one much further is not written.
+COARSE, USELESS = 0.03, 0.2
+ACCURACY = 2e-3
+GUESSES = 40  # points along a side, to tell at a glance that the volume is right
+#: Less than this share of the cells of a mesh, and no further beyond its ends than so many voxels, is nothing that
+#: anyone misses: wherever two surfaces meet at a sharp angle something runs out between the samples.
+MISSED, SHORT = 0.02, 2.0
+
+
+def volume_doubts(
+    design: Design, name: str | None, bounds: Bounds | None, held: float, part: Solid, force: bool = False
+) -> list[Diagnostic]:
+    """W202, where a mesh holds another volume (mm3) than the part. Errors: E118 where it is another by more than a
+    fifth, unless `force`. A few points in the part's box are looked at first, and may do.
+    """
+    if _about(part, held):
+        return []
+    true = _volume(design, name, bounds)
+    off, numbers = _off(held, true)
+    if not off:
+        return []
+    span = _span(design, name)
+    label = f"{'walls' if held < true.value else 'gaps'} no wider than a voxel or two are lost or torn"
+    if off > USELESS and not force:
+        much = f"lost {off:.0%} of the part" if held < true.value else f"holds {off:.0%} too much"
+        hint = f"{_finer(part)}; or keep it as it is, --force"
+        raise fail("E118", f"the mesh {much}: it holds {numbers}", span, label=label, hint=hint)
+    message = f"the voxel is too coarse: the mesh holds {numbers}"
+    return [Diagnostic("W202", message, span, label, hint=_finer(part), severity="warning")]
+
+
+def layer_doubts(design: Design, name: str | None, bounds: Bounds | None, held: float) -> list[Diagnostic]:
+    """W202, where layers hold another volume (mm3) than the part."""
+    off, numbers = _off(held, _volume(design, name, bounds))
+    if not off:
+        return []
+    message, hint = f"the layers hold {numbers}", "use a smaller --step and --voxel, a few to the thinnest wall"
+    label = "what is thinner than a pixel or a layer is lost or torn"
+    return [Diagnostic("W202", message, _span(design, name), label, hint=hint, severity="warning")]
+
+
+def _volume(design: Design, name: str | None, bounds: Bounds | None) -> Reduced:
+    formula = design.of(name)
+    if bounds is not None:
+        formula = formula.with_roots(node("max", formula.root, block(checked_bounds(bounds))))
+    return volume(formula, accuracy=ACCURACY)
+
+
+def _off(held: float, true: Reduced) -> tuple[float, str]:
+    """By which share of a part's volume another is off, 0 where that is nothing to speak of; and both as text."""
+    off = max(abs(held - true.value) - true.error, 0.0)
+    told = f"{held:.4g} mm3, the part {true.value:.4g} +- {true.error:.2g} mm3"
+    return (off / true.value if off > COARSE * true.value else 0.0), told
+
+
+def _span(design: Design, name: str | None) -> Span:
+    return design.program.outputs[design.program.output(name)].span
+
+
+def _about(part: Solid, held: float) -> bool:
+    """Whether points, one by chance in every cell of the box, tell that the part holds about that volume."""
+    size = part.hi - part.lo
+    random = np.random.default_rng(0)
+    cells = np.stack(np.meshgrid(*[np.arange(GUESSES)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    share = float(part.holds(part.lo + (cells + random.random(cells.shape)) * size / GUESSES).mean())
+    whole = float(np.prod(size))
+    error = 3 * whole * (share * (1 - share) / len(cells)) ** 0.5
+    return bool(abs(held - share * whole) + error <= COARSE * share * whole)
+
+
+def _finer(part: Solid) -> str:
+    """What to do about walls that the voxel does not hold."""
+    wall = thinnest(part)
+    if wall is None:
+        return "use a smaller --voxel, a few to the thinnest wall"
+    return f"use --voxel {_round(wall / TO_A_WALL)}mm: the thinnest walls are about {wall:.2g} mm thick"
+
+
+def _round(length: float) -> str:
+    """A length with two figures, not rounded up."""
+    step = 10.0 ** (np.floor(np.log10(length)) - 1)
+    return f"{np.floor(length / step * (1 + 1e-9)) * step:.2g}"
+
+
+def lost_doubts(design: Design, name: str | None, surface: Surface, grid: Grid, part: Solid) -> list[Diagnostic]:
+    """W205, where the part has something that the mesh has nothing of."""
+    found = lost(surface, grid, part)
+    walls = found.solid & np.isfinite(found.thick) | ~found.solid
+    lo, hi = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    beyond = _beyond(found.points[found.solid], lo, hi)
+    short = float(beyond.max(initial=0.0)) > SHORT * grid.spacing
+    if not short and walls.sum() * found.each <= MISSED * len(surface.vertices):
+        return []
+    far = found.points[found.solid][int(beyond.argmax())] if short else found.points[int(found.away.argmax())]
+    parts = []
+    if short:
+        most = np.maximum(hi, found.points[found.solid].max(axis=0)) - np.minimum(
+            lo, found.points[found.solid].min(axis=0)
+        )
+        parts.append(f"the part is at least {_size(most)} mm, the mesh {_size(hi - lo)} mm")
+    here = int(found.away.argmax())
+    kind = "the part has material" if found.solid[here] or short else "the part has a gap"
+    parts.append(f"at {place(far)} {kind} where the mesh has none")
+    thick = found.thick[np.isfinite(found.thick)]
+    told = f", and is about {np.median(thick):.2g} mm thick there" if len(thick) else ""
+    return [
+        Diagnostic(
+            "W205",
+            f"the mesh lacks what is thinner than its voxel of {grid.spacing:.3g} mm: {'; '.join(parts)}{told}",
+            _span(design, name),
+            "some of this falls between the samples",
+            hint=f"use --voxel {_round(float(np.median(thick)) / TO_A_WALL)}mm"
+            if len(thick)
+            else "use a smaller --voxel, a few to the thinnest wall or gap",
+            severity="warning",
+        )
+    ]
+
+
+def _beyond(points: Floats, lo: Floats, hi: Floats) -> Floats:
+    """How far points are outside of a box, along the axis where they are furthest."""
+    beyond: Floats = np.maximum(lo - points, points - hi).max(axis=1, initial=-np.inf)
+    return beyond
+
+
+def _size(size: Floats) -> str:
+    return " x ".join(f"{s:.4g}" for s in size)
+
+
+def torn_doubts(design: Design, name: str | None, settled: Settled, grid: Grid) -> list[Diagnostic]:
+    """W205, where pieces of the mesh hang together in the part."""
+    if not settled.torn:
+        return []
+    many = f"{settled.torn} pieces of the mesh are" if settled.torn > 1 else "a piece of the mesh is"
+    return [
+        Diagnostic(
+            "W205",
+            f"{many} torn off: in the part what lies between is thinner than the voxel of {grid.spacing:.3g} mm",
+            _span(design, name),
+            "some of this falls between the samples",
+            hint="use a smaller --voxel, a few to the thinnest wall",
+            severity="warning",
+        )
+    ]
+
+
+def crossed_doubts(design: Design, name: str | None, surface: Surface, crossing: Flags) -> list[Diagnostic]:
+    """W207, where triangles cross others."""
+    count = int(crossing.sum())
+    if not count:
+        return []
+    where = surface.vertices[surface.faces[int(np.flatnonzero(crossing)[0])]].mean(axis=0)
+    return [
+        Diagnostic(
+            "W207",
+            f"the mesh runs through itself: {count} of {len(crossing)} triangles cross others, one at {place(where)}",
+            _span(design, name),
+            "walls or wedges thinner than a voxel cross there",
+            hint="use a smaller --voxel; without --sharp and --simplify the mesh does not cross itself",
+            severity="warning",
+        )
+    ]
+
+
+def explained(error: PoreError, grid: Grid, part: Solid) -> PoreError:
+    """Why a mesh is empty: where the part has material between the samples, that, and the voxel to use."""
+    found = lost(None, grid, part)
+    some = np.flatnonzero(found.solid)
+    if not len(some):
+        return error
+    thick = found.thick[some][np.isfinite(found.thick[some])]
+    at = place(found.points[some[0]])
+    if not len(thick):
+        between = f"there is material at {at}, and no sample meets it"
+        return fail(
+            "E111",
+            f"the part is thinner than the voxel of {grid.spacing:.3g} mm: {between}",
+            hint="use a smaller --voxel: a few to the thinnest wall",
+        )
+    wall = float(np.median(thick))
+    voxel = _round(wall / TO_A_WALL)
+    samples = float(np.prod((part.hi - part.lo) / float(voxel) + 2))
+    much = "" if samples < 1e9 else f", which takes {samples:.1g} samples; or mesh a part of it with --bounds"
+    between = f"about {wall:.2g} mm (at {at}) between samples {grid.spacing:.3g} mm apart"
+    return fail(
+        "E111",
+        f"the walls are thinner than the voxel, and no sample meets them: {between}",
+        hint=f"use --voxel {voxel}mm{much}",
+    )
