@@ -82,7 +82,7 @@ def inside_of(body: Node, bindings: Bindings) -> Points | None:
         size = float(np.prod(hi - lo))
         if size < 1.02 * before and len(inside) > MOST // 50:
             points = random.uniform(lo, hi, (2 * MOST, 3))
-            return points[at(points)[0] < 0]  # type: ignore[no-any-return]  # Points
+            return points[at(points)[0] < 0]
         before = max(size, before)
         more = 0.2 * (hi - lo) + float(np.abs(values[values < 0]).max())
         if not np.isfinite(more).all():
