@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.box import Box, part_box
-from porelang.analysis.sampled import MOST, Points, inside_of, number, sampler
+from porelang.analysis.sampled import MOST, Points, about_the_origin, inside_of, number, sampler
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.elaborate.results import Elaborated, ParamInfo, Suspicion
@@ -113,8 +113,11 @@ def _slope(lattice: Node, bindings: Bindings) -> float | None:
 
 def _total(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     a, b = s.nodes
-    both = inside_of(node("max", a, b), bindings)
-    if both is None:  # of two that are apart it is the region nearer to one: that may be meant
+    at = sampler([a, b], bindings)
+    if at is None:
+        return None
+    one, other = at(about_the_origin())
+    if not ((one < 0) & (other < 0)).any():  # of two that are apart it is the region nearer to one: that may be meant
         return None
     what, instead = ("the difference", "\\") if s.name == "-" else ("the union", "|")
     return _warning(
@@ -133,7 +136,7 @@ def _copies(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic |
     sizes = [number(w, bindings) for w in cell] or [0.0] * 3
     if points is None or at is None or any(w is None for w in sizes):
         return None
-    points = points[:1500]
+    points = points[:2500]
     least: NDArray[np.bool_] | None = None
     for bits in range(8 if cell else 1):  # a row of an even number has no copy in the middle
         shift = [0.5 * w * (bits >> i & 1) for i, w in enumerate(sizes) if w is not None]

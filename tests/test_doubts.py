@@ -65,6 +65,7 @@ DOUBTED = [
     ("let hollow = cube(20) - sphere(9)\ntranslate(hollow, [1, 0, 0]) | sphere(1)", "W213"),
     ("cube(20) - sphere(5) - cylinder(2, 30) & sphere(14)", "W213"),
     ("~(cube(20) - sphere(9)) & cube(30)", "W213"),
+    ("extrude(circle(10) - rect(5, 5), 5)", "W213"),
     ("smooth_union(cube(20) - sphere(9), sphere(3), 2)", "W213"),
     # degrees
     ("rotate(box([30, 5, 5]), [0, 0, 1], 30)", "W214"),
@@ -78,6 +79,7 @@ DOUBTED = [
     ("union([for i in range(7): rotate(box([30, 5, 5]), [0, 0, 1], 360 / 7 * i)])", "W214"),
     # copies that are cut
     ("ring(capsule([5, 0, 0], [15, 10, 0], 1), 8)", "W215"),
+    ("cylinder(4, 4) | ring(translate(box([4, 10, 2]), [0, 9, 0]), 7)", "W215"),  # not on the side of +x
     ("repeat(capsule([0, 0, 0], [8, 0, 0], 1), 10, counts=[3, 1, 1])", "W215"),
     ("repeat(translate(sphere(4), [5, 0, 0]), 10, counts=[4, 1, 1])", "W215"),
     # exchanged arguments
@@ -134,6 +136,13 @@ RIGHT = [
     "union([for i in range(40): translate(sphere(2), [12 * cos(0.7 * i), 12 * sin(0.7 * i), i])])",
     "union([for i in range(40): translate(sphere(2), [9 * sin(12.9898 * i), 9 * sin(78.233 * i), i])])",
     "sphere(10) & sin(40 * x)",
+    "cylinder(10, 5) | ring(translate(box([4, 2, 5]), [11, 0, 0]), 24)",
+    "polar(repeat(sphere(1), [100, 4, 4]), turn=40) & cylinder(8, 20)",
+    "cylinder(10, 20) - 0.3 * max(sin(20 * atan2(y, x) + z), sin(20 * atan2(y, x) - z))",
+    "let g = gyroid(10)\ng / length(grad(g)) |> shell(0.4mm) & cube(20)",
+    "smooth_union(gyroid(10) & cube(20), sphere(4), 2mm)",
+    "sphere(10) & translate(sphere(10), [12, 0, 0])",
+    "cube(20um) & gyroid(5um)",
     "ring(translate(sphere(3), [12, 0, 0]), 6)",
     "ring(translate(sphere(8), [12, 0, 0]), 6)",  # they overlap, and nothing is lost
     "ring(gyroid(10) |> shell(0.5), 6) & cylinder(20, 20)",

@@ -47,38 +47,53 @@ def number(n: Node, bindings: Bindings) -> float | None:
     return value if np.isfinite(value) else None
 
 
+def about_the_origin() -> Points:
+    """Points (n, 3) of several scales, up to 256 mm from the origin."""
+    scales = np.repeat([[2.0], [8.0], [32.0], [128.0], [256.0]], 2 * MOST // 5, 0)
+    points: Points = np.random.default_rng(1).uniform(-1, 1, (len(scales), 3)) * scales
+    return points
+
+
 def inside_of(body: Node, bindings: Bindings) -> Points | None:
     """Points spread evenly within a solid; None where samples find none of it, or no end.
 
-    Samples of several scales find some of it, and a box round what was found is widened until it grows no more. A box
-    that encloses it for certain would take ten times as long to find.
+    Samples of several scales find some of it, or what is nearest, and a box round what was found is widened until it
+    grows no more. A box that encloses it for certain would take ten times as long to find.
     """
     at = sampler([body], bindings)
     if at is None:
         return None
     random = np.random.default_rng(1)
-    points = random.uniform(-1, 1, (2 * MOST, 3)) * np.repeat([[2.0], [8.0], [32.0], [128.0]], MOST // 2, 0)
+    points = about_the_origin()
     before = 0.0
     for _ in range(12):
         (values,) = at(points)
         inside: Points = points[values < 0]
-        if not len(inside):
-            return None
+        if not len(inside):  # the nearest is about as far from it as its value says, if that is a distance
+            if np.isnan(values).all():
+                return None
+            at_least = int(np.nanargmin(values))
+            reach = 1.5 * float(values[at_least])
+            if not 0 < reach < UNIVERSE:
+                return None
+            points = random.uniform(points[at_least] - reach, points[at_least] + reach, (MOST, 3))
+            continue
         lo, hi = inside.min(axis=0), inside.max(axis=0)
         size = float(np.prod(hi - lo))
         if size < 1.02 * before and len(inside) > MOST // 50:
-            return inside
+            points = random.uniform(lo, hi, (2 * MOST, 3))
+            return points[at(points)[0] < 0]
         before = max(size, before)
         more = 0.2 * (hi - lo) + float(np.abs(values[values < 0]).max())
+        if not np.isfinite(more).all():
+            return None
         points = random.uniform(lo - more, hi + more, (MOST, 3))
     return None
 
 
 def holds_anything(formula: Formula) -> bool:
     """Whether samples about the origin find material."""
-    random = np.random.default_rng(1)
-    points = np.concatenate([random.uniform(-r, r, (1000, 3)) for r in (3, 10, 30, 100, 300)])
-    return bool((NumpyField(formula, "f64", 1).at(points) < 0).any())
+    return bool((NumpyField(formula, "f64", 1).at(about_the_origin()) < 0).any())
 
 
 def unending(formula: Formula) -> str:

@@ -55,7 +55,8 @@ def note(known: Natures, definition: tree.Def, arguments: Mapping[str, Value], r
         return None
     if fact[2]:
         given = arguments.get(fact[2])
-        found = nature(known, given.node) if isinstance(given, Scalar) else None
+        same = nature(known, given.node) if isinstance(given, Scalar) else None
+        found = None if same is None else replace(same, period=None)
     else:
         w = arguments.get("w")
         raw = fact[1] == "raw lattice"

@@ -109,7 +109,8 @@ def degrees(ctx: Context, value: Value, place: Span, called: str, rate: bool = F
         at = whole.start + numbers[0].start()
         edit = Edit(Span(whole.source, at, at + len(numbers[0][1])), f"{numbers[0][1]}deg")
     else:
-        hint, edit = f"write `({text}) * 1deg`", Edit(whole, f"({text}) * 1deg")
+        instead = f"{text} * 1deg" if text.isidentifier() else f"({text}) * 1deg"
+        hint, edit = f"write `{instead}`", Edit(whole, instead)
     _doubt(ctx, "W214", f"`{called}` of {number:g} radians; are these degrees?", place, label, hint, edit=edit)
 
 
