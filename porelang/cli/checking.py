@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from argparse import Namespace
 
-from porelang.checks import broken_checks, doubtful_numbers, late_doubts, undecided_checks, unmeasured_checks
+from porelang.checks import (
+    broken_checks,
+    doubtful_numbers,
+    find_searches,
+    late_doubts,
+    read_by,
+    undecided_checks,
+    unmeasured_checks,
+)
 from porelang.cli import report
 from porelang.compiler import MOST_DIAGNOSTICS, try_compile
 from porelang.diagnostics import PoreError
@@ -21,12 +29,13 @@ def check(options: Namespace) -> int:
         try:
             design = program.design(dict(options.settings))
             design.read_data()
+            find_searches(design)
             if options.measure:
                 design.keep_contracts()
             broken = broken_checks(design, options.measure)
             if options.measure:
                 broken += [*undecided_checks(design), *late_doubts(design)]
-                broken += doubtful_numbers(design, *program.graph.roots)
+                broken += doubtful_numbers(design, *read_by(program))
         except PoreError as error:
             broken = list(error.diagnostics)
         report.say([d for d in broken if d.severity == "error" or not options.quiet])
