@@ -28,6 +28,21 @@ def unmeasured_checks(program: Program) -> int:
     return sum(map(_slow, program.graph.checks))
 
 
+def read_by(program: Program) -> list[Node]:
+    """The roots that a program is read for: its outputs and checks, and not what a text asks for that nothing reads."""
+    return [*(root for roots in program.graph.outputs.values() for root in roots), *program.graph.checks]
+
+
+def find_searches(design: Design) -> None:
+    """Find what each `solve` looks for in a program that asks for nothing slower: formulas take no time, and what is
+    wrong with one is said at once. Errors: theirs."""
+    asked = [n for n in order(design.program.graph.roots) if n.op in TASKS]
+    if any(n.op == "solve" for n in asked) and not any(n.op != "solve" and _slow(n) for n in asked):
+        for n in design.reads(*read_by(design.program)):
+            if n.op == "solve" and n.depends < UNKNOWN:
+                design.number(n)
+
+
 def failed_checks(design: Design, measure: bool = True) -> list[int]:
     """The `check` statements that do not hold, by their index; those about whole fields only if `measure`."""
     return [

@@ -32,6 +32,8 @@ def numbers(text: str, **settings: float) -> list[tuple[float, float]]:
         ("volume(sphere(10) | (sphere(10) |> translate([100, 0, 0])))", 8 / 3 * math.pi * 1000, 2e-2),
         ("area(sphere(10))", 400 * math.pi, 1e-3),
         ("area(torus(20, 5))", 4 * math.pi**2 * 20 * 5, 3e-3),
+        ("area(sphere(10) * 1e200)", 400 * math.pi, 1e-3),
+        ("area(sphere(10) * 1e-200)", 400 * math.pi, 1e-3),
         ("area(cylinder(10, 20))", 2 * math.pi * 100 + 2 * math.pi * 10 * 20, 3e-3),
         ("mean(x * x, sphere(10))", 20.0, 1e-3),
         ("mean(z, sphere(10) |> translate([0, 0, 7]))", 7.0, 1e-3),

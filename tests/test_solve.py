@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 
 import porelang
 from porelang.checks import doubtful_numbers
+from porelang.cli import main
 from porelang.diagnostics import Diagnostic
 from porelang.ir import order, unknown
 from porelang.tasks.numbers.trends import trend
@@ -80,6 +82,25 @@ def test_the_range_that_is_advised_holds_one_answer() -> None:
     advised = hint.split("`")[1]
     (found,) = porelang.compile(f"x + solve(t => (t-1)*(t-2)*(t-3), 0, {advised})").reduced().values()
     assert abs(found.value - 1) <= found.error
+
+
+@pytest.mark.parametrize(
+    ("text", "status"),
+    [
+        ("sphere(solve(t => (t-1)*(t-2)*(t-3), 0, 0..4))", 1),
+        ("sphere(solve(t => (t-1)*(t-2)*(t-3), 0, 1.5..2.5))", 0),
+        ("param k = 0 in 0..1\nsphere(if k > 0.5 then solve(t => floor(t), 1.5, 0..4) else 3)", 0),
+        ("sphere(solve(s => s + solve(t => t * s, 6, 0.1..100), 5, 2.5..4.5))", 0),
+        ("sphere(solve(t => t^2, 4, -3..3)) & sphere(volume(sphere(1)) / 1mm^2)", 0),  # that needs --measure
+    ],
+)
+def test_a_check_says_at_once_what_is_wrong_with_a_formula(
+    text: str, status: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "part.pore"
+    path.write_text(text)
+    assert main(["check", str(path)]) == status
+    assert ("E098" in capsys.readouterr().err) == bool(status)
 
 
 def test_numbers_with_errors_widen_the_answer() -> None:

@@ -7,7 +7,9 @@ from argparse import Namespace
 from porelang.checks import (
     broken_checks,
     doubtful_numbers,
+    find_searches,
     late_doubts,
+    read_by,
     structural_faults,
     undecided_checks,
     unmeasured_checks,
@@ -30,6 +32,7 @@ def check(options: Namespace) -> int:
         try:
             design = program.design(dict(options.settings), preset=options.preset)
             design.read_data()
+            find_searches(design)
             if options.measure:
                 design.keep_contracts()
             broken = off_step(program.params, design.settings)
@@ -38,7 +41,7 @@ def check(options: Namespace) -> int:
             broken += broken_checks(design, options.measure)
             if options.measure:
                 broken += [*undecided_checks(design), *late_doubts(design)]
-                broken += doubtful_numbers(design, *program.graph.roots)
+                broken += doubtful_numbers(design, *read_by(program))
         except PoreError as error:
             broken = list(error.diagnostics)
         report.say([d for d in broken if d.severity == "error" or not options.quiet])

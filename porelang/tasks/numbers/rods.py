@@ -180,6 +180,7 @@ class Rods:
         """The unit normals of the surface at its points; not a number where the field has no slope there."""
         slope = self.slope.at(points)
         with np.errstate(all="ignore"):
+            slope = slope / np.abs(slope).max(axis=1)[:, None]  # what is steep or flat beyond measure can be squared
             return np.asarray(slope / np.linalg.norm(slope, axis=1)[:, None])
 
 
