@@ -8,6 +8,7 @@ form wins on large ones and near edges. Both hold, so the tighter end of each is
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +27,11 @@ _BATCH = 4096
 #: Longer graphs are enclosed by the natural form alone: their derivatives would cost more than what they rule out saves
 #: (a union of 2000 spheres, 8000 operations: twice the time of the whole mesh).
 LONGEST = 2000
+#: Slopes that are kept: boxes of one field are looked at many times.
+_KEPT = 64
 
 
+@lru_cache(maxsize=_KEPT)
 def slopes(root: Node) -> tuple[Node, Node, Node]:
     """The partial derivatives of a flat root along x, y, z, simplified."""
     dx, dy, dz = tidy(derivatives(root))

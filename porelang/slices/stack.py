@@ -18,7 +18,7 @@ Format = Literal["png", "svg"]
 #: Samples with the same y for a row; rows with the same x follow each other.
 Band = NDArray[Any]
 MOST_LAYERS, MOST_PIXELS = 100_000, 1 << 28
-#: Bounds that are found reach beyond the part by a millionth or so: less than this share of a step makes no layer.
+#: Bounds that are found may reach beyond the part by this share of a step: that makes no layer.
 SLACK = 0.01
 AT_ONCE = 1 << 22  # samples: their values and what is computed on the way take some 100 MB
 

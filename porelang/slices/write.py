@@ -9,14 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from porelang.analysis.box import Box, extent_of
 from porelang.backends.numpy import Dtype
 from porelang.diagnostics import fail
 from porelang.field import Backend, Bounds, checked_bounds, make_field
+from porelang.formula import Formula
 from porelang.program import Design
 from porelang.progress import activity, tell
 from porelang.slices.folder import MANIFEST, layers_folder, replace_folder
 from porelang.slices.outline import area_of, outlines
-from porelang.slices.stack import Band, Format, Stack, layers, stack_of
+from porelang.slices.stack import SLACK, Band, Format, Stack, layers, stack_of
 
 SLICING = "slicing"
 
@@ -43,7 +45,7 @@ def write_slices(
     """
     layers_folder(folder)  # what is refused is refused before anything is computed
     formula = design.of(name)
-    box = checked_bounds(bounds) if bounds is not None else design.bounds(name)
+    box = checked_bounds(bounds) if bounds is not None else _box_of(design, formula, name, step)
     stack = stack_of(box, step, pixel or step)
     field = make_field(formula, design.program.ranges, backend, dtype)
     write = _png if form == "png" else _svg
@@ -73,6 +75,14 @@ def write_slices(
         }
         (draft / MANIFEST).write_text(json.dumps(manifest))
     return manifest
+
+
+def _box_of(design: Design, formula: Formula, name: str | None, step: float) -> Box:
+    """The box of an output, so tight that no layer lies outside the part."""
+    extent = design.extent(name)
+    if extent.errors[2] > SLACK * step:
+        extent = extent_of(formula, near=SLACK * step) or extent
+    return extent.outer
 
 
 def _png(path: Path, bands: Iterable[Band], stack: Stack, k: int) -> float:
