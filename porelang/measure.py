@@ -21,7 +21,7 @@ from porelang.analysis.box import Box, block, extent_of, part_box, unbounded_axe
 from porelang.backends.numpy import Dtype
 from porelang.data import Reduced
 from porelang.diagnostics import fail, suggest
-from porelang.field import Backend, Bounds, checked_bounds, make_field
+from porelang.field import Backend, Bounds, checked_bounds, make_field, number_type
 from porelang.formula import Formula
 from porelang.ir import Node, node, order
 from porelang.ir import within as below
@@ -92,6 +92,7 @@ def measure(
     )
     formulas = [design.formula(r) for r in (root, envelope)]
     read = set(design.reads(root, envelope, *design.program.graph.checks))  # not what only another output reads
+    dtype = number_type(formulas[0], extent.outer, h, backend, dtype)
     fields = [make_field(f, design.program.ranges, backend, dtype) for f in formulas]
     around = part_box(formulas[1]) or box
     fine, coarse = (_counts(fields[0], fields[1], around, s) for s in (h, _COARSER * h))

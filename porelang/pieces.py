@@ -66,8 +66,9 @@ class _Found:
 
 def pieces_of(part: Field, box: Box, voxel: float, coarser: float) -> tuple[Pieces, Pieces]:
     """The pieces of solid and the closed voids of a part in its box, at a voxel (mm). Errors: E114."""
-    pieces = _described(_solid(part, box, voxel), _solid(part, box, coarser))
-    return pieces, _described(_voids(part, box, voxel), _voids(part, box, coarser))
+    both = [(*sampled(part, box, h), h) for h in (voxel, coarser)]  # labels take more room: one kind at a time
+    pieces = _described(*(_solid(*taken) for taken in both))
+    return pieces, _described(*(_voids(*taken) for taken in both))
 
 
 def sampled(part: Field, box: Box, voxel: float) -> tuple[NDArray[np.bool_], list[NDArray[np.float64]]]:
@@ -86,18 +87,16 @@ def sampled(part: Field, box: Box, voxel: float) -> tuple[NDArray[np.bool_], lis
     return np.asarray(part.on_grid(axes).all() < 0), axes
 
 
-def _solid(part: Field, box: Box, voxel: float) -> _Found:
+def _solid(solid: NDArray[np.bool_], axes: list[NDArray[np.float64]], voxel: float) -> _Found:
     from scipy import ndimage
 
-    solid, axes = sampled(part, box, voxel)
     labels, _ = ndimage.label(solid, np.ones((3, 3, 3)))
     return _sorted_out(labels, np.zeros(0, np.int64), axes, voxel)
 
 
-def _voids(part: Field, box: Box, voxel: float) -> _Found:
+def _voids(solid: NDArray[np.bool_], axes: list[NDArray[np.float64]], voxel: float) -> _Found:
     from scipy import ndimage
 
-    solid, axes = sampled(part, box, voxel)
     labels, _ = ndimage.label(~solid)
     border = [np.unique(labels.take(end, axis=axis)) for axis in range(3) for end in (0, -1)]
     return _sorted_out(labels, np.unique(np.concatenate(border)), axes, voxel)

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from porelang.analysis.box import Box, Extent, extent_of, unbounded_axes
+from porelang.analysis.box import Box, Extent, extent_of, reach, unbounded_axes
 from porelang.backends.numpy import Dtype, NumpyField
-from porelang.data import Data, Reduced
+from porelang.data import WORLD, Data, Reduced
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
 from porelang.elaborate.results import Elaborated, Output, ParamInfo, Requirement
 from porelang.elaborate.values import Scalar, Vector
@@ -380,6 +380,10 @@ class Design:
     def _extent(self, name: str) -> Extent:
         formula, span = self.of(name), self.program.outputs[name].span
         extent = extent_of(formula)
+        if (extent is None or unbounded_axes(extent.outer)) and (end := reach(formula)) is not None:
+            raise fail(
+                "E117", f"`{name}` lies more than 100 m from the origin, as far as {end:,.0f} mm", span, hint=WORLD
+            )
         if extent is None:
             raise _empty(name, formula, span)
         box = extent.outer

@@ -11,10 +11,13 @@ import numpy as np
 import pytest
 
 import porelang
+from porelang.analysis.bounds import rounding
 from porelang.analysis.box import extent_of
 from porelang.cli import main
+from porelang.field import number_type, rounding_doubts
 from porelang.formula import Formula
 from porelang.measure import measure
+from porelang.mesh.part import grid_of, surface_of
 
 Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
 
@@ -178,3 +181,44 @@ def test_the_text_says_what_is_not_certain(tmp_path: Path, capsys: pytest.Captur
     told = capsys.readouterr().out
     assert "not certain at this voxel" in told or "not known" in told
     assert not [line for line in told.splitlines() if "pieces of" in line and "+-" in line]
+
+
+@pytest.mark.parametrize("far", [100_000, 200_000, 1e6])
+def test_what_lies_beyond_the_world_is_told_in_one_way(far: float) -> None:
+    """Whether it crosses the border, lies behind it, or is asked for there by bounds."""
+    design = porelang.compile(f"translate(sphere(10), [{far}, 0, 0])").design()
+    said = rf"E117.*lies more than 100 m from the origin, as far as {far + 10:,.0f} mm"
+    with pytest.raises(porelang.PoreError, match=said):
+        design.bounds()
+    with pytest.raises(porelang.PoreError, match=r"E117.*100 m"):
+        grid_of(design, bounds=(far - 20, -20, -20, far + 20, 20, 20))
+    with pytest.raises(porelang.PoreError, match=r"E091.*lies more than 100 m from the origin"):
+        porelang.compile(f'check volume(translate(sphere(10), [{far}, 0, 0])) > 1, "a"\nsphere(1)').reduced()
+    with pytest.raises(porelang.PoreError, match=r"E102.*no end along x, y, z"):
+        porelang.compile(f"gyroid(10) | translate(sphere(10), [{far}, 0, 0])").bounds()
+
+
+@pytest.mark.parametrize("text", ["translate(sphere(0.1), [90000, 0, 0])", "translate(sphere(0.1), [0, -90000, 500])"])
+def test_far_parts_are_computed_in_numbers_that_can_place_them(text: str) -> None:
+    """At 90 m float32 has steps of 0.008 mm: the area of the ball came out 5 % too large."""
+    design = porelang.compile(text).design()
+    surface = surface_of(design, None, grid_of(design, resolution=64))
+    assert abs(surface.area / (4 * math.pi * 0.01) - 1) < 1e-3
+    assert abs(surface.volume / (4 / 3 * math.pi * 0.001) - 1) < 2e-3
+    part, box = design.of(), design.bounds()
+    assert number_type(part, box, 0.2 / 64, "numpy", "f32") == "f64"
+    assert [d.code for d in rounding_doubts(part, box, 0.2 / 64, "glsl", "f32")] == ["W204"]
+    off = rounding(part, box.lo, box.hi)
+    assert 2**-9 < off < 2**-4  # half a step of float32 there is 2^-8 mm
+
+
+def test_no_other_numbers_than_asked_for_where_float32_does() -> None:
+    for text in (
+        "gyroid(30) |> shell(1.53) & cylinder(75, 300)",
+        "cube(0.002)",
+        "rotate(cone(20, 5, 9), [1, 2, 3], 1)",
+    ):
+        design = porelang.compile(text).design()
+        box = design.bounds()
+        assert number_type(design.of(), box, max(box.size) / 1000, "numpy", "f32") == "f32"
+        assert rounding_doubts(design.of(), box, max(box.size) / 1000, "glsl", "f32") == []

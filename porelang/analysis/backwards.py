@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from porelang.analysis.enclose import enclose_all
 from porelang.analysis.kin import Kin, Points, members
+from porelang.data import FARTHEST
 from porelang.formula import Formula
 from porelang.interval import Interval, interval, meet
 from porelang.ir import ZERO, Node, X, Y, Z, is_const, node, substitute
@@ -20,7 +21,7 @@ from porelang.ops import TABLE
 from porelang.tape import AXES, PICK, Tape
 
 #: Parts are looked for within this distance of the origin, in mm, along each axis.
-UNIVERSE = 1e5
+UNIVERSE = FARTHEST
 #: Unions within smooth unions within ... are followed this deep, and clamps (`min(u, 0)`) within each other so deep.
 DEEPEST, CLAMPED = 40, 1
 _TURNS = 4

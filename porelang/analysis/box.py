@@ -17,10 +17,13 @@ from porelang.analysis.faces import Boxes, ends_of
 from porelang.analysis.kin import Kin, alone, kin_of
 from porelang.analysis.shaving import shaved
 from porelang.formula import Formula
-from porelang.ir import Node, X, Y, Z, node
+from porelang.ir import Node, X, Y, Z, node, substitute
 
 #: Members of a union that are looked for all over space one by one; more are looked for together.
 MOST_ALONE = 6
+
+#: Beyond the universe parts are looked for, to be told of, in one so many times as large.
+_LARGER = 1e4
 
 Points = NDArray[np.float64]
 
@@ -114,6 +117,18 @@ def extent_of(formula: Formula, near: float | None = None) -> Extent | None:
     if ends is None:
         return None
     return _made(ends.outer[::2], ends.outer[1::2], ends.inner if np.isfinite(ends.inner).all() else None)
+
+
+def reach(formula: Formula) -> float | None:
+    """How far a part that does not end in the universe reaches, in mm, if it ends in one `_LARGER` times as large."""
+    larger = {axis: axis * _LARGER for axis in (X, Y, Z)}
+    (root,) = substitute([formula.taken.root], larger)
+    rough = [rough_boxes(kin) for kin in kin_of(formula.with_roots(root))]
+    lo, hi = _hull(rough)
+    if not (lo <= hi).all():
+        return None
+    end = float(max(np.abs(lo).max(), np.abs(hi).max()))
+    return None if end >= UNIVERSE else _LARGER * end
 
 
 def unbounded_axes(box: Box) -> str:

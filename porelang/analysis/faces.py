@@ -31,6 +31,8 @@ _CALL = 400
 _CLOSEST = 0.02
 #: A witness is looked for first on this grid just below each face, and then on ones in place of its best points.
 _ACROSS, _ZOOMS, _BEST = 13, 4, 2
+#: Points at random before a face, and how far they go: up to so many doublings of the tolerance.
+_SAMPLES, _NEARER = 4096, 8
 #: Cells across a sheet before a face, times that its depth is halved, and boxes at most for which sheets are looked at.
 _SHEET, _PRESSES, _PRESSED = 8, 10, 8
 #: The centred form is worth its time where it rules out this share of the boxes.
@@ -86,6 +88,7 @@ def ends_of(kins: Sequence[Kin], start: Boxes, near: float | None = None) -> End
         search.run()
         if search.void:
             return None
+        search.sample_near_faces()
         search.round_off()
     search.look_at_faces(_CLOSEST * search.near)
     return Ends(_SIDE * search.reach(), _SIDE * search.inner)
@@ -168,6 +171,22 @@ class _Search:
     def wanting(self, face: int) -> bool:
         """Whether no witness is near a face yet."""
         return bool(self.inner[face] < self.reach()[face] - self.near)
+
+    def sample_near_faces(self) -> None:
+        """Look for witnesses at random before faces that still want one, more of them the nearer the face: in a lattice
+        that enclosures cannot tell about, points can."""
+        rng = np.random.default_rng(0)
+        for face in range(6):
+            if not self.wanting(face):
+                continue
+            reach, axis = self.reach()[face], _AXIS[face]
+            some = _beyond(self.start, face, _SIDE[face] * max(self.inner[face], reach - 2.0**_NEARER * self.near))
+            if not len(some):
+                continue
+            which = rng.integers(len(some), size=_SAMPLES)
+            points = some.lo[which] + rng.random((_SAMPLES, 3)) * (some.hi - some.lo)[which]
+            points[:, axis] = _SIDE[face] * (reach - self.near * 2.0 ** rng.uniform(-1, _NEARER, _SAMPLES))
+            self.seen(points, some.kin[which], some.row[which])
 
     def press(self) -> None:
         """Move the faces of each box that want a witness inward as far as sheets before them are proven void: a flat

@@ -7,14 +7,14 @@ import time
 from argparse import Namespace
 from typing import Any
 
-from porelang.analysis.box import block
+from porelang.analysis.box import Box, block
 from porelang.atomic import destination
 from porelang.checks import broken_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import load
 from porelang.diagnostics import Diagnostic, PoreError, fail
-from porelang.field import checked_bounds
+from porelang.field import checked_bounds, number_type, rounding_doubts
 from porelang.ir import node
 from porelang.mesh import Surface, write
 from porelang.mesh.export import writer_of
@@ -44,7 +44,10 @@ def mesh(options: Namespace) -> int:
         surface, design, options.out, placed, smooth=options.smooth, sharp=options.sharp, deviation=options.simplify
     )
     surface = refined.surface
+    part, box = design.of(options.out), Box(*placed.cut)
+    dtype = number_type(part, box, placed.grid.spacing, backend, dtype)
     doubts = too_coarse(design, options, surface)
+    doubts += rounding_doubts(part, box, placed.grid.spacing, backend, dtype)
     report.say([] if options.quiet else doubts)
     write(surface, options.output, notes_of(design, options.out))
     seconds = round(time.perf_counter() - start, 3)

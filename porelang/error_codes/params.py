@@ -1,4 +1,4 @@
-"""E080-E099, W201 to W203: params, their settings, and contracts that depend on them."""
+"""E080-E099, W201 to W204: params, their settings, and contracts that depend on them."""
 
 from __future__ import annotations
 
@@ -82,5 +82,14 @@ PARAMS = (
         "within its error: `porosity(...) >= 50%` of a part that was made to have 50 %. Leave a margin.",
         "",
         "",
+    ),
+    Code(
+        "W204",
+        "a surface that float32 cannot place",
+        "Far from the origin, or where large numbers cancel, rounding moves the surface by more than an eighth of the\n"
+        "voxel. NumPy then computes in float64 by itself; GLSL has no such numbers. Move the part to the origin, or\n"
+        "use `--backend numpy`.",
+        "",
+        "sphere(10)",
     ),
 )
