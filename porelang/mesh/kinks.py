@@ -36,7 +36,7 @@ JUMP = 1.0
 #: Layers of samples that are looked at beyond a block.
 MARGIN = 2
 #: Of the smaller of two samples: which values are 0 where no branch is seen to cross; and evaluations at most for one.
-NEAR, STEPS = 0.02, 9
+NEAR, STEPS = 0.02, 6
 #: Of a voxel: how far beside a crossing its branch is looked for. What is left is what a slope bends over that.
 BESIDE = 0.04
 _HUGE = 1e300
