@@ -18,6 +18,11 @@ from numpy.typing import NDArray
 Triple = tuple[float, float, float]
 #: Farther than this from the origin, in mm, there are no parts: a hundred metres.
 FARTHEST = 1e5
+#: What to say of what lies beyond.
+WORLD = (
+    f"parts lie within 100 m ({FARTHEST:,.0f} mm) of the origin: beyond, float32 tells no places apart that are nearer "
+    "than 0.008 mm"
+)
 #: Nearer to each other than this, in mm, two places are one: a nanometre.
 NEAREST = 1e-6
 #: The largest value at a node: float32, and so a shader, has room for some sums of such.

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.bounds import rounding
 from porelang.analysis.box import Box
 from porelang.backends.numpy import Dtype, GridField, NumpyField
-from porelang.diagnostics import PoreError, fail
+from porelang.data import FARTHEST, WORLD
+from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.formula import Formula
 
 if TYPE_CHECKING:
@@ -19,8 +21,8 @@ if TYPE_CHECKING:
 Backend = Literal["auto", "numpy", "glsl"]
 Points = NDArray[np.float64]
 Bounds = tuple[float, float, float, float, float, float]
-#: Coordinates beyond this are taken for a mistake; no field overflows within it.
-FARTHEST = 1e9
+#: Of a voxel: where float32 may place a surface further than this from where it is, float64 is used.
+_COARSEST = 1 / 8
 
 
 class Field:
@@ -69,7 +71,7 @@ def checked_points(points: Any) -> Points:
             hint="coordinates are finite numbers, in mm",
         )
     row = int(np.argmax(np.abs(array).max(axis=1)))
-    raise fail("E104", f"point {row} lies more than 1000 km from the origin", hint="coordinates are in mm")
+    raise fail("E104", f"point {row} lies more than 100 m from the origin", hint=f"coordinates are in mm; {WORLD}")
 
 
 def checked_bounds(bounds: Bounds) -> Box:
@@ -81,12 +83,30 @@ def checked_bounds(bounds: Bounds) -> Box:
     if len(flat) != 6 or not np.isfinite(flat).all():
         raise fail("E107", "bounds are six finite numbers", hint="give x0, y0, z0, x1, y1, z1 in mm, or two corners")
     if max(map(abs, flat)) > FARTHEST:
-        raise fail("E107", "the bounds reach more than 1000 km from the origin", hint="coordinates are in mm")
+        raise fail("E117", "the bounds reach more than 100 m from the origin", hint=WORLD)
     lo, hi = flat[:3], flat[3:]
     if not all(a < b for a, b in zip(lo, hi, strict=True)):
         raise fail("E107", f"the bounds {', '.join(f'{v:g}' for v in flat)} hold no volume",
                    hint="give x0,y0,z0,x1,y1,z1 with each first corner below the second")  # fmt: skip
     return Box((lo[0], lo[1], lo[2]), (hi[0], hi[1], hi[2]))
+
+
+def number_type(formula: Formula, box: Box, voxel: float, backend: Backend, dtype: Dtype) -> Dtype:
+    """The numbers to sample a part with: `dtype`, or float64 where float32 cannot place its surface to a part of the
+    voxel (mm), as far from the origin. GLSL has no other numbers than float32 (W204)."""
+    if dtype == "f64" or backend == "glsl" or rounding(formula, box.lo, box.hi) <= _COARSEST * voxel:
+        return dtype
+    return "f64"
+
+
+def rounding_doubts(formula: Formula, box: Box, voxel: float, backend: Backend, dtype: Dtype) -> list[Diagnostic]:
+    """A warning (W204) where the numbers that a part is sampled with cannot place its surface as well as the voxel."""
+    off = 0.0 if dtype == "f64" else rounding(formula, box.lo, box.hi)
+    if off <= _COARSEST * voxel:
+        return []
+    message = f"float32 may place the surface {off:.1g} mm from where it is, and the voxel is {voxel:.3g} mm"
+    hint = "use --backend numpy, which takes float64 where it has to; or move the part to the origin"
+    return [Diagnostic("W204", message, None, hint=hint, severity="warning")]
 
 
 def make_field(

@@ -3,8 +3,9 @@
 Volumes, the porosity and the area are found from the fields themselves (`porelang.tasks.numbers`), not from a mesh.
 The Euler number and the components are counted among samples at the voxel; their errors are the change from a voxel 1.5
 times as large, and infinite (JSON: null) where the samples miss so much of the part that nothing can be counted among
-them. The share of the void that is open errs by the voxel: twice the change is what is left (Richardson, order 1), or
-the chance of voxels at its edge.
+them. A count with an error is not certain. Pieces of solid and closed voids are described one by one (`pieces`). The
+share of the void that is open errs by the voxel: twice the change is what is left (Richardson, order 1), or the chance
+of voxels at its edge.
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.box import Box, block, part_box, unbounded_axes
+from porelang.analysis.box import Box, block, extent_of, part_box, unbounded_axes
 from porelang.backends.numpy import Dtype
 from porelang.data import Reduced
 from porelang.diagnostics import fail, suggest
-from porelang.field import Backend, Bounds, checked_bounds, make_field
+from porelang.field import Backend, Bounds, checked_bounds, make_field, number_type
 from porelang.formula import Formula
 from porelang.ir import Node, node, order
 from porelang.ir import within as below
@@ -28,12 +29,14 @@ from porelang.mesh.grid import chosen_voxel
 from porelang.mesh.part import grid_of, surface_of
 from porelang.mesh.walls import RESOLUTION
 from porelang.ops import kind
+from porelang.pieces import Pieces, pieces_of, sampled
 from porelang.program import Design, Program
 
 _COARSER = 1.5
+#: What the envelope is called where the part has none of its own.
+BOUNDS = "the bounds"
 #: Samples that miss more than this of the part's volume do not show how it hangs together.
 _MISSED = 0.1
-_MOST_NODES = 400_000_000
 _WAVES = frozenset({"sin", "cos", "sin_turns", "cos_turns"})
 
 
@@ -74,6 +77,10 @@ def measure(
     root = part.root
     if bounds is not None:
         root, envelope = node("max", root, block(box)), node("max", envelope, block(box))
+    extent = design.extent(name) if bounds is None else extent_of(part.with_roots(root))
+    if extent is None:
+        raise fail("E103", f"`{design.program.output(name)}` holds no material within the bounds",
+                   hint="solid is negative: widen --bounds")  # fmt: skip
     h = chosen_voxel(max(box.size), voxel, RESOLUTION if voxel is None and resolution is None else resolution)
     inside, whole, share, surface = (
         design.number(n)
@@ -86,16 +93,22 @@ def measure(
     )
     formulas = [design.formula(r) for r in (root, envelope)]
     read = set(design.reads(root, envelope, *design.program.graph.checks))  # not what only another output reads
+    dtype = number_type(formulas[0], extent.outer, h, backend, dtype)
     fields = [make_field(f, design.program.ranges, backend, dtype) for f in formulas]
-    fine, coarse = (_counts(fields[0], fields[1], part_box(formulas[1]) or box, s) for s in (h, _COARSER * h))
+    around = part_box(formulas[1]) or box
+    fine, coarse = (_counts(fields[0], fields[1], around, s) for s in (h, _COARSER * h))
+    pieces, voids = pieces_of(fields[0], extent.outer, h, _COARSER * h)
     surfaces = [
         surface_of(design, name, grid_of(design, name, s, None, bounds), backend, dtype) for s in (h, _COARSER * h)
     ]
     all_of_it = inside if root is envelope else design.number(node("volume", root))
     seen = abs(surfaces[0].volume - all_of_it.value) <= max(_MISSED * all_of_it.value, all_of_it.error)
     unsure = 0.0 if seen else math.inf
+    # what the box of the bounds may be too large by is an error of all that is relative to it
+    loose = 1 - extent.inner.volume / extent.outer.volume if extent.inner is not None else 1.0
+    loose = loose if chosen == BOUNDS and bounds is None else 0.0
     return {
-        "bounds": [list(box.lo), list(box.hi)],
+        "bounds": [list(extent.outer.lo), list(extent.outer.hi)],
         "voxel": h,
         "volume": inside.value,
         "envelope": chosen,
@@ -106,10 +119,13 @@ def measure(
         "void_components": fine.void,
         "open_void_fraction": fine.open,
         "euler": surfaces[0].euler,
+        "pieces": _listed(pieces, seen),
+        "voids": _listed(voids, seen),
         "error": {
+            "bounds": extent.error,
             "volume": inside.error,
-            "envelope_volume": whole.error,
-            "porosity": share.error,
+            "envelope_volume": whole.error + loose * whole.value,
+            "porosity": share.error + loose * (1 - share.value),
             "area": surface.error,
             "solid_components": abs(fine.solid - coarse.solid) + unsure,
             "void_components": abs(fine.void - coarse.void) + unsure,
@@ -118,6 +134,11 @@ def measure(
         },
         "reduced": {text: _told(design.number(n)) for n, text in design.program.numbers.items() if n in read},
     }
+
+
+def _listed(found: Pieces, seen: bool) -> list[dict[str, Any]]:
+    """Pieces as they are told; where samples miss much of the part nothing about them is certain."""
+    return [piece.told() | {"certain": piece.certain and seen} for piece in found.described]
 
 
 def _told(found: Reduced) -> dict[str, float]:
@@ -134,7 +155,7 @@ def _envelope(design: Design, part: Formula, within: str | None, box: Box) -> tu
     plain = [n for n in shapes if not _waves(n)] or shapes
     plain = [n for n in plain if n.op != "min"] or plain
     if not plain:
-        return block(box), "the bounds"
+        return block(box), BOUNDS
     chosen = plain[0]
     for n in plain[1:]:
         chosen = node("max", chosen, n)
@@ -181,16 +202,9 @@ def _counts(part: Any, envelope: Any, box: Box, h: float) -> Counts:
     """Components of samples at the middle of voxels: solid by faces, edges and corners, void by faces."""
     from scipy import ndimage
 
-    nodes = math.prod((hi - lo) / h + 3.5 for lo, hi in zip(box.lo, box.hi, strict=True))
-    if nodes > _MOST_NODES:
-        raise fail(
-            "E114",
-            f"a voxel of {h:g} mm makes {nodes:.2g} samples, too many to count components among",
-            hint=f"use a voxel of {1.1 * (box.volume / _MOST_NODES) ** (1 / 3):.2g} mm or more",
-        )
-    axes = [np.arange(lo - 1.5 * h, hi + 2 * h, h) for lo, hi in zip(box.lo, box.hi, strict=True)]
+    inside, axes = sampled(part, box, h)
     within = envelope.on_grid(axes).all() < 0
-    solid = (part.on_grid(axes).all() < 0) & within
+    solid = inside & within
     void = within & ~solid
     pieces = ndimage.label(solid, np.ones((3, 3, 3)))[1]
     labels, holes = ndimage.label(void)

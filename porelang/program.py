@@ -20,9 +20,9 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from porelang.analysis.box import Box, part_box, unbounded_axes
+from porelang.analysis.box import Box, Extent, extent_of, reach, unbounded_axes
 from porelang.backends.numpy import Dtype, NumpyField
-from porelang.data import Data, Reduced
+from porelang.data import WORLD, Data, Reduced
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
 from porelang.elaborate.results import Elaborated, Listed, Output, ParamInfo, Requirement
 from porelang.elaborate.values import Scalar, Vector
@@ -442,7 +442,7 @@ class Design:
         self.program = program
         self.settings: Mapping[str, float] = MappingProxyType(dict(settings))
         self._bindings: Bindings = {**{param(name): value for name, value in self.settings.items()}, **(files or {})}
-        self._boxes: dict[str, Box] = {}
+        self._extents: dict[str, Extent] = {}
         self._kept: set[int] = set()  # contracts that were found to hold
         self._lock = threading.RLock()
         self._keep_contracts(lambda i, root: not _about(root))
@@ -566,17 +566,27 @@ class Design:
         return make_field(self.formula(*self.program.field_roots(name)), self.program.ranges, backend, dtype, threads)
 
     def bounds(self, name: str | None = None, /) -> Box:
-        """The box that holds an output's solid, in mm. Errors: E102 where it has no end, E103 where it is empty."""
-        chosen = self.program.output(name)
-        if chosen not in self._boxes:
-            self._boxes[chosen] = self._bounds(chosen)
-        return self._boxes[chosen]
+        """The box of an output's solid, in mm: nothing of it lies outside, and it ends at the faces to within
+        `extent(name).error`. Errors: E102 where it has no end, E103 where it is empty."""
+        return self.extent(name).outer
 
-    def _bounds(self, name: str) -> Box:
+    def extent(self, name: str | None = None, /) -> Extent:
+        """How far an output's solid reaches, in mm, and how surely. Errors: those of `bounds`."""
+        chosen = self.program.output(name)
+        if chosen not in self._extents:
+            self._extents[chosen] = self._extent(chosen)
+        return self._extents[chosen]
+
+    def _extent(self, name: str) -> Extent:
         formula, span = self.of(name), self.program.outputs[name].span
-        box = part_box(formula)
-        if box is None:
+        extent = extent_of(formula)
+        if (extent is None or unbounded_axes(extent.outer)) and (end := reach(formula)) is not None:
+            raise fail(
+                "E117", f"`{name}` lies more than 100 m from the origin, as far as {end:,.0f} mm", span, hint=WORLD
+            )
+        if extent is None:
             raise _empty(name, formula, span)
+        box = extent.outer
         if min(box.size) <= 0:
             flat = ", ".join(axis for axis, size in zip("xyz", box.size, strict=True) if size <= 0)
             raise fail(
@@ -590,7 +600,7 @@ class Design:
                 label="solid as far as one looks (100 m)",
                 hint="intersect it with a shape, `... & box([50, 50, 50])`, or pass --bounds x0,y0,z0,x1,y1,z1",
             )
-        return box
+        return extent
 
     def mesh(
         self,

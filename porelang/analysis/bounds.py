@@ -8,6 +8,7 @@ form wins on large ones and near edges. Both hold, so the tighter end of each is
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +27,13 @@ _BATCH = 4096
 #: Longer graphs are enclosed by the natural form alone: their derivatives would cost more than what they rule out saves
 #: (a union of 2000 spheres, 8000 operations: twice the time of the whole mesh).
 LONGEST = 2000
+#: Points along each side of a box at which rounding is looked at.
+_POINTS = 5
+#: Slopes that are kept: boxes of one field are looked at many times.
+_KEPT = 64
 
 
+@lru_cache(maxsize=_KEPT)
 def slopes(root: Node) -> tuple[Node, Node, Node]:
     """The partial derivatives of a flat root along x, y, z, simplified."""
     dx, dy, dz = tidy(derivatives(root))
@@ -88,6 +94,27 @@ def box_test(formula: Formula, precision: Precision = F32) -> BoxTest:
         return np.concatenate(lows), np.concatenate(highs)
 
     return test
+
+
+def rounding(formula: Formula, lo: Sequence[float], hi: Sequence[float], precision: Precision = F32) -> float:
+    """By how much rounding may move the surface of a formula in a box, in mm: the bound for values over the slope.
+
+    It is looked at where the field is nearest to 0 among a few points; 0 where it has no slope at any of them.
+    """
+    ends = [a + (b - a) * (np.arange(_POINTS) + 0.5) / _POINTS for a, b in zip(lo, hi, strict=True)]
+    points = np.stack(np.meshgrid(*ends, indexing="ij"), axis=-1).reshape(-1, 3)
+    places = boxes(points, points)
+    value, *slope = (e.range for e in enclose(formula.with_roots(formula.root, *slopes(formula.root)), places))
+    near = np.argsort(np.abs(np.broadcast_to(value.lo + value.hi, len(points))))[: len(points) // 4]
+    own = np.abs(points) * precision.eps / 2  # of the coordinates
+    found = enclose(formula, boxes(points - own, points + own), precision)[0]
+    rounded, near = found.range, near[~np.broadcast_to(found.jumps, len(points))[near]]
+    with np.errstate(all="ignore"):
+        steep = np.sqrt(sum(np.square(np.broadcast_to(s.lo + s.hi, len(points)) / 2) for s in slope))
+        off = np.broadcast_to(rounded.hi - rounded.lo, len(points)) / 2 / steep
+    off = off[near]
+    off = off[np.isfinite(off)]
+    return float(np.quantile(off, 0.75)) if len(off) else 0.0  # at a few of the points the slope may be next to none
 
 
 def steepest(value: Enclosure, slope: Sequence[Enclosure]) -> NDArray[np.float64]:

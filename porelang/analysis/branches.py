@@ -30,6 +30,11 @@ PIECE = 2**14
 _SWITCHES = frozenset({"max", "min", "abs", "select", "floor", "round", "mod", "sign"})
 
 
+def switches(formula: Formula) -> list[Node]:
+    """What in a formula changes from one branch to another in space."""
+    return [n for n in formula.tape.nodes if n.op in _SWITCHES and n.stage is Stage.FIELD]
+
+
 class Branches:
     """A formula, its gradient and its branches, all in float64 at points (n, 3) in mm.
 
@@ -44,8 +49,7 @@ class Branches:
         self.alone = NumpyField(self.formula, "f64", self.threads)
         self.sloped = self._sloped(self.root)
         tape = self.formula.tape
-        switches = [n for n in tape.nodes if n.op in _SWITCHES and n.stage is Stage.FIELD]
-        self.switches = {n: k for k, n in enumerate(switches)}
+        self.switches = {n: k for k, n in enumerate(switches(self.formula))}
         self.count = len(self.switches)
         self.above: list[Node] = []  # nodes with a switch below them, the root first
         reach = set(self.switches)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.box import UNIVERSE
+from porelang.analysis.backwards import UNIVERSE
 from porelang.backends.numpy import NumpyField
 from porelang.formula import Bindings, Formula
 from porelang.ir import SLOTS, Node, order, within

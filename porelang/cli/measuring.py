@@ -22,10 +22,9 @@ _WORDS = {
     "open_void_fraction": ("open void", ""),
     "euler": ("Euler number", ""),
 }
-
-
-#: What is counted at a voxel and looked at again at a coarser one.
-_COUNTS = frozenset(("solid_components", "void_components", "euler"))
+#: What is listed by place, and what is to be known of it.
+_LISTED = {"pieces": ("separate pieces", ""), "voids": ("closed voids", ", where powder or resin stays")}
+_SHOWN = 3
 
 
 def measure(options: Namespace) -> int:
@@ -57,17 +56,40 @@ def measure(options: Namespace) -> int:
 def _text(path: str, found: dict[str, Any]) -> str:
     lo, hi = found["bounds"]
     lines = [path]
-    lines.append(f"  {'size':<16} {' x '.join(f'{b - a:.5g}' for a, b in zip(lo, hi, strict=True))} mm")
+    size = " x ".join(f"{b - a:.5g}" for a, b in zip(lo, hi, strict=True))
+    lines.append(f"  {'size':<16} {size} mm, each end +- {found['error']['bounds']:.1g} mm")
     for key, (name, unit) in _WORDS.items():
-        error = found["error"][key]
-        value = f"{found[key]:.6g}" if isinstance(found[key], float) else f"{found[key]}"
-        told = f"{value} +- {error:.2g} {unit}".rstrip()
-        if not math.isfinite(error):
-            told = "not known: the voxel is too coarse"
-        elif key in _COUNTS:
-            told = value if error == 0 else f"{value}, not certain at this voxel: a coarser one differs by {error:.0f}"
         more = f"({found['envelope']})" if key == "envelope_volume" else ""
-        lines.append(f"  {name:<16} {told} {more}".rstrip())
+        lines.append(f"  {name:<16} {_with_error(found[key], found['error'][key], unit)} {more}".rstrip())
+    for key, (name, what) in _LISTED.items():
+        if told := _largest(found[key], what, least=2 if key == "pieces" else 1):
+            lines.append(f"  {name:<16} {told}")
     lines.extend(f"  {text} = {r['value']:.6g} +- {r['error']:.2g}" for text, r in found["reduced"].items())
-    lines.append(f"  counts at a voxel of {found['voxel']:.4g} mm, compared with those at one 1.5 times as large")
+    lines.append(f"  counted at a voxel of {found['voxel']:.4g} mm; certain is what one 1.5 times as large counts too")
     return "\n".join(lines)
+
+
+def _with_error(value: float, error: float, unit: str) -> str:
+    """A number with its error; a count is certain or it is not."""
+    if not math.isfinite(error):
+        return "not known: the voxel is too coarse"
+    if isinstance(value, int):
+        return f"{value}" if not error else f"not certain at this voxel ({value} are counted)"
+    return f"{value:.6g} +- {error:.2g} {unit}".rstrip()
+
+
+def _largest(found: list[dict[str, Any]], what: str, least: int) -> str:
+    """The largest of some pieces, if there are at least so many that are certain."""
+    certain = [piece for piece in found if piece["certain"]]
+    unsure = len(found) - len(certain)
+    if len(certain) < least:
+        return ""
+    shown = "; ".join(_piece(p) for p in certain[:_SHOWN])
+    more = f"; and {len(certain) - _SHOWN} smaller ones (--json lists them)" if len(certain) > _SHOWN else ""
+    doubt = f"; {unsure} more are not certain at this voxel" if unsure else ""
+    return f"{len(certain)}{what}: {shown}{more}{doubt}"
+
+
+def _piece(piece: dict[str, Any]) -> str:
+    at = ", ".join(f"{v:.3g}" for v in piece["at"])
+    return f"{piece['volume']:.4g} +- {piece['error']:.1g} mm3 at ({at}) mm"

@@ -47,7 +47,7 @@ def mesh(options: Namespace) -> int:
     report.say([] if options.quiet else doubts)
     write(made.surface, options.output, notes_of(design, options.out))
     seconds = round(time.perf_counter() - start, 3)
-    found = facts(made.surface) | made.facts | {"seconds": seconds, "backend": backend, "dtype": dtype}
+    found = facts(made.surface) | made.facts | {"seconds": seconds, "backend": backend}
     if options.json:
         report.put(
             {"file": options.output, "output": design.program.output(options.out), **found}

@@ -107,13 +107,13 @@ PARAMS = (
         "",
     ),
     Code(
-        "W206",
-        "an answer beside which there may be others",
-        "`solve` found an answer, but the function was seen to rise in one part of the range and to fall in another.\n"
-        "It asks for numbers found from whole fields, each of which takes a while, so that it was looked at in a few\n"
-        "places only: it may pass its target between them too. Narrow the range to where it rises or falls throughout.",
+        "W204",
+        "a surface that float32 cannot place",
+        "Far from the origin, or where large numbers cancel, rounding moves the surface by more than an eighth of the\n"
+        "voxel. NumPy then computes in float64 by itself; GLSL has no such numbers. Move the part to the origin, or\n"
+        "use `--backend numpy`.",
         "",
-        "let r = solve(t => volume(sphere(t)), 100, 1..10)\nsphere(r)",
+        "sphere(10)",
     ),
     Code(
         "W205",
@@ -124,6 +124,15 @@ PARAMS = (
         "`--voxel auto`.",
         "",
         "",
+    ),
+    Code(
+        "W206",
+        "an answer beside which there may be others",
+        "`solve` found an answer, but the function was seen to rise in one part of the range and to fall in another.\n"
+        "It asks for numbers found from whole fields, each of which takes a while, so that it was looked at in a few\n"
+        "places only: it may pass its target between them too. Narrow the range to where it rises or falls throughout.",
+        "",
+        "let r = solve(t => volume(sphere(t)), 100, 1..10)\nsphere(r)",
     ),
     Code(
         "W207",

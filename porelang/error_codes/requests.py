@@ -142,6 +142,14 @@ REQUESTS = (
         "walls(sphere(20), z / 40) & sphere(40)",
     ),
     Code(
+        "E117",
+        "beyond 100 m from the origin",
+        "Parts and bounds lie within 100 m (100 000 mm) of the origin. Beyond, float32 tells no places apart that are\n"
+        "nearer to each other than 0.008 mm, and printers end long before. Lengths are in mm: perhaps a unit slipped.",
+        "",
+        "translate(sphere(10), [90000, 0, 0])",
+    ),
+    Code(
         "E118",
         "a mesh that lost too much of the part",
         "The volume of the mesh differs from that of the part by more than a fifth: most of what is thinner than the\n"

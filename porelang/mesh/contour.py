@@ -1,7 +1,7 @@
 """The surface in one block of samples, by marching cubes.
 
-Every vertex has the integer key of the grid edge it lies on, and its place is computed from that edge's two samples
-alone, so neighbouring blocks agree on it to the last bit. The loops are in `march`.
+Every vertex has the integer key of the grid edge it lies on, and its place is computed from the samples on the line of
+that edge alone, so neighbouring blocks agree on it to the last bit. The loops are in `march`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from porelang.mesh.cells import table
 from porelang.mesh.grid import Index
-from porelang.mesh.layers import Layers, Values
+from porelang.mesh.kinks import Around, At, mend
+from porelang.mesh.layers import Layers
 from porelang.mesh.march import Cases, Frame, march
 
 
@@ -33,8 +34,14 @@ class Patch:
     first: int
 
 
-def contour(values: Values, layers: Layers, lo: Index) -> Patch:
-    """The surface where `values`, the field at the layers from `lo` on, passes zero; negative is solid."""
+def contour(around: Around, layers: Layers, shape: Index, field: At | None = None) -> Patch:
+    """The surface where the field passes zero in a block of layers of a `shape`; negative is solid.
+
+    Where the `field` itself is given, crossings that the samples misplace are put where it is 0 (`kinks`).
+    """
+    lo = around.lo
+    x, y, z = (slice(a - s, a - s + n) for a, s, n in zip(lo, around.begin, shape, strict=True))
+    values = np.ascontiguousarray(around.values[x, y, z])
     seats, least = np.zeros((2, 3, max(values.shape))), np.zeros((3, max(values.shape)))
     for n, (axis, start, count) in enumerate(zip(layers.axes, lo, values.shape, strict=True)):
         seats[0, n, :count] = axis.at[start : start + count]
@@ -42,7 +49,10 @@ def contour(values: Values, layers: Layers, lo: Index) -> Patch:
         least[n, : count - 1] = np.minimum(layers.hair / np.diff(seats[0, n, :count]), 0.25)
     box = np.array([[axis.lo for axis in layers.axes], [axis.hi for axis in layers.axes]])
     frame = Frame(seats, least, box, lo, layers.shape)
-    return Patch(*march(np.ascontiguousarray(values), frame, _cases()), 4 * lo[0] * layers.shape[1] * layers.shape[2])
+    vertices, faces, border, keys, edges = march(values, frame, _cases(), around.frame)
+    if field is not None:
+        mend(vertices, faces, edges, around, layers, least, field)
+    return Patch(vertices, faces, border, keys, 4 * lo[0] * layers.shape[1] * layers.shape[2])
 
 
 @cache

@@ -50,15 +50,41 @@ def crossings(points: Floats, layers: Layers, field: Callable[[Floats], Floats])
     best = points[some, axis]
     reached = np.zeros(len(some), np.bool_)
     todo = np.flatnonzero((below < 0) != (above < 0))
-    low, high, below, above = low[todo], high[todo], below[todo], above[todo]
-    near = 1e-13 * np.abs(above - below)
-    for turn in range(STEPS):
+    below, above = below[todo], above[todo]
+    best[todo], _ = between(
+        lambda where, which: at(where, todo[which]), low[todo], high[todo], below, above, 1e-13 * np.abs(above - below)
+    )
+    reached[todo] = True
+    moved = points.copy()
+    moved[some, axis] = best
+    sure = np.zeros(len(points), np.bool_)
+    sure[some] = reached
+    return moved, sure
+
+
+def between(
+    field: Callable[[Floats, NDArray[np.int64]], Floats],
+    low: Floats,
+    high: Floats,
+    below: Floats,
+    above: Floats,
+    near: Floats,
+    steps: int = STEPS,
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Where functions of one number are 0 between `low` and `high`, where they are `below` and `above`, of two signs.
+
+    `field(where, which)` are the values of some of them. A value of at most `near` is 0. Gives the places, and which
+    have reached it within the `steps`; where a function jumps, the place is that of the jump, as near as steps allow.
+    """
+    best, reached = (low + high) / 2, np.zeros(len(low), np.bool_)
+    todo = np.arange(len(low))
+    for turn in range(steps):
         if not len(todo):
             break
         with np.errstate(all="ignore"):
             guess = low - below * (high - low) / (above - below)
         guess = np.where((turn % 3 == 2) | ~((guess > low) & (guess < high)), (low + high) / 2, guess)
-        value = at(guess, todo)
+        value = field(guess, todo)
         best[todo] = guess
         done = (np.abs(value) <= near) | (high - low <= 1e-14 * (1 + np.abs(high)))
         reached[todo[done]] = True
@@ -68,9 +94,4 @@ def crossings(points: Floats, layers: Layers, field: Callable[[Floats], Floats])
         low, high = np.where(left, guess, low), np.where(left, high, guess)
         todo, near = todo[~done], near[~done]
         low, high, below, above = low[~done], high[~done], below[~done], above[~done]
-    reached[todo] = True
-    moved = points.copy()
-    moved[some, axis] = best
-    sure = np.zeros(len(points), np.bool_)
-    sure[some] = reached
-    return moved, sure
+    return best, reached

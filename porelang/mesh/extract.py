@@ -15,6 +15,7 @@ from porelang.diagnostics import PoreError, fail
 from porelang.mesh.bricks import Brick, Enclose, Plan, split
 from porelang.mesh.contour import Patch, contour
 from porelang.mesh.grid import Grid, Point, place
+from porelang.mesh.kinks import MARGIN, Around, At
 from porelang.mesh.layers import Layers, Sample, clip
 from porelang.mesh.surface import Surface
 from porelang.mesh.weld import IN_MEMORY, Weld
@@ -47,6 +48,7 @@ def extract(
     sample: Sample,
     enclose: Enclose | None = None,
     *,
+    field: At | None = None,
     threads: int = 1,
     brick: int = BRICK,
     memory: int = 2 * IN_MEMORY,
@@ -56,6 +58,7 @@ def extract(
 
     `grid` covers the box (mm). `sample(lo, hi)` gives the field at the half-open range of the grid's nodes, float32 or
     float64 of shape `hi - lo`; it is called from `threads` threads. `enclose` (see `bricks.split`) rules parts out.
+    `field`, at points (n, 3), mends crossings that the samples misplace (see `kinks`); a smooth field needs none.
     A surface of more than `memory` bytes is kept in files without names in `folder` (the system's own if None).
     The surface does not depend on `brick`, the cells a side of a piece, `threads` or `enclose` (its order does).
     Errors: E110 the field is not a number somewhere; E111 no surface in the box; E113 the disk is full.
@@ -65,7 +68,7 @@ def extract(
     bricks = sorted(plan.bricks, key=lambda b: b.lo)
     weld = Weld(memory // 2, folder)
     found: list[Found] = []
-    for one in _over(bricks, lambda b: _visit(layers, sample, b), threads):
+    for one in _over(bricks, lambda b: _visit(layers, sample, b, field), threads):
         if one.patch is not None:
             try:
                 weld.add(one.patch)
@@ -108,18 +111,23 @@ def _no_room(folder: Path | None, error: OSError) -> PoreError:
     )
 
 
-def _visit(layers: Layers, sample: Sample, brick: Brick) -> Found:
-    values, samples = layers.read(sample, brick.lo, brick.hi)
-    patch = contour(values, layers, brick.lo) if values.min() < 0 <= values.max() else None
+def _visit(layers: Layers, sample: Sample, brick: Brick, field: At | None = None) -> Found:
+    margin = 0 if field is None else MARGIN
+    begin, end = layers.wider(brick.lo, brick.hi, margin)
+    around, samples = layers.read(sample, begin, end)
+    x, y, z = (slice(a - s, b - s) for a, b, s in zip(brick.lo, brick.hi, begin, strict=True))
+    values = around[x, y, z]
+    crossed = values.min() < 0 <= values.max()
+    patch = contour(Around(around, begin, brick.lo), layers, values.shape, field) if crossed else None
     part = layers.inner(brick.lo, brick.hi)
     inner = values[part]
     low, high = float(inner.min()), float(inner.max())
     if low < 0 <= high:
         return Found(patch, False, low, high, None)
     at = np.unravel_index(np.abs(inner).argmin(), inner.shape)
-    x, y, z = (int(i) + p.start + b for i, p, b in zip(at, part, brick.lo, strict=True))
+    i, j, k = (int(i) + p.start + b for i, p, b in zip(at, part, brick.lo, strict=True))
     # A part that ends exactly at its bounds is solid up to them, but not on the nodes beyond.
-    return Found(patch, high < 0 and bool((samples < 0).all()), low, high, layers.point((x, y, z)))
+    return Found(patch, high < 0 and bool((samples < 0).all()), low, high, layers.point((i, j, k)))
 
 
 def _reject(layers: Layers, sample: Sample, plan: Plan, found: list[Found], solid: bool) -> NoReturn:

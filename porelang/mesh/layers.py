@@ -100,6 +100,11 @@ class Layers:
             )
         return values, samples
 
+    def wider(self, lo: Index, hi: Index, margin: int) -> tuple[Index, Index]:
+        """The block `lo..hi` with some layers more on every side, where there are such."""
+        x, y, z = ((max(a - margin, 0), min(b + margin, n)) for a, b, n in zip(lo, hi, self.shape, strict=True))
+        return (x[0], y[0], z[0]), (x[1], y[1], z[1])
+
     def inner(self, lo: Index, hi: Index) -> tuple[slice, slice, slice]:
         """The part of the block `lo..hi` without the void layers at the bounds."""
         x, y, z = (

@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from porelang.analysis.box import Box
 from porelang.backends.numpy import Dtype
 from porelang.diagnostics import Diagnostic, PoreError, fail
-from porelang.field import Backend, Bounds, checked_bounds
+from porelang.field import Backend, Bounds, checked_bounds, number_type, rounding_doubts
 from porelang.mesh.crossed import crossed
 from porelang.mesh.crumbs import Settled, settle
 from porelang.mesh.doubts import crossed_doubts, explained, lost_doubts, torn_doubts, volume_doubts
@@ -71,6 +72,8 @@ def make(
         voxel = choice.voxel
     placed = grid_of(design, name, voxel, resolution, bounds)  # type: ignore[arg-type]  # which refuses a text
     part = Solid(design.of(name), placed.cut)
+    whole, spacing = Box(*placed.cut), placed.grid.spacing
+    dtype = number_type(design.of(name), whole, spacing, backend, dtype)
     try:
         surface = surface_of(design, name, placed, backend, dtype, folder=folder)
     except PoreError as error:
@@ -81,10 +84,11 @@ def make(
         settled = settle(surface, placed.grid, part)
     surface = settled.surface
     doubts = volume_doubts(design, name, bounds, surface.volume, part, force)
+    doubts += rounding_doubts(design.of(name), whole, spacing, backend, dtype)
     doubts += torn_doubts(design, name, settled, placed.grid)
     if not doubts:
         doubts += lost_doubts(design, name, surface, placed.grid, part)
-    facts = _found(settled, choice, placed.grid.spacing)
+    facts = {**_found(settled, choice, spacing), "dtype": dtype}
     refined = smooth or sharp or simplify is not None
     if refined:
         done = refine(surface, design, name, placed, smooth=smooth, sharp=sharp, deviation=simplify)

@@ -54,11 +54,18 @@ _CENTRE = CENTRE
 _FULL = np.uint64(0xFFFFFFFFFFFFFFFF)
 _HUGE = float(np.finfo(np.float64).max) / 4
 _MOST_TRIANGLES = 12  # of one cell
+#: The edge of a vertex in one number: its axis (2 bits), its first node's place along that, and from here on of all.
+ALONG, PLACED = (1 << 18) - 1, 20
 
 
 @compiled
-def march(values: NDArray[Any], frame: Frame, cases: Cases) -> tuple[Floats, Numbers, Numbers, Ints]:
-    """The vertices (n, 3) mm and faces (m, 3) of a block, which vertices lie on its border, and the keys of these."""
+def march(
+    values: NDArray[Any], frame: Frame, cases: Cases, around: tuple[int, int, int, int, int]
+) -> tuple[Floats, Numbers, Numbers, Ints, Ints]:
+    """The vertices (n, 3) mm and faces (m, 3) of a block, which vertices lie on its border, the keys of these, and the
+    edges (n,) of all: as `PLACED` says, in the samples `around` the block, or for a vertex within a cell one less than
+    the negative of the first triangle round it. `around` are the place of the block's first node there, and the sides.
+    """
     nx, ny, nz = values.shape
     plane = ny * nz
     signs = np.zeros((2, ny, nz), np.uint8)
@@ -66,6 +73,7 @@ def march(values: NDArray[Any], frame: Frame, cases: Cases) -> tuple[Floats, Num
     number = np.empty(5 * plane, np.int32)
     shift = _shifts(ny, nz)
     vertices, total = np.empty((8 * plane, 3)), 0
+    edges = np.empty(8 * plane, np.int64)
     faces, made = np.empty((24 * plane, 3), np.int32), 0
     border, keys, shared = np.empty(4 * plane, np.int32), np.empty(4 * plane, np.int64), 0
     for i in range(nx):
@@ -76,6 +84,7 @@ def march(values: NDArray[Any], frame: Frame, cases: Cases) -> tuple[Floats, Num
                 now[j, k] = values[i, j, k] < 0
         if total + 4 * plane > len(vertices):
             vertices = _longer(vertices, total, total + 4 * plane)
+            edges = _longer_list(edges, total, len(vertices))
         if shared + 3 * plane > len(border):
             border = _longer_list(border, shared, shared + 3 * plane)
             keys = _longer_list(keys, shared, shared + 3 * plane)
@@ -90,16 +99,16 @@ def march(values: NDArray[Any], frame: Frame, cases: Cases) -> tuple[Floats, Num
             total, shared = _cross(
                 axis, i - back, signs[(i - back) % 2], now, values[i - back], values[i],
                 int(axis == 1), int(axis == 2), marks, number[slot * plane : (slot + 1) * plane],
-                vertices, total, border, keys, shared, nx, frame,
+                vertices, edges, total, border, keys, shared, nx, frame, around,
             )  # fmt: skip
         if i:
             if made + _MOST_TRIANGLES * plane > len(faces):
                 faces = _longer(faces, made, made + _MOST_TRIANGLES * plane)
             total, made = _fill(
                 values[i - 1], values[i], before, now, marks, number, shift[1 - even],
-                vertices, total, faces, made, cases,
+                vertices, edges, total, faces, made, cases,
             )  # fmt: skip
-    return vertices[:total], faces[:made], border[:shared], keys[:shared]
+    return vertices[:total], faces[:made], border[:shared], keys[:shared], edges[:total]
 
 
 @compiled
@@ -146,12 +155,14 @@ def _cross(
     marks: Bytes,
     number: Numbers,
     vertices: Floats,
+    edges: Ints,
     total: int,
     border: Numbers,
     keys: Ints,
     shared: int,
     nx: int,
     frame: Frame,
+    around: tuple[int, int, int, int, int],
 ) -> tuple[int, int]:
     """A vertex on every crossed edge along `axis`: from nodes (i, j, k) to those of `end` and `far` `dj, dk` further.
 
@@ -195,6 +206,8 @@ def _cross(
                     part = min(max(a / (a - b), least[from_]), 1 - least[from_])
                     vertices[total, axis] = start + part * length
                 number[j * nz + k] = total
+                place = ((i + around[0]) * around[3] + j + around[1]) * around[4] + k + around[2]
+                edges[total] = (place << PLACED) + (from_ + around[axis] << 2) + axis
                 if (axis and outer_i) or (axis != 1 and outer_j) or (axis != 2 and (k == 0 or k == nz - 1)):
                     border[shared] = total
                     node = (i + lo[0]) * whole[1] + j + lo[1]
@@ -214,6 +227,7 @@ def _fill(
     number: Numbers,
     shift: Ints,
     vertices: Floats,
+    on: Ints,
     total: int,
     faces: Numbers,
     made: int,
@@ -260,6 +274,7 @@ def _fill(
                     made += 1
                 if centred[row]:
                     _centre(vertices, total, faces[made - (end - start) : made])
+                    on[total] = -1 - (made - (end - start))
                     total += 1
     return total, made
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from porelang.analysis.bounds import box_test
 from porelang.analysis.box import Box, block
-from porelang.analysis.branches import Branches
+from porelang.analysis.branches import Branches, switches
 from porelang.analysis.enclose import F32, F64
-from porelang.backends.numpy import Dtype
-from porelang.field import Backend, Bounds, checked_bounds, make_field
+from porelang.backends.numpy import Dtype, NumpyField
+from porelang.field import Backend, Bounds, checked_bounds, make_field, number_type
 from porelang.ir import node
 from porelang.mesh import Grid, Surface, extract, project
 from porelang.mesh.grid import Point
@@ -70,12 +70,14 @@ def surface_of(
 ) -> Surface:
     """The closed surface of an output on a grid (that of `grid_of` if none is given), in mm, outward.
 
+    Where float32 cannot place the surface to a part of the voxel, NumPy takes float64 (`number_type`).
     `prune` rules out bricks that hold no surface before they are sampled; the triangles are the same without. What
     does not fit the memory goes to files without names in `folder`.
     Errors: E100-E103 about the output, E110, E111, E114 about the field on the grid.
     """
     placed = placed or grid_of(design, name)
     formula = design.of(name)
+    dtype = number_type(formula, Box(*placed.cut), placed.grid.spacing, backend, dtype)
     field = make_field(formula, design.program.ranges, backend, dtype, threads=1)
     precision = F32 if field.backend == "glsl" or dtype == "f32" else F64
     with activity("meshing"):
@@ -84,6 +86,7 @@ def surface_of(
             placed.cut,
             field.on_grid(placed.grid.axes()).block,
             box_test(formula, precision) if prune else None,
+            field=NumpyField(formula.taken, dtype, 1).at if switches(formula.taken) else None,
             threads=workers(threads),
             folder=folder,
         )

@@ -5,15 +5,19 @@ Only what crosses zero is kept, so that the memory goes with the length of the c
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.mesh.crossing import between
 from porelang.slices.stack import Band, Stack
 
 Ring = NDArray[np.float64]
 Numbers = NDArray[np.int64]
+#: A field (n,) at places (n, 2).
+At = Callable[[Ring], NDArray[Any]]
 #: Edges of a square of four samples: from (0, 0) to (1, 0), (1, 0) to (1, 1), (0, 1) to (1, 1), (0, 0) to (0, 1).
 BOTTOM, RIGHT, TOP, LEFT = range(4)
 #: Where each edge begins, and the axis along which it runs.
@@ -34,12 +38,19 @@ for _code, _pairs in SEGMENTS.items():
         _TABLE[_n, :, _code] = _pair
 
 
-def outlines(bands: Iterable[Band], stack: Stack) -> list[Ring]:
+#: How near a crossing is looked for (of the smaller of the samples beside it), and values that are asked for at most.
+NEAR, STEPS = 0.01, 12
+
+
+def outlines(bands: Iterable[Band], stack: Stack, field: At | None = None) -> list[Ring]:
     """The rings (n, 2) in mm that enclose the solid of a layer: counter-clockwise, around holes clockwise.
 
     The bands hold a frame of one sample round those of the layer. Solid that reaches into it is closed half a pixel
-    before, at the border of the layer.
+    before, at the border of the layer. With the `field` of the layer, at points (n, 2) in mm, rings cross between
+    samples where it is 0; without, where a line between them is: a field without kinks needs no more.
     """
+    origin = np.array([stack.x[0], stack.y[0]]) - stack.pixel
+    exact = None if field is None else lambda places: field(origin + places * stack.pixel)
     found: list[tuple[Numbers, Numbers, Ring]] = []
     before: Band | None = None
     row, last = 0, len(stack.x) + 1
@@ -48,13 +59,12 @@ def outlines(bands: Iterable[Band], stack: Stack) -> list[Ring]:
         for frame in (values[:, 0], values[:, -1], *(values[r - row] for r in (0, last) if 0 <= r - row < len(values))):
             frame[frame < 0] = np.nan  # is not solid, and what crosses to it does so half way
         block = values if before is None else np.concatenate([before, values])
-        found.append(_segments(block, row + len(values) - len(block)))
+        found.append(_segments(block, row + len(values) - len(block), exact))
         before, row = values[-1:], row + len(values)
     start, end, places = (np.concatenate(parts) for parts in zip(*found, strict=True))
     # at each place one segment begins and one ends: the table sees to that
     order = np.argsort(start)
     onward = order[np.searchsorted(start, end, sorter=order)]
-    origin = np.array([stack.x[0], stack.y[0]]) - stack.pixel
     return [origin + places[ring] * stack.pixel for ring in _rings(onward)]
 
 
@@ -67,7 +77,7 @@ def area_of(rings: Iterable[Ring]) -> float:
     return total
 
 
-def _segments(values: Band, row: int) -> tuple[Numbers, Numbers, Ring]:
+def _segments(values: Band, row: int, exact: At | None) -> tuple[Numbers, Numbers, Ring]:
     """For each segment in rows of samples, of which the first is number `row`: the edge where it begins, the edge where
     it ends, as numbers that the whole layer shares, and the place (in pixels) where it begins."""
     solid = values < 0
@@ -94,8 +104,28 @@ def _segments(values: Band, row: int) -> tuple[Numbers, Numbers, Ring]:
         with np.errstate(all="ignore"):
             share = p / (p - q)
         share = np.where(np.isfinite(share), share, 0.5)
-        places.append(node + np.array([row, 0]) + share[:, None] * (other - node))
+        first = node + np.array([row, 0])
+        if exact is not None:
+            share = _closer(share, p, q, first, other - node, exact)
+        places.append(first + share[:, None] * (other - node))
     return np.concatenate(starts), np.concatenate(ends), np.concatenate(places)
+
+
+def _closer(share: Ring, p: Ring, q: Ring, first: Ring, way: Numbers, exact: At) -> Ring:
+    """Where the field is 0 on edges from places with the values `p` to ones with `q`; what ends at the border stays."""
+    some = np.flatnonzero(np.isfinite(p) & np.isfinite(q) & ((p < 0) != (q < 0)))
+    if not len(some):
+        return share
+    p, q = p[some], q[some]
+
+    def value(where: Ring, which: Numbers) -> Ring:
+        found = np.asarray(exact(first[some[which]] + where[:, None] * way[some[which]]), np.float64)
+        return np.where(np.isnan(found), p[which], found)
+
+    near = NEAR * np.minimum(np.abs(p), np.abs(q))
+    out = share.copy()
+    out[some], _ = between(value, np.zeros(len(some)), np.ones(len(some)), p, q, near, STEPS)
+    return out
 
 
 def _number(node: Numbers, axis: Numbers, row: int, width: int) -> Numbers:

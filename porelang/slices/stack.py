@@ -19,7 +19,7 @@ Format = Literal["png", "svg"]
 Band = NDArray[Any]
 SMALLEST, LARGEST = 1e-9, 1e9  # mm: of a layer or a pixel, less than an atom and more than any part
 MOST_LAYERS, MOST_PIXELS = 100_000, 1 << 28
-#: Bounds that are found reach beyond the part by a millionth or so: less than this share of a step makes no layer.
+#: Bounds that are found may reach beyond the part by this share of a step: that makes no layer.
 SLACK = 0.01
 AT_ONCE = 1 << 22  # samples: their values and what is computed on the way take some 100 MB
 

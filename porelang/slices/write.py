@@ -9,14 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from porelang.backends.numpy import Dtype
+from porelang.analysis.box import Box, extent_of
+from porelang.analysis.branches import switches
+from porelang.backends.numpy import Dtype, NumpyField
 from porelang.diagnostics import fail
-from porelang.field import Backend, Bounds, checked_bounds, make_field
+from porelang.field import Backend, Bounds, checked_bounds, make_field, number_type
+from porelang.formula import Formula
 from porelang.program import Design
 from porelang.progress import activity, tell
 from porelang.slices.folder import MANIFEST, layers_folder, replace_folder
-from porelang.slices.outline import area_of, outlines
-from porelang.slices.stack import Band, Format, Stack, layers, stack_of
+from porelang.slices.outline import At, area_of, outlines
+from porelang.slices.stack import SLACK, Band, Format, Stack, layers, stack_of
 
 SLICING = "slicing"
 
@@ -43,16 +46,18 @@ def write_slices(
     """
     layers_folder(folder)  # what is refused is refused before anything is computed
     formula = design.of(name)
-    box = checked_bounds(bounds) if bounds is not None else design.bounds(name)
+    box = checked_bounds(bounds) if bounds is not None else _box_of(design, formula, name, step)
     stack = stack_of(box, step, pixel or step)
+    dtype = number_type(formula, box, stack.pixel, backend, dtype)
     field = make_field(formula, design.program.ranges, backend, dtype)
-    write = _png if form == "png" else _svg
+    exact = _between_samples(formula, dtype) if form == "svg" else None
     digits = max(4, len(str(len(stack.z))))
     with replace_folder(folder) as draft, activity(SLICING):
         areas: list[float] = []
         files = [f"layer_{k:0{digits}}.{form}" for k in range(len(stack.z))]
         for k, bands in layers(field, stack, frame=form == "svg"):
-            areas.append(write(draft / files[k], bands, stack, k))
+            path = draft / files[k]
+            areas.append(_svg(path, bands, stack, k, exact) if form == "svg" else _png(path, bands, stack))
             tell(k + 1, len(stack.z))
         if not any(areas):
             raise fail(
@@ -75,7 +80,20 @@ def write_slices(
     return manifest
 
 
-def _png(path: Path, bands: Iterable[Band], stack: Stack, k: int) -> float:
+def _box_of(design: Design, formula: Formula, name: str | None, step: float) -> Box:
+    """The box of an output, so tight that no layer lies outside the part."""
+    extent = design.extent(name)
+    if extent.errors[2] > SLACK * step:
+        extent = extent_of(formula, near=SLACK * step) or extent
+    return extent.outer
+
+
+def _between_samples(formula: Formula, dtype: Dtype) -> At | None:
+    """The field at points (n, 3), where straight lines between its samples would misplace contours: if it has kinks."""
+    return NumpyField(formula.taken, dtype).at if switches(formula.taken) else None
+
+
+def _png(path: Path, bands: Iterable[Band], stack: Stack) -> float:
     """Write a picture, a bit for a pixel, and return the area of what is white."""
     from PIL import Image
 
@@ -86,9 +104,10 @@ def _png(path: Path, bands: Iterable[Band], stack: Stack, k: int) -> float:
     return float(np.count_nonzero(solid)) * stack.pixel**2
 
 
-def _svg(path: Path, bands: Iterable[Band], stack: Stack, k: int) -> float:
+def _svg(path: Path, bands: Iterable[Band], stack: Stack, k: int, exact: At | None) -> float:
     """Write the contours as one filled path, and return the area that they enclose."""
-    rings = outlines(bands, stack)
+    level = None if exact is None else lambda at: exact(np.column_stack([at, np.full(len(at), stack.z[k])]))
+    rings = outlines(bands, stack, level)
     (x0, y0, _), (sx, sy, _) = stack.box.lo, stack.box.size
     with open(path, "w", encoding="ascii") as file:
         file.write(

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from porelang.analysis.box import part_box, unbounded_axes
+from porelang.analysis.box import part_box, reach, unbounded_axes
 from porelang.backends.numpy import GridField, NumpyField
-from porelang.data import FARTHEST, LARGEST_VALUE, MOST_COUNTED, NEAREST, SampledField
+from porelang.data import FARTHEST, LARGEST_VALUE, MOST_COUNTED, NEAREST, WORLD, SampledField
 from porelang.diagnostics import fail
 from porelang.formula import Formula
 from porelang.parallel import parallel_for, workers
@@ -32,6 +32,9 @@ def bake(fields: Formula, voxel: float, within: Formula) -> SampledField:
         hint = f"voxels go from a nanometre to {FARTHEST:,.0f} mm" if voxel > 0 else "give a length above 0, as in 1mm"
         raise fail("E096", f"a voxel of {voxel:g} mm cannot be sampled at", hint=hint)
     box = part_box(within)
+    if (box is None or unbounded_axes(box)) and (end := reach(within)) is not None:
+        raise fail("E091", "the region `within` of these samples lies more than 100 m from the origin, as far as "
+                   f"{end:,.0f} mm", hint=WORLD)  # fmt: skip
     if box is None or min(box.size) <= 0:
         raise fail(
             "E092", "the region `within` of these samples holds no material", hint="solid is negative: check its sign"

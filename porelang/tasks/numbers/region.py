@@ -8,10 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.backwards import UNIVERSE
 from porelang.analysis.bounds import Points, box_test
-from porelang.analysis.box import UNIVERSE, Box, part_box, unbounded_axes
+from porelang.analysis.box import Box, part_box, reach, unbounded_axes
 from porelang.analysis.enclose import EXACT, enclose, everywhere
 from porelang.backends.numpy import Dtype, NumpyField
+from porelang.data import WORLD
 from porelang.diagnostics import PoreError, fail
 from porelang.formula import Formula
 from porelang.progress import tell
@@ -62,6 +64,9 @@ def region(solid: Formula, what: str = "the region", apart: bool = False) -> Reg
     """
     box = part_box(solid)
     refuse_undefined(solid, box)
+    if (box is None or unbounded_axes(box)) and (end := reach(solid)) is not None:
+        raise fail("E091", f"{what} of this number lies more than 100 m from the origin, as far as {end:,.0f} mm",
+                   hint=WORLD)  # fmt: skip
     if box is None:
         raise empty(what)
     if axes := unbounded_axes(box):

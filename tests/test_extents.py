@@ -1,0 +1,224 @@
+"""How far parts reach: against closed forms, proven from outside and witnessed from inside; what is shown are these."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import porelang
+from porelang.analysis.bounds import rounding
+from porelang.analysis.box import extent_of
+from porelang.cli import main
+from porelang.field import number_type, rounding_doubts
+from porelang.formula import Formula
+from porelang.measure import measure
+from porelang.mesh.part import grid_of, surface_of
+
+Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
+
+
+def both_ways(*half: float) -> Corners:
+    x, y, z = half
+    return (-x, -y, -z), (x, y, z)
+
+
+def turned_box(half: tuple[float, float, float], axis: tuple[float, float, float], angle: float) -> Corners:
+    """The box round a box that is turned about an axis through its middle (Rodrigues)."""
+    k = np.array(axis) / np.linalg.norm(axis)
+    cross = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
+    turn = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+    corners = np.array(list(itertools.product(*((-h, h) for h in half)))) @ turn.T
+    return tuple(corners.min(axis=0).tolist()), tuple(corners.max(axis=0).tolist())
+
+
+def turned_cylinder(r: float, h: float, axis: tuple[float, float, float]) -> Corners:
+    """The box round a cylinder along a direction u: r sqrt(1 - u_i^2) + h/2 |u_i| on each axis."""
+    u = np.array(axis) / np.linalg.norm(axis)
+    x, y, z = (r * np.sqrt(1 - u * u) + h / 2 * np.abs(u)).tolist()
+    return both_ways(x, y, z)
+
+
+LENS = math.sqrt(100 - 7.5**2)
+#: Programs and the true corners of their parts, by elementary geometry.
+CLOSED: dict[str, Corners] = {
+    "union([for i in range(7): translate(box([1, 1, 1]), [2*i, 0, 0.5])])": ((-0.5, -0.5, 0), (12.5, 0.5, 1)),
+    "union([for i in range(8): translate(box([1, 1, 1]), [2*i, 0, 0.5])])": ((-0.5, -0.5, 0), (14.5, 0.5, 1)),
+    "union([for i in range(200): translate(box([1, 2, 3], round=0.2), [2*i, 0, i / 10])])": (
+        (-0.5, -1, -1.5),
+        (398.5, 1, 21.4),
+    ),
+    "union([for i in range(9): translate(cylinder(1 + i / 10, 4), [5*i, 0, 0])])": ((-1, -1.8, -2), (41.8, 1.8, 2)),
+    "union([for i in range(9): rotate(box([20, 2, 2]), [0, 0, 1], i * 20deg)]) & box([50, 50, 1])": both_ways(
+        max(10 * math.cos(a) + math.sin(a) for a in np.radians([0, 20])),
+        max(10 * math.sin(a) + abs(math.cos(a)) for a in np.radians([80, 100])),
+        0.5,
+    ),
+    "rotate(box([10, 20, 30]), [1, 1, 0], 30deg)": turned_box((5, 10, 15), (1, 1, 0), math.pi / 6),
+    "rotate(box([10, 20, 30]), [1, 2, 3], 35deg)": turned_box((5, 10, 15), (1, 2, 3), math.radians(35)),
+    "rotate(cylinder(5, 30), [1, 0, 0], 90deg)": both_ways(5, 15, 5),
+    "rotate(cylinder(5, 30), [1, 0, 0], 37deg)": turned_cylinder(
+        5, 30, (0, -math.sin(math.radians(37)), math.cos(math.radians(37)))
+    ),
+    "twist(box([20, 10, 60]), 90deg / 60mm)": both_ways(
+        math.hypot(10, 5), max(10 * math.sin(a) + 5 * math.cos(a) for a in np.linspace(0, math.pi / 4, 10001)), 30
+    ),
+    "smooth_union(sphere(10), translate(sphere(10), [12, 0, 0]), 4)": ((-10, -10, -10), (22, 10, 10)),
+    "ring(translate(box([4, 2, 3]), [10, 0, 0]), 4)": both_ways(12, 12, 1.5),
+    "cone(20, 0, 30)": both_ways(20, 20, 15),
+    "cone(10, 5, 30)": both_ways(10, 10, 15),
+    "torus(20, 4)": both_ways(24, 24, 4),
+    "ellipsoid([30, 20, 10])": both_ways(30, 20, 10),
+    "tetrahedron(10)": both_ways(*3 * [10 * math.sqrt(3)]),
+    "octahedron(10)": both_ways(*3 * [10 * math.sqrt(3)]),
+    "prism(6, 10, 30)": both_ways(10, 10 * math.sin(math.pi / 3), 15),
+    "sphere(10) & translate(sphere(10), [15, 0, 0])": ((5, -LENS, -LENS), (10, LENS, LENS)),
+    "box([20, 20, 20]) \\ translate(box([20, 20, 20]), [5, 0, 0])": ((-10, -10, -10), (-5, 10, 10)),
+    "sphere(10) \\ translate(sphere(20), [15, 0, 0])": (
+        (-10, -math.sqrt(100 - (75 / 30) ** 2), -math.sqrt(100 - (75 / 30) ** 2)),
+        (-75 / 30, math.sqrt(100 - (75 / 30) ** 2), math.sqrt(100 - (75 / 30) ** 2)),
+    ),
+    "translate(sphere(0.1), [90000, 0, 0])": ((89999.9, -0.1, -0.1), (90000.1, 0.1, 0.1)),
+    "cube(0.002)": both_ways(0.001, 0.001, 0.001),
+}
+
+
+@pytest.mark.parametrize(("text", "corners"), CLOSED.items(), ids=list(CLOSED))
+def test_the_extent_is_that_of_the_part(text: str, corners: Corners) -> None:
+    """The true end lies between what is proven and what is witnessed, and these are near each other."""
+    extent = extent_of(Formula.of(porelang.compile(text).solid("part")))
+    assert extent is not None
+    assert extent.inner is not None
+    lo, hi = np.array(corners)
+    longest = float((hi - lo).max())
+    rounding = 1e-9 * (longest + np.abs([lo, hi]).max())
+    assert np.all(np.array(extent.outer.lo) <= lo + rounding)
+    assert np.all(np.array(extent.outer.hi) >= hi - rounding)
+    assert np.all(np.array(extent.inner.lo) >= lo - rounding)
+    assert np.all(np.array(extent.inner.hi) <= hi + rounding)
+    off = max(float((lo - extent.outer.lo).max()), float((extent.outer.hi - hi).max()))
+    assert off <= extent.error + rounding
+    assert extent.error <= longest / 128, "wider than a voxel"
+
+
+def test_a_part_that_is_void_is_told_from_one_that_is_thin() -> None:
+    """Two shapes that touch in a face enclose nothing; a wall of a thousandth of the part is one."""
+    with pytest.raises(porelang.PoreError, match="E103"):
+        porelang.compile("box([10, 10, 10]) & translate(box([10, 10, 10]), [10, 0, 0])").bounds()
+    thin = extent_of(Formula.of(porelang.compile('shell(box([20, 20, 20]), 0.02, side="inside")').solid()))
+    assert thin is not None
+    assert thin.outer.size == (20, 20, 20)
+    assert thin.error < 0.01
+
+
+def test_measures_are_relative_to_the_part_s_own_box() -> None:
+    text = "union([for i in range(7): translate(box([1, 1, 1]), [2*i, 0, 0.5])])"
+    found = measure(porelang.compile(text).design(), resolution=64)
+    assert np.allclose(found["bounds"], [[-0.5, -0.5, 0], [12.5, 0.5, 1]], atol=1e-6)
+    assert abs(found["porosity"] - (1 - 7 / 13)) <= found["error"]["porosity"] < 1e-3
+    assert abs(found["envelope_volume"] - 13) <= found["error"]["envelope_volume"] < 0.02
+
+
+def test_measures_within_bounds_tell_the_size_of_what_is_in_them() -> None:
+    found = measure(porelang.compile("sphere(10)").design(), resolution=32, bounds=(-50, -50, 0, 50, 50, 50))
+    assert np.allclose(found["bounds"], [[-10, -10, 0], [10, 10, 10]], atol=1e-6)
+    with pytest.raises(porelang.PoreError, match="E103"):
+        measure(porelang.compile("sphere(10)").design(), bounds=(20, 20, 20, 50, 50, 50))
+
+
+@pytest.mark.parametrize("count", [7, 8])
+def test_layers_begin_and_end_with_the_part(count: int, tmp_path: Path) -> None:
+    path = tmp_path / "boxes.pore"
+    path.write_text(f"union([for i in range({count}): translate(box([1, 1, 1]), [2*i, 0, 0.5])])\n")
+    out = tmp_path / "layers"
+    assert main(["slices", str(path), "-o", str(out), "--step", "0.1", "-q"]) == 0
+    found = json.loads((out / "layers.json").read_text())
+    assert found["layers"] == 10
+    assert np.allclose(found["z"], 0.05 + 0.1 * np.arange(10), atol=1e-3)
+    assert np.allclose(found["area"], count, rtol=0.05)
+
+
+def test_closed_voids_and_separate_pieces_are_told_with_place_and_volume() -> None:
+    text = (
+        "let hollow = box([30, 20, 20]) \\ translate(sphere(6), [7, 0, 0]) \\ translate(sphere(4), [-8, 0, 1])\n"
+        "(hollow \\ translate(cylinder(1, 20), [0, 8, 0])) | translate(sphere(2), [0, 0, 20])"
+    )
+    found = measure(porelang.compile(text).design(), resolution=96)
+    large, small = found["voids"]
+    for void, radius, middle in ((large, 6, (7, 0, 0)), (small, 4, (-8, 0, 1))):
+        assert void["certain"]
+        assert abs(void["volume"] - 4 / 3 * math.pi * radius**3) <= void["error"] < 0.1 * void["volume"]
+        assert np.linalg.norm(np.subtract(void["at"], middle)) < 1
+        assert np.allclose(void["size"], 2 * radius, atol=1)
+    body, ball = found["pieces"]
+    assert abs(ball["volume"] - 4 / 3 * math.pi * 8) <= ball["error"]
+    assert np.linalg.norm(np.subtract(ball["at"], (0, 0, 20))) < 1
+    solid = 12000 - 4 / 3 * math.pi * (216 + 64) - math.pi * 20
+    assert abs(body["volume"] - solid) <= body["error"] < 0.05 * solid
+    assert body["certain"] and ball["certain"]  # noqa: PT018
+
+
+def test_a_drained_void_is_not_closed_and_one_piece_is_one() -> None:
+    text = "sphere(10) \\ sphere(6) \\ translate(cylinder(1.5, 20), [0, 0, 10])"
+    found = measure(porelang.compile(text).design(), resolution=64)
+    assert found["voids"] == []
+    assert len(found["pieces"]) == 1
+
+
+def test_the_text_says_what_is_not_certain(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "part.pore"
+    path.write_text("sphere(10) \\ sphere(6)\n")
+    assert main(["measure", str(path), "--resolution", "48"]) == 0
+    told = capsys.readouterr().out
+    assert "closed voids     1, where powder or resin stays: 90" in told
+    assert "separate pieces" not in told
+    path.write_text("shell(gyroid(10), 0.6) & sphere(15)\n")
+    assert main(["measure", str(path), "--resolution", "20"]) == 0
+    told = capsys.readouterr().out
+    assert "not certain at this voxel" in told or "not known" in told
+    assert not [line for line in told.splitlines() if "pieces of" in line and "+-" in line]
+
+
+@pytest.mark.parametrize("far", [100_000, 200_000, 1e6])
+def test_what_lies_beyond_the_world_is_told_in_one_way(far: float) -> None:
+    """Whether it crosses the border, lies behind it, or is asked for there by bounds."""
+    design = porelang.compile(f"translate(sphere(10), [{far}, 0, 0])").design()
+    said = rf"E117.*lies more than 100 m from the origin, as far as {far + 10:,.0f} mm"
+    with pytest.raises(porelang.PoreError, match=said):
+        design.bounds()
+    with pytest.raises(porelang.PoreError, match=r"E117.*100 m"):
+        grid_of(design, bounds=(far - 20, -20, -20, far + 20, 20, 20))
+    with pytest.raises(porelang.PoreError, match=r"E091.*lies more than 100 m from the origin"):
+        porelang.compile(f'check volume(translate(sphere(10), [{far}, 0, 0])) > 1, "a"\nsphere(1)').reduced()
+    with pytest.raises(porelang.PoreError, match=r"E102.*no end along x, y, z"):
+        porelang.compile(f"gyroid(10) | translate(sphere(10), [{far}, 0, 0])").bounds()
+
+
+@pytest.mark.parametrize("text", ["translate(sphere(0.1), [90000, 0, 0])", "translate(sphere(0.1), [0, -90000, 500])"])
+def test_far_parts_are_computed_in_numbers_that_can_place_them(text: str) -> None:
+    """At 90 m float32 has steps of 0.008 mm: the area of the ball came out 5 % too large."""
+    design = porelang.compile(text).design()
+    surface = surface_of(design, None, grid_of(design, resolution=64))
+    assert abs(surface.area / (4 * math.pi * 0.01) - 1) < 1e-3
+    assert abs(surface.volume / (4 / 3 * math.pi * 0.001) - 1) < 2e-3
+    part, box = design.of(), design.bounds()
+    assert number_type(part, box, 0.2 / 64, "numpy", "f32") == "f64"
+    assert [d.code for d in rounding_doubts(part, box, 0.2 / 64, "glsl", "f32")] == ["W204"]
+    off = rounding(part, box.lo, box.hi)
+    assert 2**-9 < off < 2**-4  # half a step of float32 there is 2^-8 mm
+
+
+def test_no_other_numbers_than_asked_for_where_float32_does() -> None:
+    for text in (
+        "gyroid(30) |> shell(1.53) & cylinder(75, 300)",
+        "cube(0.002)",
+        "rotate(cone(20, 5, 9), [1, 2, 3], 1)",
+    ):
+        design = porelang.compile(text).design()
+        box = design.bounds()
+        assert number_type(design.of(), box, max(box.size) / 1000, "numpy", "f32") == "f32"
+        assert rounding_doubts(design.of(), box, max(box.size) / 1000, "glsl", "f32") == []

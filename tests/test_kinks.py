@@ -1,0 +1,78 @@
+"""Surfaces and contours where a field changes its branch: of second order in the voxel, against closed forms."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import porelang
+from porelang.cli import main
+from porelang.mesh import Grid, extract
+from porelang.mesh.part import grid_of, surface_of
+
+#: Programs, the volume of their parts, and the voxels along the longest side at which second order is to be seen.
+PARTS = {
+    "gyroid(0.01) & cube(0.02)": (0.02**3 / 2, (32, 96)),
+    "schwarz_p(10) & cube(20)": (20**3 / 2, (32, 96)),
+    "sphere(10) & 0.001 * cube(14)": (
+        4 / 3 * math.pi * 1000 - 6 * math.pi * 9 * (30 - 3) / 3,
+        (30, 90),
+    ),
+    "(sphere(10) * 1000) & plane([1, 2, 3], 1)": (math.pi * 11**2 * (30 - 11) / 3, (30, 90)),
+    "if z > 0.003 then sphere(5) else sphere(4)": (
+        math.pi * (2 / 3 * 125 - 25 * 0.003) + math.pi * (2 / 3 * 64 + 16 * 0.003),
+        (30, 90),
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "case"), PARTS.items(), ids=list(PARTS))
+def test_meshes_are_of_second_order_where_branches_meet(text: str, case: tuple[float, tuple[int, int]]) -> None:
+    volume, voxels = case
+    design = porelang.compile(text).design()
+    off = []
+    for resolution in voxels:
+        surface = surface_of(design, None, grid_of(design, resolution=resolution))
+        assert surface.check() == []
+        off.append(abs(surface.volume / volume - 1))
+    assert off[1] < 0.2 * off[0] or off[1] < 1e-4, off  # a ninth; first order would be a third
+    assert off[1] < 5e-3
+
+
+def test_a_crossing_is_where_the_flatter_branch_ends() -> None:
+    """Of a steep wall cut by a flat field, every vertex lies on the wall: linear interpolation is a voxel off."""
+
+    def field(points: np.ndarray) -> np.ndarray:
+        x, y, z = points.T
+        return np.maximum(100 * (np.hypot(x, y) - 3), 0.01 * (np.abs(z) - 2))
+
+    grid = Grid.cover((-4, -4, -3), (4, 4, 3), 0.25)
+
+    def sample(lo: tuple[int, int, int], hi: tuple[int, int, int]) -> np.ndarray:
+        return field(grid.points(lo=lo, hi=hi)).reshape([b - a for a, b in zip(lo, hi, strict=True)])
+
+    box = ((-4.0, -4.0, -3.0), (4.0, 4.0, 3.0))
+    plain, mended = extract(grid, box, sample), extract(grid, box, sample, field=field)
+    assert mended.check() == []
+    wall = [s.vertices[np.abs(s.vertices[:, 2]) < 1.9] for s in (plain, mended)]
+    off = [np.abs(np.hypot(v[:, 0], v[:, 1]) - 3).max() for v in wall]
+    assert off[0] > 0.2
+    assert off[1] < 0.01
+    for brick, threads in ((7, 1), (16, 2)):  # whatever the pieces
+        other = extract(grid, box, sample, field=field, brick=brick, threads=threads)
+        assert {v.tobytes() for v in other.vertices} == {v.tobytes() for v in mended.vertices}
+
+
+def test_contours_near_a_flat_face_enclose_the_whole_layer(tmp_path: Path) -> None:
+    path = tmp_path / "disc.pore"
+    path.write_text("cylinder(10, 1)\n")
+    out = tmp_path / "layers"
+    wish = ["--step", "0.05", "--voxel", "0.2", "--format", "svg", "-q"]
+    assert main(["slices", str(path), "-o", str(out), *wish]) == 0
+    area = np.array(json.loads((out / "layers.json").read_text())["area"])
+    assert len(area) == 20
+    assert np.all(np.abs(area - 100 * math.pi) < 0.05)  # a chord of a pixel is off by pixel^2 / 12 of the radius
