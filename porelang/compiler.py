@@ -38,7 +38,7 @@ _BINDING = re.compile(
     rf"^[ \t]*(?:(?:(?:{_WORDS})|.*\bas)[ \t]+(\w+)|(\w+)[ \t]*(?:\([^()\n]*\)[ \t]*)?:?=(?![=>]))", re.MULTILINE
 )
 #: What is no program, though it is a text.
-_FILE = re.compile(r"\s*\S+\.pore\s*")
+_FILE = re.compile(r"\s*[^\n]*\.pore\s*")
 
 
 def compile(text: str | None = None, *, path: str | Path | None = None, name: str = "<text>") -> Program:
