@@ -38,8 +38,8 @@ MACHINE = (
     Code(
         "E124",
         "not enough memory",
-        "That does not fit into this machine's memory, or into what this process may use of it (`ulimit -v`): the message\n"
-        "then names the limit. A larger voxel, smaller bounds or fewer points help.",
+        "That does not fit into this machine's memory, or into what this process may use of it (`ulimit -v`): the\n"
+        "message then names the limit. A larger voxel, smaller bounds or fewer points help.",
         "",
         "",
     ),
