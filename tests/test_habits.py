@@ -82,6 +82,9 @@ WRITTEN = {
     "vec3 q = vec3(1,2,3);\nsphere(length(q));": "let q = [1,2,3]\nsphere(length(q))",
     "float d = 5;\nsphere(d);\n": "let d = 5\nsphere(d)\n",
     "// a comment\nsphere(5) // another": "# a comment\nsphere(5) # another",
+    "/* a header\n * of two lines\n */\nsphere(5)": "# a header\n# of two lines\nsphere(5)",
+    "sphere(/* radius */ 5)": "sphere( 5)",
+    "sphere(5) /* and no end\nx": "sphere(5) # and no end\n# x",
     "!sphere(5) & cube(4)": "~sphere(5) & cube(4)",
     "sphere(5) && cube(3)": "sphere(5) & cube(3)",
     # Python

@@ -109,6 +109,25 @@ def foreign_symbol(kind: str, span: Span) -> Diagnostic:
     return _foreign(span) if kind == "FOREIGN" else _character(span)
 
 
+def comment_at(span: Span) -> str:
+    """The `/* */` that begins here, to the end of the file where it is not closed."""
+    text = span.source.text
+    end = text.find("*/", span.start + 2)
+    return text[span.start :] if end < 0 else text[span.start : end + 2]
+
+
+def foreign_comment(span: Span) -> Diagnostic:
+    """What to say of a `/* */`; what stands in it is not read."""
+    text = comment_at(span)
+    whole = Span(span.source, span.start, span.start + len(text))
+    inside = text[2:].removesuffix("*/")
+    lines = [f"# {line.strip().lstrip('*').strip()}".rstrip() for line in inside.strip().split("\n")]
+    rest = span.source.text[whole.end :].partition("\n")[0]
+    ours = "" if rest.strip() else "\n".join(lines)  # code follows on its line
+    hint = "a comment starts with `#` and ends with the line"
+    return Diagnostic("E001", "`/*` is not a sign of Pore", span, hint=hint, edit=Edit(whole, ours))
+
+
 def _foreign(span: Span) -> Diagnostic:
     text = span.text
     if text.startswith("//"):

@@ -17,7 +17,7 @@ from porelang.source import Source, Span
 from porelang.syntax import tree
 from porelang.syntax.builder import Bare, Builder
 from porelang.syntax.failure import Failure
-from porelang.syntax.foreign import foreign_symbol
+from porelang.syntax.foreign import comment_at, foreign_comment, foreign_symbol
 from porelang.syntax.mistakes import explain
 from porelang.syntax.mistakes.statements import check_in_parentheses
 from porelang.syntax.tables import pack, unpack
@@ -54,8 +54,14 @@ def parse(source: Source, start: int = 0, end: int | None = None) -> tuple[tree.
     diagnostics: list[Diagnostic] = []
     habits: list[Diagnostic] = []  # what the statements beside are read in spite of
     tokens: list[Token] = []
+    after = 0  # the end of a `/* */`
     for token in tokenize(source, _lexed(source.text[start:end], start)):
-        if token.type == "FOREIGN" and token.text.startswith("//"):
+        if token.span.start < after:
+            continue
+        if token.type == "FOREIGN" and token.text == "/*":
+            habits.append(foreign_comment(token.span))
+            after = token.span.start + len(comment_at(token.span))
+        elif token.type == "FOREIGN" and token.text.startswith("//"):
             habits.append(foreign_symbol(token.type, token.span))
         else:
             tokens.append(token)

@@ -17,7 +17,7 @@ _MODIFIERS = frozenset(
     ("translate", "rotate", "scale", "mirror", "linear_extrude", "rotate_extrude", "offset", "color", "hull",
      "minkowski", "resize", "multmatrix", "projection", "repeat", "ring", "twist", "shell", "extrude", "revolve")
 )  # fmt: skip
-_LONGEST = 120  # letters of a way out that is shown
+_LONGEST = 200  # letters of a way out that is shown
 _NUMBER = r"\s*(-?[\d.]+)\s*"
 _LOOP = re.compile(rf"\s*(\w+)\s*=\s*\[{_NUMBER}:(?:{_NUMBER}:)?{_NUMBER}\]\s*")
 
