@@ -66,6 +66,7 @@ def test_the_one_answer_of_a_formula_lies_within_its_error(call: str, exact: flo
         ("solve(t => 1 / (t - 1), 0, 0..2)", "E099", ("at 1 ",)),
         ("solve(t => t^2 + 1e-3, 0, -1..2)", "E094", ("cannot be reached",)),
         ("solve(t => t^2, 0.0099, 0.1..1)", "E094", ("cannot be reached",)),
+        ("solve(t => mean(t * x + t * t, sphere(1)), 20, 0..3)", "E094", ("was not met in 11 places", "from 0 to 3")),
         ("solve(t => volume(sphere(abs(t))), 10, -5..5)", "E098", ("at least 2 answers", "narrow")),
         ("solve(t => volume(box([floor(t), 1, 1])), 3.5, 1..6)", "E099", ("at 4", "from 3 to 4")),
     ],

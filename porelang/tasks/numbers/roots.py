@@ -112,12 +112,14 @@ def _jumped(a: float, b: float, at_a: float, at_b: float, target: float) -> Pore
     )
 
 
-def _out_of_reach(target: float, low: float, high: float, met: Sequence[float]) -> PoreError:
-    """`met` is what the function is at the lower end, at least, at most, and at the upper end."""
+def _out_of_reach(target: float, low: float, high: float, met: Sequence[float], looked: int = 0) -> PoreError:
+    """`met` is what the function is at the lower end, at least, at most, and at the upper end; `looked` in how many
+    places it was looked at, where no more is known of it."""
     at_low, least, most, at_high = met
+    failed = f"was not met in {looked} places" if looked else "cannot be reached"
     return fail(
         "E094",
-        f"{target:g} cannot be reached: from {low:g} to {high:g} it goes from {at_low:.4g} to {at_high:.4g}",
+        f"{target:g} {failed}: from {low:g} to {high:g} it goes from {at_low:.4g} to {at_high:.4g}",
         hint=f"ask for something between {least:.4g} and {most:.4g}, or widen the range",
     )
 
@@ -182,7 +184,8 @@ def root_of(
         raise _several([((p + q) / 2, True) for p, q in crossings], target, low, high, figures=2)
     if apart:
         met = [f + target for _, f, _ in sorted(search.seen)]
-        raise _out_of_reach(target, low, high, (met[0], min(met), max(met), met[-1]))
+        looked = 0 if one_way else len(met)
+        raise _out_of_reach(target, low, high, (met[0], min(met), max(met), met[-1]), looked)
     if crossings and not one_way:
         a, b = crossings[0]
         ((fa, ea),) = {(f, e) for t, f, e in search.seen if t == a}
