@@ -117,7 +117,7 @@ class Surface:
         return defects
 
     def check_vertices(self, stored: Stored | None = None) -> list[str]:
-        """The defects that lie in where the vertices are, as they are `stored` in a file, not in how they are joined."""
+        """The defects that lie in where the vertices are, as `stored` in a file, not in how they are joined."""
         places: NDArray[Any] = self.vertices
         if stored is not None:
             places = np.empty((len(places), 3), stored(self.vertices[:1]).dtype)
