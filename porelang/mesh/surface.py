@@ -158,9 +158,9 @@ def decimal(digits: int) -> Stored:
     """Places rounded to so many decimal digits."""
 
     def rounded(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
             unit = 10.0 ** (np.floor(np.log10(np.abs(rows))) + 1 - digits)
-        return np.where(rows == 0, 0.0, np.rint(rows / unit) * unit)
+            return np.where(rows == 0, 0.0, np.rint(rows / unit) * unit)
 
     return rounded
 
