@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from porelang.mesh.crossed import crossed
 from porelang.mesh.patched import Patched, around, several, turned
 from porelang.mesh.rims import Ints, meet
+from porelang.mesh.surface import Surface
 
 CLOSE = 0.01  # voxels
 APART = 1e-3  # voxels: enough for a file of 32-bit numbers
@@ -17,10 +19,23 @@ ASIDE = 0.05  # of the way to the middle of its neighbours
 
 
 def merge(mesh: Patched) -> None:
-    """Join the vertices that are closer than CLOSE by an edge that can go; of others, move one aside."""
+    """Join the vertices that are closer than CLOSE by an edge that can go; of others, move one aside. Those stay whose
+    move would make the mesh run through itself."""
     pairs = _pairs(mesh)
-    if not len(pairs):
-        return
+    start = mesh.at, mesh.on, mesh.faces
+    while len(pairs):
+        mesh.at, mesh.on, mesh.faces = start[0].copy(), start[1].copy(), start[2]
+        _merge(mesh, pairs)
+        through = np.unique(mesh.faces[crossed(Surface(mesh.at, mesh.faces.astype(np.int32)))])
+        apart = np.linalg.norm(start[0][pairs[:, 0]] - start[0][pairs[:, 1]], axis=1) > APART * mesh.voxel
+        left = ~(np.isin(pairs, through).any(axis=1) & apart)
+        if left.all():
+            return
+        pairs = pairs[left]
+    mesh.at, mesh.on, mesh.faces = start
+
+
+def _merge(mesh: Patched, pairs: Ints) -> None:
     near = around(mesh.faces, pairs, len(mesh.at), 2)
     fans: dict[int, set[int]] = defaultdict(set)
     faces = {int(i): [int(v) for v in mesh.faces[i]] for i in np.flatnonzero(near)}
@@ -34,7 +49,7 @@ def merge(mesh: Patched) -> None:
             _join(mesh, fans, faces, keep, gone)
     left = np.array([faces[i] for i in sorted(faces)], np.int64)
     mesh.faces = np.concatenate([mesh.faces[~near], left])
-    _aside(mesh, mesh.faces[around(mesh.faces, pairs, len(mesh.at), 1)])
+    _aside(mesh, mesh.faces[around(mesh.faces, pairs, len(mesh.at), 1)], pairs)
 
 
 def _pairs(mesh: Patched) -> Ints:
@@ -69,9 +84,10 @@ def _join(mesh: Patched, fans: dict[int, set[int]], faces: dict[int, list[int]],
     fans[gone] = set()
 
 
-def _aside(mesh: Patched, faces: Ints) -> None:
+def _aside(mesh: Patched, faces: Ints, pairs: Ints) -> None:
     """Move one of every two vertices that are still close a little towards its neighbours, on one of its branches."""
-    for a, b in _pairs(mesh).tolist():
+    close = _pairs(mesh)
+    for a, b in close[np.isin(close, pairs).all(axis=1)].tolist():
         for v in (a, b):
             mine = faces[(faces == v).any(axis=1)]
             others = np.setdiff1d(mine, [v])

@@ -223,7 +223,7 @@ def _cut(mesh: Patched) -> bool:
         if not len(bad):
             break
         split[bad] = -1
-    parts, corners = _corners(mesh, parts)
+    parts, corners = _corners(mesh, parts, rest)
     mesh.faces = np.concatenate([rest, parts])
     return bool((split >= 0).any()) or corners > 0
 
@@ -278,7 +278,7 @@ def _better(mesh: Patched, four: Ints) -> Flags:
     return better
 
 
-def _corners(mesh: Patched, faces: Ints) -> tuple[Ints, int]:
+def _corners(mesh: Patched, faces: Ints, rest: Ints) -> tuple[Ints, int]:
     """Give the triangles whose corners are on three branches, no two of them on one, a vertex where the three meet."""
     some = np.flatnonzero(common(mesh.on, faces) < 0)
     all_on = np.sort(mesh.on[faces[some]].reshape(-1, 9), axis=1)
@@ -290,6 +290,12 @@ def _corners(mesh: Patched, faces: Ints) -> tuple[Ints, int]:
     tip = mesh.add(point[sure], branches[sure])
     a, b, c = faces[some].T
     made = np.stack([np.stack(r, axis=1) for r in ((a, b, tip), (b, c, tip), (c, a, tip))], axis=1)
-    good = ~turned(mesh, made.reshape(-1, 3)).reshape(-1, 3).any(axis=1)
-    kept = np.delete(faces, some[good], axis=0)
-    return np.concatenate([kept, made[good].reshape(-1, 3)]), int(good.sum())
+    good: Flags = np.asarray(~turned(mesh, made.reshape(-1, 3)).reshape(-1, 3).any(axis=1))
+    while True:
+        kept = np.concatenate([np.delete(faces, some[good], axis=0), made[good].reshape(-1, 3)])
+        tips = np.arange(len(kept) - 3 * int(good.sum()), len(kept))
+        whole = Surface(mesh.at, np.concatenate([kept, rest]).astype(np.int32))
+        through = crossed(whole, tips)[tips].reshape(-1, 3).any(axis=1)
+        if not through.any():
+            return kept, len(tips) // 3
+        good = good & ~np.isin(np.arange(len(good)), np.flatnonzero(good)[through])

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from porelang.mesh.collapse import collapse
+from porelang.mesh.crossed import crossed
 from porelang.mesh.surface import Surface
 from porelang.mesh.within import within
 
@@ -44,10 +45,13 @@ def simplify(
     allowed = np.full(len(surface.vertices), deviation)
     mean = float(np.sqrt(2.3 * surface.area / len(surface.faces)))  # the side of a triangle of that size
     tree: Any = None
+    whole = not crossed(surface, threads=threads).any()
     for attempt in range(1, ATTEMPTS + 1):
         made = collapse(surface, allowed)
         there, lost = within(surface, made, deviation, threads)
         back, wrong = within(made, surface, deviation, threads)
+        if whole:  # what does not run through itself stays so
+            wrong = np.union1d(wrong, np.flatnonzero(crossed(made, threads=threads)))
         if not len(lost) and not len(wrong):
             return Simplified(made, max(there, back))
         corners = np.concatenate([surface.vertices[surface.faces[lost]], made.vertices[made.faces[wrong]]])

@@ -117,7 +117,7 @@ class Surface:
         return defects
 
     def check_vertices(self, stored: Stored | None = None) -> list[str]:
-        """The defects that lie in where vertices are, as they are `stored` in a file, not in how they are joined."""
+        """The defects that lie in where the vertices are, as `stored` in a file, not in how they are joined."""
         places: NDArray[Any] = self.vertices
         if stored is not None:
             places = np.empty((len(places), 3), stored(self.vertices[:1]).dtype)
@@ -158,9 +158,9 @@ def decimal(digits: int) -> Stored:
     """Places rounded to so many decimal digits."""
 
     def rounded(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
             unit = 10.0 ** (np.floor(np.log10(np.abs(rows))) + 1 - digits)
-        return np.where(rows == 0, 0.0, np.rint(rows / unit) * unit)
+            return np.where(rows == 0, 0.0, np.rint(rows / unit) * unit)
 
     return rounded
 

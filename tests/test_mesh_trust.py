@@ -1,0 +1,350 @@
+"""A mesh is the part: no crumbs, nothing lost in silence, promises kept on every option; against closed forms."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import porelang
+from porelang.cli import main
+from porelang.diagnostics import PoreError
+from porelang.field import make_field
+from porelang.mesh import Grid, extract, write
+from porelang.mesh.crossed import crossed
+from porelang.mesh.crumbs import settle
+from porelang.mesh.made import make
+from porelang.mesh.mend import kept_sound
+from porelang.mesh.part import grid_of, surface_of
+from porelang.mesh.solid import Solid
+from porelang.mesh.surface import Surface, decimal, single
+from porelang.mesh.walls import TO_A_WALL, thinnest
+
+CUBE = (-5, -5, -5, 5, 5, 5)
+PINS = "union([box([40,20,2]), union([for i in range(8): translate(cylinder(0.1,15),[5*i-18,0,8])])])"
+
+
+def made(text, **how):
+    return make(porelang.compile(text).design(), **how)
+
+
+def codes(found):
+    return [d.code for d in found.doubts]
+
+
+def settled(text, **how):
+    design = porelang.compile(text).design()
+    placed = grid_of(design, **how)
+    surface = surface_of(design, None, placed)
+    return settle(surface, placed.grid, Solid(design.of(), placed.cut))
+
+
+# --- pieces ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("how", [{"resolution": 120}, {"voxel": 0.12}, {"resolution": 60}])
+def test_a_lattice_in_one_piece_is_meshed_in_one_piece(how):
+    """The sheet of a gyroid is connected, and a sphere of 3/2 periods cuts nothing off: there were 73 to 106 specks."""
+    found = made("shell(gyroid(10mm), 0.6) & sphere(15mm)", **how)
+    assert found.facts["components"] == 1
+    assert found.facts["crumbs"]["removed"] > 10
+    assert found.facts["crumbs"]["removed_volume"] < 1e-4 * found.surface.volume
+    assert found.surface.check() == []
+    assert codes(found) == []
+
+
+@pytest.mark.slow
+def test_a_sharp_mesh_has_no_crumbs_either():
+    found = made("shell(gyroid(10mm), 0.6) & sphere(15mm)", resolution=60, sharp=True)
+    assert found.surface.components == 1
+    assert found.surface.check() == []
+
+
+def test_pieces_that_are_pieces_stay_and_are_listed():
+    """Even where they are a single sample: a ball of a third of a voxel is what it is."""
+    text = "union([sphere(10), translate(sphere(1), [14, 0, 0]), translate(sphere(0.35), [0, 0.07, 13.7])])"
+    found = made(text, bounds=(-15, -15, -15, 16, 15, 15), voxel=0.5)
+    assert found.facts["solids"] == 3
+    assert found.facts["voids"] == 0
+    assert found.facts["crumbs"]["removed"] == 0
+    one, two, three = found.facts["solid_pieces"]
+    assert one["volume"] == pytest.approx(4 / 3 * np.pi * 1000, rel=0.01)
+    assert two["volume"] == pytest.approx(4 / 3 * np.pi, rel=0.15)
+    assert np.mean(three["bounds"], axis=0) == pytest.approx([0, 0.07, 13.7], abs=0.25)
+
+
+def test_closed_voids_stay_and_bubbles_of_an_open_gap_are_filled():
+    """A cavity is a cavity; a wedge of void that runs out between two bodies leaves samples of it alone."""
+    found = made("sphere(10) & ~sphere(3)", voxel=0.5)
+    assert (found.facts["solids"], found.facts["voids"]) == (1, 1)
+    assert found.facts["closed_voids"][0]["volume"] == pytest.approx(36 * np.pi, rel=0.02)
+    # the complement of the lattice whose specks are removed above
+    found = made("box([32,32,32]) & ~(shell(gyroid(10mm), 0.6) & sphere(15mm))", voxel=0.25)
+    assert (found.facts["solids"], found.facts["voids"]) == (1, 1)
+    assert found.facts["crumbs"]["filled"] > 10
+    assert found.surface.check() == []
+
+
+def test_a_piece_of_crumbs_alone_keeps_one():
+    """A dumbbell by itself, its neck thinner than a voxel: of its two ends one stays, whatever else there is."""
+    ends = "translate(sphere(0.3), [12.315, -0.185, -0.185]), translate(sphere(0.29), [13.815, -0.185, -0.185])"
+    text = f"union([sphere(8), {ends}, translate(box([1.2, 0.06, 0.06]), [13.065, -0.05, -0.185])])"
+    done = settled(text, voxel=0.5, bounds=(-10, -10, -10, 15, 10, 10))
+    assert (done.removed, done.surface.components) == (1, 2)
+    assert done.surface.pieces.high[:, 0].max() < 13  # the larger of the two
+
+
+def test_torn_walls_are_told():
+    found = made("shell(sphere(10), 0.1)", voxel=0.5, force=True)
+    assert codes(found)[:2] == ["W202", "W205"]
+    assert found.facts["crumbs"]["torn"] > 100
+
+
+def test_streamed_surfaces_lose_their_crumbs_too(tmp_path):
+    design = porelang.compile("shell(gyroid(10mm), 0.6) & sphere(15mm)").design()
+    placed = grid_of(design, resolution=60)
+    part = Solid(design.of(), placed.cut)
+    sample = make_field(design.of(), {}, "numpy", "f32").on_grid(placed.grid.axes()).block
+    kept = extract(placed.grid, placed.cut, sample, memory=4096, folder=tmp_path)
+    whole = extract(placed.grid, placed.cut, sample)
+    one, other = settle(kept, placed.grid, part), settle(whole, placed.grid, part)
+    assert one.removed == other.removed > 0
+    assert one.surface.check() == []
+    assert one.surface.volume == pytest.approx(other.surface.volume, rel=1e-12)
+
+
+# --- promises --------------------------------------------------------------------------------------------------------
+
+STEPPED = [
+    "round(x/4) + round(y/4) + z",
+    "floor(x) % 2 + floor(y) % 2 - 0.5 + 0*z",
+    "round(x/2) * round(y/2) - z",
+    "z - round(x)",
+]
+
+
+@pytest.mark.parametrize("how", [{}, {"smooth": True}, {"sharp": True}, {"sharp": True, "simplify": 0.1}])
+@pytest.mark.parametrize("text", STEPPED)
+def test_fields_that_jump_give_sound_meshes(text, how):
+    found = made(text, bounds=CUBE, resolution=12, force=True, **how)
+    assert found.surface.check() == []
+    assert found.surface.check_vertices(single(1.0)) == []
+    assert found.surface.check_vertices(decimal(12)) == []
+
+
+@pytest.mark.parametrize("low", [-1, -2, -3])
+def test_trilinear_fields_of_integers_give_sound_meshes(low):
+    """Samples that are 0, and ties on every ambiguous face."""
+    random = np.random.default_rng(7)
+    for _ in range(20):
+        values = random.integers(low, -low + 1, (9, 9, 9)).astype(float)
+        grid = Grid((-1.0, -1.0, -1.0), 1.0, (9, 9, 9))
+        surface = extract(grid, ((0.0,) * 3, (6.0,) * 3), lambda a, b, v=values: v[tuple(map(slice, a, b))])
+        assert surface.check() == []
+        assert surface.check_vertices(single(1.0)) == []
+
+
+def pyramids(apart):
+    """Two tetrahedra, the tip of one that far from a corner of the other."""
+    tip = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], np.int32)
+    other = -tip[[0, 2, 1, 3]] - [apart, 0, 0]
+    return Surface(np.concatenate([tip, other]), np.concatenate([faces, faces + 4]).astype(np.int32))
+
+
+def test_vertices_in_one_place_are_moved_apart():
+    broken = pyramids(0.0)
+    assert broken.check() != []
+    mended = kept_sound(broken, 0.5, refined=True)
+    assert mended.check() == []
+    assert np.abs(mended.vertices - broken.vertices).max() < 0.05
+
+
+@pytest.mark.parametrize("ending", [".stl", ".obj", ".ply", ".3mf", ".glb", ".vtp"])
+def test_no_writer_takes_what_is_not_sound(ending, tmp_path):
+    with pytest.raises(PoreError) as caught:
+        write(pyramids(0.0), tmp_path / f"a{ending}")
+    assert caught.value.diagnostics[0].code == "E119"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_digits_that_a_format_has_not_are_missed(tmp_path):
+    far = Surface(pyramids(1e-9).vertices + np.array([1e5, 0, 0]), pyramids(1e-9).faces)
+    assert far.check() == []
+    write(far, tmp_path / "a.ply")
+    for ending in (".stl", ".obj", ".3mf"):
+        with pytest.raises(PoreError) as caught:
+            write(far, tmp_path / f"a{ending}")
+        assert caught.value.diagnostics[0].code == "E115"
+
+
+# --- what is lost ----------------------------------------------------------------------------------------------------
+
+
+def test_pins_that_the_voxel_does_not_hold_are_missed():
+    found = made(PINS, voxel=1.0)
+    assert codes(found) == ["W205"]
+    assert "40 x 20 x 1" in found.doubts[0].message  # to 15.5 mm
+    assert "0.2 mm thick" in found.doubts[0].message
+    assert codes(made("box([40,20,2])", voxel=1.0)) == []
+
+
+def test_wires_within_the_part_and_slots_are_missed():
+    """The box of the part is full all the same, and so is its volume."""
+    plates = "translate(box([40,20,2]), [0,0,11]), translate(box([40,20,2]), [0,0,-11])"
+    wires = "union([for i in range(8): translate(cylinder(0.1, 21), [5*i - 18, 0, 0])])"
+    assert "W205" in codes(made(f"union([{plates}, {wires}])", voxel=1.0))
+    assert codes(made(f"union([{plates}])", voxel=1.0)) == []
+    slots = "union([for i in range(6): translate(box([0.05, 16, 16]), [3*i - 7.5, 0, 0])])"
+    assert "W205" in codes(made(f"box([20,20,20]) & ~{slots}", voxel=1.0))
+
+
+def test_walls_thinner_than_the_voxel_are_no_empty_part():
+    design = porelang.compile('shell(box([20,20,20]), 0.02, side="inside")').design()
+    for how in ({}, {"voxel": 0.5}):
+        with pytest.raises(PoreError) as caught:
+            make(design, **how)
+        told = caught.value.diagnostics[0]
+        assert told.code == "E111"
+        assert "about 0.02 mm" in told.message
+        assert "--voxel 0.008mm" in told.hint
+    with pytest.raises(PoreError) as caught:  # this one is
+        make(porelang.compile("gyroid(10) + 5").design(), bounds=CUBE)
+    assert "the part is empty" in caught.value.diagnostics[0].message
+
+
+@pytest.mark.parametrize(
+    ("text", "wall"),
+    [
+        ("shell(sphere(10), 0.3)", 0.3),
+        ("box([30, 30, 0.7])", 0.7),
+        ("union([box([30, 30, 2]), translate(cylinder(0.25, 20), [0, 0, 10])])", 0.5),
+        ('shell(box([20,20,20]), 0.02, side="inside")', 0.02),
+        ("sphere(10)", 20.0),
+    ],
+)
+def test_the_thinnest_walls_are_found(text, wall):
+    design = porelang.compile(text).design()
+    assert thinnest(Solid(design.of(), design.bounds())) == pytest.approx(wall, rel=0.03)
+
+
+def test_wedges_are_no_walls():
+    """A half-space cuts a ball: its rim is as thin as one likes, and no voxel would do. The wall of a gyroid sheet in a
+    ball is that of the sheet: 2 * 0.3 over the slope, which is 0.84 to 1.09 at a period of 10."""
+    design = porelang.compile("shell(gyroid(10mm), 0.6) & sphere(15mm)").design()
+    assert 0.45 < thinnest(Solid(design.of(), design.bounds())) < 0.75
+    design = porelang.compile("sphere(10) & (z - 8)").design()
+    found = thinnest(Solid(design.of(), design.bounds()))
+    assert found is None or found > 1
+
+
+def test_the_voxel_holds_the_walls_where_nothing_is_asked():
+    found = made("shell(sphere(10), 0.3)")
+    assert found.facts["wall"] == pytest.approx(0.3, rel=0.02)
+    assert found.facts["voxel"] == pytest.approx(0.3 / TO_A_WALL, rel=0.02)
+    assert found.surface.volume == pytest.approx(4 / 3 * np.pi * (10.15**3 - 9.85**3), rel=0.02)
+    assert made("shell(sphere(10), 0.3)", voxel="auto").facts["voxel"] == found.facts["voxel"]
+    plain = made("sphere(10)")
+    assert plain.facts["voxel"] == pytest.approx(20 / 128, rel=1e-6)
+
+
+def test_a_mesh_that_lost_a_fifth_is_refused(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("a.pore").write_text("shell(sphere(10), 0.1)\n")
+    asked = ["mesh", "a.pore", "-o", "a.stl", "--voxel", "0.5mm"]
+    assert main(asked) == 1
+    told = capsys.readouterr().err
+    assert "E118" in told
+    assert "--voxel 0.04mm" in told
+    assert not Path("a.stl").exists()
+    assert main([*asked, "--force", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["warnings"][0]["code"] == "W202"
+    program = porelang.compile("shell(sphere(10), 0.1)")
+    with pytest.raises(PoreError):
+        program.mesh(voxel=0.5)
+    with pytest.warns(UserWarning, match="W202"):
+        program.mesh(voxel=0.5, force=True)
+
+
+def test_layers_of_walls_thinner_than_a_pixel_are_told(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("a.pore").write_text("shell(sphere(10), 0.05)\n")
+    assert main(["slices", "a.pore", "-o", "layers", "--step", "1mm", "--voxel", "1mm"]) == 0
+    assert "W202" in capsys.readouterr().err
+    Path("a.pore").write_text("sphere(10)\n")
+    assert main(["slices", "a.pore", "-o", "layers", "--step", "0.5mm", "--voxel", "0.25mm"]) == 0
+    assert "W202" not in capsys.readouterr().err
+
+
+# --- crossings -------------------------------------------------------------------------------------------------------
+
+
+def crosses(surface):
+    """Which triangles cross another, one pair after another (Moeller & Trumbore 1997)."""
+    v, out = surface.vertices[surface.faces], np.zeros(len(surface.faces), np.bool_)
+
+    def through(p, q, t):
+        d, e, f = q - p, t[1] - t[0], t[2] - t[0]
+        h = np.cross(d, f)
+        a = e @ h
+        if abs(a) < 1e-12:
+            return False
+        w = p - t[0]
+        u, r = (w @ h) / a, np.cross(w, e)
+        return u > 1e-9 and (d @ r) / a > 1e-9 and u + (d @ r) / a < 1 - 1e-9 and 1e-9 < (f @ r) / a < 1 - 1e-9
+
+    for i in range(len(v)):
+        for j in range(i + 1, len(v)):
+            if len(set(surface.faces[i]) & set(surface.faces[j])) < 2 and any(
+                through(v[a][k], v[a][(k + 1) % 3], v[b]) for a, b in ((i, j), (j, i)) for k in range(3)
+            ):
+                out[i] = out[j] = True
+    return out
+
+
+def test_crossings_are_those_of_every_pair():
+    random = np.random.default_rng(3)
+    for spread in (0.3, 0.6, 1.0):
+        at = random.uniform(0, spread, (40, 1, 3)) + random.uniform(0, 0.4, (40, 3, 3))
+        soup = Surface(at.reshape(-1, 3), np.arange(120, dtype=np.int32).reshape(-1, 3))
+        assert crossed(soup).tolist() == crosses(soup).tolist()
+        some = np.arange(0, 40, 7)
+        assert crossed(soup, some)[some].tolist() == crosses(soup)[some].tolist()
+
+
+def test_two_balls_cross_and_touching_pyramids_do_not():
+    ball = made("sphere(5)", resolution=12).surface
+    n = len(ball.vertices)
+    both = Surface(
+        np.concatenate([ball.vertices, ball.vertices + np.array([4.0, 0.1, 0.2])]),
+        np.concatenate([ball.faces, ball.faces + n]),
+    )
+    found = crossed(both)
+    assert 0 < found.sum() < 200
+    assert not crossed(ball).any()
+    assert not crossed(pyramids(0.0)).any()
+
+
+@pytest.mark.parametrize("how", [{"smooth": True}, {"sharp": True}])
+def test_thin_shells_do_not_cross_themselves(how):
+    """Newton's method carried the two sides of a wall past each other: 41 of 300 triangles crossed others."""
+    found = made("shell(sphere(10), 0.1)", voxel=0.5, force=True, **how)
+    assert found.facts["crossed"] == 0
+    assert not crossed(found.surface).any()
+    assert "W207" not in codes(found)
+
+
+@pytest.mark.slow
+def test_sharp_wedges_do_not_cross_themselves():
+    found = made("shell(gyroid(10mm), 0.6) & sphere(15mm)", resolution=40, sharp=True, force=True)
+    assert found.facts["crossed"] == 0
+    assert found.facts["rim_edges"] > 3000
+
+
+def test_what_crosses_all_the_same_is_told():
+    found = made("round(x/2) * round(y/2) - z", bounds=CUBE, resolution=10, sharp=True)
+    assert found.facts["crossed"] == crossed(found.surface).sum() > 0
+    assert codes(found) == ["W207"]
