@@ -72,6 +72,7 @@ COMMANDS: dict[str, Command] = {
             (
                 "file",
                 "set",
+                "preset",
                 "outs",
                 "bodies",
                 "output",
