@@ -637,7 +637,7 @@ def test_a_run_that_is_ended_from_outside_leaves_nothing_behind(tmp_path: Path) 
 
 def test_bounds_beyond_the_world_are_refused(pore: Pore) -> None:
     assert pore("mesh", SPECIMEN, "-o", "a.stl", "--bounds", "0,0,0,1e308,1e308,1e308") == 2
-    assert "E107" in pore.err
+    assert "E117" in pore.err
 
 
 def test_an_array_that_claims_more_than_it_holds_is_said_to(pore: Pore) -> None:

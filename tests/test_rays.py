@@ -70,10 +70,12 @@ def cast(field: Field, camera: Camera, box: Box, step: float, size: tuple[int, i
     return entry.reshape(size[1], size[0])
 
 
-def agree(made: Marcher, camera: Camera, box: Box, field: Field, step: float, off: float = 0.0) -> None:
+def agree(
+    made: Marcher, camera: Camera, box: Box, field: Field, step: float, off: float = 0.0, grazing: float = 0.0
+) -> None:
     """No ray passes through what the dense rays found, and what is met is the surface.
 
-    `off` is how far float32 may misplace a point, in mm.
+    `off` is how far float32 may misplace a point, in mm; of rays that graze, a share of `grazing` meets nothing so near.
     """
     found, dense = made.distances().astype(np.float64), cast(field, camera, box, step)
     hit = np.isfinite(dense)
@@ -85,7 +87,8 @@ def agree(made: Marcher, camera: Camera, box: Box, field: Field, step: float, of
     met = np.isfinite(found)
     there = np.concatenate([[0.0], np.geomspace(0.1, 4, 9)]) * slack - off
     near = np.stack([field(origin[met] + way[met] * (found[met] + s)[:, None]) for s in there])
-    assert (near.min(axis=0) <= 0).all(), f"{(near.min(axis=0) > 0).sum()} rays stop where there is nothing"
+    stray = near.min(axis=0) > 0
+    assert stray.mean() <= grazing, f"{stray.sum()} of {len(stray)} rays stop where there is nothing"
 
 
 def norm(p: Points) -> Points:
@@ -179,7 +182,7 @@ def test_a_part_far_from_the_origin(at: float) -> None:
     off = 8 * at * 2.0**-23
     assert off < 0.06
     agree(made, camera, box, lambda p: np.maximum(np.abs(raw_gyroid(p - far, 12.0)) - 0.25, norm(p - far) - 15),
-          made.nearest / 2, off)  # fmt: skip
+          made.nearest / 2, off, grazing=0.01)  # fmt: skip
 
 
 @pytest.mark.usefixtures("gpu")

@@ -81,7 +81,7 @@ THIN = 5.005**3 - 4.995**3
         ("area(if z > 0 then sphere(5) else sphere(4))", math.pi * (2 * 41 + 9), 4e-3),  # a ring where it jumps
         ("volume(shell(sphere(10), 1e-4))", 4 / 3 * math.pi * (10.00005**3 - 9.99995**3), 1e-2),
         ("area(shell(sphere(10), 1e-4))", 4 * math.pi * (10.00005**2 + 9.99995**2), 4e-3),
-        ("area(box([20, 20, 1e-5]) |> rotate([1, 2, 3], 33deg))", 800.0008, 4e-3),
+        ("area(box([20, 20, 2e-5]) |> rotate([1, 2, 3], 33deg))", 800.0008, 4e-3),
         ("volume(shell(sphere(10), 1e-6))", 4e-4 * math.pi, 1e-2),
         ("porosity(sphere(10), shell(sphere(10), 1e-5))", 0.5, 2e-2),
         ("volume(translate(box([20, 20, 1e-3]), [0, 0, 7]) | translate(box([20, 20, 1e-3]), [0, 0, -7.5]))", 0.8, 1e-3),
@@ -126,7 +126,7 @@ def test_a_spike_that_no_sample_meets_is_in_the_error_of_a_mean() -> None:
     exact = 0.5 + 4 / 3 * math.pi * 0.3**3 / 64000
     ((value, error),) = numbers(f"x + mean(if x > 0 then 1 else ({ball}), box([40, 40, 40]))")
     assert abs(value - exact) <= error
-    ((value, error),) = numbers("x + mean(abs(x), box([20, 20, 1e-5]) |> rotate([1, 2, 3], 33deg))")
+    ((value, error),) = numbers("x + mean(abs(x), box([20, 20, 2e-5]) |> rotate([1, 2, 3], 33deg))")
     assert error > 0.5
     assert 0 <= value <= 10 * math.sqrt(2)
 
@@ -403,13 +403,13 @@ def test_the_same_on_both_backends() -> None:
         ("x + porosity(sphere(3), sphere(3) + 10)", "E092", "no material"),
         ("x + to_porosity(3 + 0 * x, 0.5, sphere(10))", "E094", "cannot be reached"),
         ("x + solve(t => t, 1, 3..2)", "E095", "empty range"),
-        ("param phi = 0.5 in 0..1\nx + to_porosity(x, phi, sphere(3))", "E090", "between 0 and 1"),
+        ("x + to_porosity(x, bare(volume(sphere(3))), sphere(3))", "E090", "between 0 and 1"),
         ("x + maximum(sqrt(x), sphere(3))", "E093", "not a number at ("),
         ("x + volume(sphere(5) - sqrt(x))", "E093", "not a number at (-"),
         ("x + volume(sphere(5) + 0 * sqrt(x - 7))", "E093", "not a number at ("),
         ("x + volume(log(x) - 3 & sphere(2))", "E093", "not a number at (-"),
         ("x + porosity(gyroid(3) + 0 * sqrt(x), sphere(4))", "E093", "not a number at (-"),
-        ("x + volume(box([1e6, 1e6, 1]))", "E091", "beyond 100 m"),
+        ("x + volume(box([1e6, 1e6, 1]))", "E091", "more than 100 m from the origin"),
         ("x + solve(t => sqrt(t - 30), 0.5, 0..5)", "E093", "not a number from 0 to 5"),
         ("x + solve(t => sqrt(bare(volume(sphere(t))) - 9), 0.5, 1..5)", "E093", "not a number at 1"),
         ("x + solve(t => t, sqrt(volume(sphere(1)) - 9), 0..5)", "E093", "target"),
