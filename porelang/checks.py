@@ -55,12 +55,15 @@ def failed_checks(design: Design, measure: bool = True) -> list[int]:
 def structural_faults(program: Program, all_values: bool = False) -> list[Diagnostic]:
     """What is wrong or doubtful with the program for other values of the params that count and choose.
 
-    One param is varied at a time, the others are at their defaults: over its choices, else at both ends of its range,
-    or if `all_values` says so over whole ranges (64 values at most). Each thing is told once.
+    One param is varied at a time, the others are at their defaults: over its choices, else at both ends of its range
+    where that is not more than `FAR` values from the default, or if `all_values` says so over whole ranges (all of 64,
+    or 16 of more). Each thing is told once.
     """
     found: list[Diagnostic] = []
     told = {(d.code, d.span) for d in program.warnings}
     for name in program.structure:
+        if "E070" in {d.code for d in found}:  # too big: more is bigger, and takes as long
+            break
         for value in _tried(program.params[name], all_values):
             try:
                 made = program.design({name: value}).program
@@ -70,7 +73,13 @@ def structural_faults(program: Program, all_values: bool = False) -> list[Diagno
                 several = list(error.diagnostics)
             found += [d for d in several if (d.code, d.span) not in told]
             told |= {(d.code, d.span) for d in several}
+            if any(d.code == "E070" for d in several):
+                break
     return found
+
+
+#: Values further from the default may make a program of another size: they are compiled on request.
+FAR = 200
 
 
 def _tried(info: ParamInfo, all_values: bool) -> list[float]:
@@ -79,8 +88,9 @@ def _tried(info: ParamInfo, all_values: bool) -> list[float]:
     if not info.numbers and (all_values or info.choices):
         step = info.step or 1.0
         count = int((info.high - info.low) // step) + 1
-        values = [info.low + step * round(i) for i in np.linspace(0, count - 1, min(count, 64))]
-    return [v for v in values if v != info.default]
+        values = [info.low + step * round(i) for i in np.linspace(0, count - 1, count if count <= 64 else 16)]
+    near = all_values or info.choices
+    return [v for v in values if v != info.default and (near or abs(v - info.default) <= FAR)]
 
 
 def broken_checks(design: Design, measure: bool = False) -> list[Diagnostic]:

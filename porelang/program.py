@@ -202,9 +202,15 @@ class Program:
             try:
                 return self.again(structure)
             except PoreError as error:
-                changed = ((n, v) for n, v in structure.items() if v != self.structure[n])
+                changed = [(n, v) for n, v in structure.items() if v != self.structure[n]]
                 where = " and ".join(f"{n} = {self.params[n].shown(v)}" for n, v in changed)
-                told = [dataclasses.replace(d, message=f"{d.message}, with {where}") for d in error.diagnostics]
+                hint = f"narrow the range of {', '.join(f'`{n}`' for n, _ in changed)}"
+                told = [
+                    dataclasses.replace(
+                        d, message=f"{d.message}, with {where}", hint=hint if d.code == "E070" else d.hint
+                    )
+                    for d in error.diagnostics
+                ]
                 raise PoreError(told) from None
 
         return _remembered(self._variants, self._lock, structure, make)

@@ -106,6 +106,8 @@ def _choice(info: ParamInfo, setting: Setting) -> float:
         setting = str(setting).lower()
     if isinstance(setting, int | float) and 0 <= setting < len(info.choices) and setting == int(setting):
         return float(setting)
+    text = "".join(str(setting).split())  # a list of Python's is written with spaces
+    setting = next((label for label in info.choices if "".join(label.split()) == text), setting)
     if setting not in info.choices:
         near = suggest(str(setting), info.choices)
         raise fail(

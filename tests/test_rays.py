@@ -75,7 +75,7 @@ def agree(
 ) -> None:
     """No ray passes through what the dense rays found, and what is met is the surface.
 
-    `off` is how far float32 may misplace a point, in mm; of rays that graze, a share of `grazing` meets nothing so near.
+    `off` is how far float32 may misplace a point, in mm; a share of `grazing` of the rays may meet nothing so near.
     """
     found, dense = made.distances().astype(np.float64), cast(field, camera, box, step)
     hit = np.isfinite(dense)

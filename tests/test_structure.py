@@ -121,6 +121,42 @@ def test_what_is_wrong_for_another_value_is_told_with_it() -> None:
     assert [d.code for d in structural_faults(porelang.compile(middle), all_values=True)] == ["E064"]
 
 
+def test_a_range_that_is_far_too_large_is_told_on_request() -> None:
+    program = porelang.compile("param n = 6 in 3..1000000\nunion([for i in range(n): translate(sphere(1), [i, 0, 0])])")
+    assert structural_faults(program) == []
+    (found,) = structural_faults(program, all_values=True)
+    assert found.code == "E070"
+    assert found.hint == "narrow the range of `n`"
+
+
+COPIES = "box([60, 10, 10]) \\ repeat(cylinder(1, 20), [6, 100, 100], counts=[{}, 1, 1])"
+
+
+def test_copies_are_whole() -> None:
+    assert porelang.compile("param n = 4 in 2..10\n" + COPIES.format("n")).structure == {"n": 4.0}
+    assert codes("param n = 4 in 2..10\n" + COPIES.format("n"), n=4.5) == ["E084"]
+    assert codes(COPIES.format("4.5")) == ["E064"]
+    assert codes("param w = 6mm in 4mm..10mm\n" + COPIES.format("60mm / w")) == ["E086"]
+    # as many as fit, whatever the width: nothing is compiled for that
+    fitting = porelang.compile("param w = 6mm in 4mm..10mm\n" + COPIES.format("floor(50mm / w)"))
+    assert not fitting.structure
+    hole = [[15.0, 0.0, 0.0]]
+    assert fitting.field(w="9mm")(hole)[0] < 0 < fitting.field(w="6mm")(hole)[0]
+
+
+def test_a_choice_among_lists_of_any_length() -> None:
+    program = porelang.compile("param f = [1, 2] in {[1, 2], [3, 4, 5]}\nunion([for r in f: sphere(r)])")
+    assert program.bounds().hi[0] == pytest.approx(2)
+    assert program.bounds(settings={"f": [3, 4, 5]}).hi[0] == pytest.approx(5)  # type: ignore[dict-item]  # as a user might
+    assert program.bounds(f="[3,4,5]").hi[0] == pytest.approx(5)
+
+
+def test_a_preset_reads_no_param() -> None:
+    head = "param n = 3 in 1..9\nparam k = 2 in 1..20\nlet m = len([for i in range(n): i])\n"
+    for value in ("2 * n", "m", "if n > 5 then 10 else 1", "k"):
+        assert codes(head + f'preset "a": n = 4, k = {value}\nring(translate(sphere(k), [50, 0, 0]), n)') == ["E063"]
+
+
 def test_variants_are_pickled_and_copied() -> None:
     design = porelang.compile(RING).design(n=9)
     again = pickle.loads(pickle.dumps(design))
@@ -175,7 +211,7 @@ def test_presets_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixtu
     file.write_text(PRESETS.replace("kind(w) |> shell(t) & ", ""))
     assert main(["measure", str(file), "--preset", "ring of five", "--resolution", "48", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["solid_components"] == 5
-    assert main(["measure", str(file), "--preset", "ring of six"]) == 1
+    assert main(["measure", str(file), "--preset", "ring of six"]) == 2
     assert "did you mean `ring of five`" in capsys.readouterr().err
 
 

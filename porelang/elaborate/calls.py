@@ -206,6 +206,8 @@ def _coerce(
         what = f"`{p.name}` of `{function.name}`"
         if kind.constant and isinstance(coerced, Scalar) and ctx.need_known(coerced.node, place, what) is None:
             return None
+        if kind.whole and isinstance(coerced, Scalar) and ctx.fix(coerced.node):
+            return None
         return kind, coerced
     if isinstance(value, Choice) and isinstance(ctx.decided(value), Poison):
         return None

@@ -31,7 +31,9 @@ from porelang.units import Dimension
 class Kind:
     """A declared kind: how it is called in a message, what fits it, and what else must hold.
 
-    `coerce` returns the value as that kind, or None. `holds` gives conditions that must be true of it.
+    `coerce` returns the value as that kind, or None. `holds` gives conditions that must be true of it. A `constant` is
+    known when the program is compiled; a `whole` number may come from found numbers and params of any kind, but a param
+    of whole numbers is structural there.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Kind:
     coerce: Callable[[Value], Value | None]
     holds: Callable[[Value], Sequence[tuple[Node, str]]] | None = None
     constant: bool = False
+    whole: bool = False
 
 
 def _number(*dimensions: Dimension) -> Callable[[Value], Value | None]:
@@ -123,6 +126,7 @@ KINDS = {
         Kind("period", "a period", "a length, or three, greater than 0; bare inside the def", _period, _positive),
         Kind("count", "a count", "a whole number, known when the program is compiled", _number(units.RATIO), _whole,
              constant=True),
+        Kind("whole", "a whole number", "a whole number, 0 or more", _number(units.RATIO), _whole, whole=True),
         Kind("bool", "a condition", "true or false", _one_of(Bool)),
         Kind("string", "a text", "a text", _one_of(Text)),
         Kind("list", "a list", "a list, or a vector as a list of three", _list),

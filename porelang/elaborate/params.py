@@ -12,12 +12,14 @@ from porelang.elaborate.values import (
     Builtin,
     Choice,
     Function,
+    ListValue,
     Poison,
     Scalar,
     Scope,
     Text,
     Value,
     Vector,
+    as_list,
     describe,
 )
 from porelang.ir import const, param
@@ -98,6 +100,8 @@ def _choice(ctx: Context, s: tree.Param, scope: Scope, name: str) -> Value:
     default = ctx.evaluate(s.default, scope)
     if isinstance(default, Poison) or any(isinstance(o, Poison) for o in options):
         return POISON
+    if any(isinstance(o, ListValue) for o in options) and None not in (several := [as_list(o) for o in options]):
+        options = [ListValue(items) for items in several if items is not None]  # three numbers are a vector elsewhere
     labels = tuple(label_of(o, t) for o, t in zip(options, s.choices, strict=True))
     if all(isinstance(o, Scalar) for o in [*options, default]):
         return _number_choice(ctx, s, options, default, labels, name)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from porelang.diagnostics import Edit, Label, suggest
 from porelang.elaborate.context import Context
 from porelang.elaborate.params import label_of
@@ -49,6 +51,21 @@ def declare_preset(ctx: Context, s: tree.Preset, scope: Scope) -> None:
         if value is not None:
             settings[setting.name] = value
     ctx.found.presets[s.name] = Preset(s.name, settings, places, s.name_span)
+
+
+def refuse_dependent(ctx: Context, free: Mapping[str, Preset]) -> None:
+    """Refuse values that are known only because params are fixed that something is counted by: `free` are the presets
+    as they were read before."""
+    for preset in ctx.found.presets.values():
+        for name in preset.settings:
+            if preset.name not in free or name not in free[preset.name].settings:
+                ctx.error(
+                    "E063",
+                    f"`{name}` of a preset must be known when the program is compiled",
+                    preset.places[name],
+                    label="it depends on a param",
+                    hint="a preset is numbers: write the number itself",
+                )
 
 
 def _no_param(ctx: Context, setting: tree.Setting, scope: Scope) -> None:

@@ -20,7 +20,7 @@ from porelang.elaborate.kinds import KINDS, check_kinds
 from porelang.elaborate.natures import nature
 from porelang.elaborate.operators import how_to_call
 from porelang.elaborate.params import declare
-from porelang.elaborate.presets import declare_preset
+from porelang.elaborate.presets import declare_preset, refuse_dependent
 from porelang.elaborate.results import Elaborated, Output, Requirement, Unread
 from porelang.elaborate.runtime import room_to_compile
 from porelang.elaborate.values import (
@@ -70,14 +70,17 @@ def elaborate_file(
     there at all; one that turns out to do so is fixed at its default, and all is elaborated again.
     """
     around = Scope(dict.fromkeys(lost, POISON), base) if lost else base
-    fixed = dict(structure or {})
+    fixed, free = dict(structure or {}), None
     while True:
         ctx = Context(evaluate, folder, fixed)
         with room_to_compile(), suppress(TooBig):
             _members(ctx, _Files(around, load, (file.source.name,)), file, "")
         if ctx.found.structure <= fixed.keys():
             break
+        free = free or ctx.found.presets  # as they are read while nothing is fixed
         fixed |= {name: ctx.found.params[name].default for name in ctx.found.structure - fixed.keys()}
+    if free is not None:
+        refuse_dependent(ctx, free)
     ctx.found.structure = set(fixed) & ctx.found.params.keys()
     ctx.found.requirements = list(ctx.required)
     ctx.found.suspicions += [s for s in ctx.cuts.values() if s is not None]
