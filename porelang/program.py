@@ -23,7 +23,8 @@ import numpy as np
 from porelang.analysis.box import Box, Extent, extent_of, reach, unbounded_axes
 from porelang.backends.numpy import Dtype, NumpyField
 from porelang.data import WORLD, Data, Reduced
-from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
+from porelang.diagnostics import Diagnostic, PoreError, fail, suggest, warn
+from porelang.doubts import off_step
 from porelang.elaborate.results import Elaborated, Listed, Output, ParamInfo, Requirement
 from porelang.elaborate.values import Scalar, Vector
 from porelang.field import Backend, Bounds, Field, make_field
@@ -167,7 +168,8 @@ class Program:
         preset, or the defaults.
 
         A param that is called like an option of some method is set in the mapping. Errors: E083-E085 about settings,
-        E088 where there is no such preset, E064 where a contract breaks.
+        E088 where there is no such preset, E064 where a contract breaks. A value between two steps of its param is a
+        `PoreWarning` (W219).
         """
         if not isinstance(settings, Mapping | None):
             raise fail("E084", f"{settings!r:.60} are no settings", hint=_SETTINGS_HINT)
@@ -176,10 +178,16 @@ class Program:
         for name in more:  # a keyword that is no param may be a slip of an option's
             if name not in self.params and not suggest(name, self.params) and (near := suggest(name, _options())):
                 raise fail("E083", f"the program has no param `{name}`", hint=f"did you mean the option `{near}`?")
-        values = settle(self.params, {**self._preset(preset), **(settings or {}), **more})
+        given = {**self._preset(preset), **(settings or {}), **more}
+        values = settle(self.params, given)
+        warn(off_step(self.params, {name: values[name] for name in given}))
+        return self._designed(values)
+
+    def _designed(self, values: Mapping[str, float]) -> Design:
         structure = {name: values[name] for name in self.structure}
         if structure != self.structure:
-            return self._variant(structure).design(values)
+            variant = self._variant(structure)
+            return variant._designed(settle(variant.params, values))
         if self._reads_files:  # which may be others by now
             return Design(self, values)
         return _remembered(self._designs, self._lock, values, lambda: Design(self, values))

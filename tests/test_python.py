@@ -254,6 +254,18 @@ def test_doubts_are_warnings_at_the_caller_s_line() -> None:
             porelang.compile("sphere(10)").mesh(resolution=COARSE)
 
 
+def test_a_setting_between_steps_is_a_warning() -> None:
+    program = porelang.compile(
+        "param r = 5mm in 1mm..9mm step 1mm\nparam n = 3 in 2..8\nring(translate(sphere(r), [30, 0, 0]), n)"
+    )
+    with pytest.warns(PoreWarning, match="between two of its steps") as told:
+        program.design(r=5.3, n=4)
+    assert len(told) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", PoreWarning)
+        program.design(r=6, n=5)
+
+
 def test_layers_for_python(tmp_path: Path) -> None:
     layers = porelang.compile("cylinder(10, 4)").slices(folder=tmp_path / "layers", step="0.5mm", voxel="0.1mm")
     assert layers["layers"] == 8

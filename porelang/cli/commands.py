@@ -7,6 +7,7 @@ import os
 import platform
 import sys
 import traceback
+import warnings
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout, suppress
@@ -16,7 +17,7 @@ from porelang.cli import report
 from porelang.cli.interrupts import interruption
 from porelang.cli.parsing import parse
 from porelang.cli.streams import unheard
-from porelang.diagnostics import Diagnostic, PoreError
+from porelang.diagnostics import Diagnostic, PoreError, PoreWarning
 from porelang.limits import is_short_of_memory, no_memory
 from porelang.progress import on_compiling, watching
 
@@ -69,7 +70,8 @@ def _run(argv: Sequence[str]) -> int:
         quiet = getattr(options, "quiet", False)
         if not quiet:
             on_compiling(_compiling)
-        with watching(report.progress(quiet)):
+        with watching(report.progress(quiet)), warnings.catch_warnings():
+            warnings.simplefilter("ignore", PoreWarning)  # commands say what is doubtful themselves
             return command_of(command)(options)
     except PoreError as error:
         found = list(error.diagnostics)
