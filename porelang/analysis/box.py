@@ -130,7 +130,8 @@ def _looked_for(formula: Formula, kins: list[Kin], near: float | None, known: Bo
     lo, hi = start.lo.min(axis=0), start.hi.max(axis=0)
     if max(-lo.min(), hi.max()) >= UNIVERSE or (lo == hi).any():
         return _made(lo, hi, None)
-    ends = ends_of(kins, start, near, 1 if near is None and known is None else _MORE)
+    work = 1 if near is None and known is None else _MORE
+    ends = ends_of(kins, start, near, work if known is None else work * min(len(kins), _MORE))
     if ends is None:
         return None
     return _made(ends.outer[::2], ends.outer[1::2], ends.inner if np.isfinite(ends.inner).all() else None)
