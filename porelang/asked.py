@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
+import numpy as np
+
 from porelang import values
 from porelang.backends.numpy import Dtype
 from porelang.checks import broken_checks, doubtful_numbers, undecided_checks
@@ -64,7 +66,8 @@ def measure(
     from porelang.measure import measure as measured
 
     limits: Bounds | None = read("bounds", bounds, values.box)
-    found = measured(design, name, within, length("voxel", voxel), resolution, limits, backend, dtype)
+    with np.errstate(all="ignore"):  # a field may be infinite somewhere, and that is told
+        found = measured(design, name, within, length("voxel", voxel), resolution, limits, backend, dtype)
     broken = broken_checks(design, measure=True)
     warn([*broken, *undecided_checks(design)])
     return Report(design.program.output(name), found | {"failed_checks": [d.to_json() for d in broken]})

@@ -18,15 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.box import Box, block, extent_of, part_box, unbounded_axes
-from porelang.backends.numpy import Dtype
+from porelang.backends.numpy import Dtype, NumpyField
 from porelang.data import Reduced
-from porelang.diagnostics import fail, suggest
+from porelang.diagnostics import PoreError, fail, suggest
 from porelang.field import Backend, Bounds, checked_bounds, make_field, number_type
 from porelang.formula import Formula
 from porelang.ir import Node, node, order
 from porelang.ir import within as below
 from porelang.mesh.grid import chosen_voxel
-from porelang.mesh.part import grid_of, surface_of
+from porelang.mesh.part import Placed, grid_of, surface_of
+from porelang.mesh.surface import Surface
 from porelang.mesh.walls import RESOLUTION
 from porelang.ops import kind
 from porelang.pieces import Pieces, pieces_of, sampled
@@ -35,6 +36,8 @@ from porelang.program import Design, Program
 _COARSER = 1.5
 #: What the envelope is called where the part has none of its own.
 BOUNDS = "the bounds"
+#: Points of the part's box, and the share of them where a field is infinite that is none.
+_LOOKS, _INFINITE = 4096, 0.5
 #: Samples that miss more than this of the part's volume do not show how it hangs together.
 _MISSED = 0.1
 _WAVES = frozenset({"sin", "cos", "sin_turns", "cos_turns"})
@@ -68,8 +71,8 @@ def measure(
 
     The envelope is the solid `within` (an output or a let), else the shapes with an end that the part is intersected
     with, all together, else the box of the bounds; `envelope` says which. With `within`, volume and porosity are those
-    of the part inside it, area and counts of surfaces those of the whole. Errors: those of a mesh, E109 for an
-    unknown `within`.
+    of the part inside it, area and counts of surfaces those of the whole. Errors: those of a mesh, E110
+    also where the field is infinite in most of its box, E109 for an unknown `within`.
     """
     part = design.of(name)
     box = checked_bounds(bounds) if bounds is not None else design.bounds(name)
@@ -81,6 +84,7 @@ def measure(
     if extent is None:
         raise fail("E103", f"`{design.program.output(name)}` holds no material within the bounds",
                    hint="solid is negative: widen --bounds")  # fmt: skip
+    _refuse_infinite(design, name, extent.outer)
     h = chosen_voxel(max(box.size), voxel, RESOLUTION if voxel is None and resolution is None else resolution)
     inside, whole, share, surface = (
         design.number(n)
@@ -98,10 +102,12 @@ def measure(
     around = part_box(formulas[1]) or box
     fine, coarse = (_counts(fields[0], fields[1], around, s) for s in (h, _COARSER * h))
     pieces, voids = pieces_of(fields[0], extent.outer, h, _COARSER * h)
+    # an envelope that is found from the part holds all of it
+    all_of_it = inside if within is None else design.number(node("volume", root))
+    there = all_of_it.value > all_of_it.error
     surfaces = [
-        surface_of(design, name, grid_of(design, name, s, None, bounds), backend, dtype) for s in (h, _COARSER * h)
+        _surface(there, design, name, grid_of(design, name, s, None, bounds), backend, dtype) for s in (h, _COARSER * h)
     ]
-    all_of_it = inside if root is envelope else design.number(node("volume", root))
     seen = abs(surfaces[0].volume - all_of_it.value) <= max(_MISSED * all_of_it.value, all_of_it.error)
     unsure = 0.0 if seen else math.inf
     # what the box of the bounds may be too large by is an error of all that is relative to it
@@ -134,6 +140,35 @@ def measure(
         },
         "reduced": {text: _told(design.number(n)) for n, text in design.program.numbers.items() if n in read},
     }
+
+
+def _refuse_infinite(design: Design, name: str | None, box: Box) -> None:
+    """Refuse a field that was divided by 0: it has a sign, and no surface that could be found by its values."""
+    points = np.random.default_rng(1).uniform(box.lo, box.hi, (_LOOKS, 3))
+    if np.isinf(NumpyField(design.of(name), "f64", 1).at(points)).mean() > _INFINITE:
+        chosen = design.program.output(name)
+        raise fail("E110", f"the field of `{chosen}` is infinite nearly everywhere",
+                   design.program.outputs[chosen].span, hint="look for a division by zero")  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class _Meshed:
+    """What of a surface is told: the volume that it holds (mm3), and its Euler number."""
+
+    volume: float
+    euler: int
+
+
+def _surface(
+    there: bool, design: Design, name: str | None, placed: Placed, backend: Backend, dtype: Dtype
+) -> Surface | _Meshed:
+    """The surface at a voxel; nothing at all where no sample meets a part that is known to be `there`."""
+    try:
+        return surface_of(design, name, placed, backend, dtype)
+    except PoreError as error:
+        if not there or error.diagnostics[0].code != "E111":
+            raise
+    return _Meshed(0.0, 0)
 
 
 def _listed(found: Pieces, seen: bool) -> list[dict[str, Any]]:

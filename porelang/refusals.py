@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from porelang.analysis.sampled import holds_anything, unending
+from porelang.analysis.sampled import about_the_origin, holds_anything, unending
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.elaborate.values import Bool, Scalar, Vector
@@ -25,6 +25,8 @@ from porelang.source import Span
 QUICK = 5000
 #: Samples of the box of a part, with `--measure`.
 SAMPLES = 200_000
+#: More than this share of infinite values is no matter of a few places.
+UNDEFINED = 0.99
 #: In place of an offset that is yet to be found.
 A_LITTLE = 0.1
 END_IT = "intersect it with a shape, `... & box([50, 50, 50])`, or mesh it with --bounds"
@@ -107,6 +109,8 @@ def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> li
             axes = unending(Formula(roots, bindings)) if sure else ""
             return [_no_end(design, name, axes)] if axes else []
         formula = design.of(name)
+        if (nowhere := _undefined(design, name, formula)) is not None:
+            return [nowhere] if output.solid else [replace(nowhere, severity="warning", code="W211")]
         if axes := unending(formula):
             return [_no_end(design, name, axes)] if output.made else []
         if holds_anything(formula):
@@ -124,6 +128,20 @@ def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> li
         if output.made and name == chosen:  # a field has none
             return [replace(found, code="W210", hint=END_IT, severity="warning")]
     return []
+
+
+def _undefined(design: Design, name: str, formula: Formula) -> Diagnostic | None:
+    """Of a field that is infinite wherever samples look, that it is."""
+    values = NumpyField(formula, "f64", 1).at(about_the_origin())
+    if not np.isinf(values).mean() > UNDEFINED:
+        return None
+    return Diagnostic(
+        "E110",
+        f"the field of `{name}` is infinite nearly everywhere",
+        design.program.outputs[name].span,
+        "infinite at all points that were looked at" if np.isinf(values).all() else "infinite at most points",
+        hint="look for a division by zero",
+    )
 
 
 def _no_end(design: Design, name: str, axes: str) -> Diagnostic:

@@ -43,6 +43,43 @@ def turned_cylinder(r: float, h: float, axis: tuple[float, float, float]) -> Cor
     return both_ways(x, y, z)
 
 
+def turned_balls(n: int, axis: tuple[float, float, float] = (0, 0, 1), angle: float = 0.0) -> Corners:
+    """Balls of radius 1 on a circle of radius 10 in the xy plane, turned about an axis (Rodrigues)."""
+    k = np.array(axis) / np.linalg.norm(axis)
+    cross = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
+    turn = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+    turns = 2 * math.pi * np.arange(n) / n
+    at = 10 * np.stack([np.cos(turns), np.sin(turns), 0 * turns], 1) @ turn.T
+    return tuple((at.min(axis=0) - 1).tolist()), tuple((at.max(axis=0) + 1).tolist())
+
+
+def mirrored(corners: Corners) -> Corners:
+    """In the plane x = 0."""
+    (a, b, c), (d, e, f) = corners
+    return (-d, b, c), (-a, e, f)
+
+
+def twisted_box(half: tuple[float, float, float], tilt: float, rate: float) -> Corners:
+    """The box round a box, tilted about x, then twisted about z: of its edges, where its cuts have corners."""
+    along = np.linspace(-1, 1, 20001)
+    c, s = math.cos(tilt), math.sin(tilt)
+    edges = []
+    for axis in range(3):
+        for ends in itertools.product((-1.0, 1.0), repeat=2):
+            edge = np.insert(np.broadcast_to(ends, (len(along), 2)), axis, along, axis=1) * half
+            x, y, z = edge[:, 0], c * edge[:, 1] - s * edge[:, 2], s * edge[:, 1] + c * edge[:, 2]
+            u, v = np.cos(rate * z), np.sin(rate * z)
+            edges.append(np.stack([x * u + y * v, y * u - x * v, z], axis=1))
+    found = np.concatenate(edges)
+    return tuple(found.min(axis=0).tolist()), tuple(found.max(axis=0).tolist())
+
+
+def moved(corners: Corners, by: tuple[float, float, float]) -> Corners:
+    lo, hi = (np.add(corner, by).tolist() for corner in corners)
+    return tuple(lo), tuple(hi)
+
+
+TILTED = twisted_box((5, 5, 20), math.radians(20), math.radians(90) / 50)
 LENS = math.sqrt(100 - 7.5**2)
 #: Programs and the true corners of their parts, by elementary geometry.
 CLOSED: dict[str, Corners] = {
@@ -69,6 +106,18 @@ CLOSED: dict[str, Corners] = {
     ),
     "smooth_union(sphere(10), translate(sphere(10), [12, 0, 0]), 4)": ((-10, -10, -10), (22, 10, 10)),
     "ring(translate(box([4, 2, 3]), [10, 0, 0]), 4)": both_ways(12, 12, 1.5),
+    **{f"ring(translate(sphere(1), [10, 0, 0]), {n})": turned_balls(n) for n in (3, 4, 5, 6, 7, 12, 30)},
+    "rotate(ring(translate(sphere(1), [10, 0, 0]), 5), [1, 2, 3], 40deg)": turned_balls(5, (1, 2, 3), math.radians(40)),
+    "mirror(ring(translate(sphere(1), [10, 0, 0]), 3), [1, 0, 0])": mirrored(turned_balls(3)),
+    "shell(ring(translate(sphere(0.8), [10, 0, 0]), 3), 0.4)": turned_balls(3),
+    "ring(translate(ring(translate(sphere(1), [3, 0, 0]), 2), [20, 0, 0]), 2)": ((-24, -1, -1), (24, 1, 1)),
+    "rotate(repeat(sphere(3), 10, counts=[3, 2, 1]), [0, 0, 1], 45deg)": both_ways(
+        15 / math.sqrt(2) + 3, 15 / math.sqrt(2) + 3, 3
+    ),
+    "twist(rotate(box([10, 10, 40]), [1, 0, 0], 20deg), 90deg / 50mm)": TILTED,
+    "translate(twist(rotate(box([10, 10, 40]), [1, 0, 0], 20deg), 90deg / 50mm), [10, 20, 30])": moved(
+        TILTED, (10, 20, 30)
+    ),
     "cone(20, 0, 30)": both_ways(20, 20, 15),
     "cone(10, 5, 30)": both_ways(10, 10, 15),
     "torus(20, 4)": both_ways(24, 24, 4),
@@ -103,6 +152,19 @@ def test_the_extent_is_that_of_the_part(text: str, corners: Corners) -> None:
     off = max(float((lo - extent.outer.lo).max()), float((extent.outer.hi - hi).max()))
     assert off <= extent.error + rounding
     assert extent.error <= longest / 128, "wider than a voxel"
+
+
+def test_copies_beside_their_sector_are_the_part_all_the_same() -> None:
+    """A copy that does not fit in its sector is cut off there, and the box holds what is left and no more."""
+    extent = extent_of(Formula.of(porelang.compile("ring(translate(box([2, 60, 2]), [10, 0, 0]), 3)").solid()))
+    assert extent is not None
+    # bars 60 long meet at the corners of a triangle round the circle of 11: 22 from the middle, the sector ends there
+    corners = 22 * np.exp(2j * np.pi * (np.arange(3) + 0.5) / 3)
+    lo, hi = np.array([corners.real.min(), corners.imag.min()]), np.array([corners.real.max(), corners.imag.max()])
+    hi[0] = 11.0
+    assert np.allclose(extent.outer.lo[:2], lo, atol=0.2)
+    assert np.allclose(extent.outer.hi[:2], hi, atol=0.2)
+    assert extent.error < 0.2
 
 
 def test_a_part_that_is_void_is_told_from_one_that_is_thin() -> None:
@@ -222,3 +284,15 @@ def test_no_other_numbers_than_asked_for_where_float32_does() -> None:
         box = design.bounds()
         assert number_type(design.of(), box, max(box.size) / 1000, "numpy", "f32") == "f32"
         assert rounding_doubts(design.of(), box, max(box.size) / 1000, "glsl", "f32") == []
+
+
+@pytest.mark.parametrize("radius", [5, 200_000])
+def test_what_is_nowhere_negative_is_empty_and_not_far_away(radius: float) -> None:
+    """A square is 0 on the sphere and nowhere below: as far as 5 mm is not beyond 100 m, nor is what is not there."""
+    text = f"(x^2 + y^2 + z^2 - {radius}^2)^2"
+    with pytest.raises(porelang.PoreError, match="E103"):
+        porelang.compile(text).bounds()
+    with pytest.raises(porelang.PoreError, match="E092"):
+        porelang.compile(f'check volume({text}) > 1, "a"\nsphere(1)').reduced()
+    with pytest.raises(porelang.PoreError, match="E092"):
+        porelang.compile(f"sample(x, voxel=1, within={text}) & sphere(1)").bounds()

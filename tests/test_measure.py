@@ -11,6 +11,7 @@ import pytest
 import porelang
 from porelang.cli import main
 from porelang.measure import measure
+from porelang.refusals import refusals
 
 
 def report(text: str, **more: object) -> dict[str, object]:
@@ -186,3 +187,25 @@ def test_a_lattice_that_ends_is_not_its_own_envelope() -> None:
 def test_what_another_output_asks_is_not_found() -> None:
     text = "out part = sphere(3)\nout hole = sphere(3) - solve(t => porosity(sphere(t), sphere(4)), 2, 1..3)"
     assert porelang.compile(text).measure("part", voxel=1.0)["reduced"] == {}
+
+
+def test_a_part_that_no_sample_meets_is_measured_without_counts() -> None:
+    """A ring of wire an eighth of a voxel thick: 2 pi^2 R r^2 and 4 pi^2 R r, and no count is known."""
+    found = report("torus(10, 0.05)", resolution=32)
+    error = found["error"]
+    assert abs(found["volume"] - 2 * math.pi**2 * 10 * 0.05**2) <= error["volume"] < 0.01 * found["volume"]  # type: ignore[operator, index]
+    assert abs(found["area"] - 4 * math.pi**2 * 10 * 0.05) <= error["area"] < 0.05 * found["area"]  # type: ignore[operator, index]
+    assert {error[k] for k in ("solid_components", "void_components", "open_void_fraction", "euler")} == {math.inf}  # type: ignore[index]
+
+
+def test_a_field_that_is_infinite_everywhere_is_told(recwarn: pytest.WarningsRecorder) -> None:
+    """Division by zero leaves a sign, and nothing else to measure; NumPy is not heard of."""
+    program = porelang.compile("sphere(5) / 0")
+    with pytest.raises(porelang.PoreError, match=r"E110.*infinite"):
+        program.measure()
+    with pytest.raises(porelang.PoreError, match=r"E093.*infinite"):
+        porelang.compile('check volume(sphere(5) / 0) > 1, "a"\nsphere(1)').reduced()
+    assert not [w for w in recwarn if issubclass(w.category, RuntimeWarning)]
+    (told,) = (d for d in refusals(program.design()) if "infinite nearly everywhere" in d.message)
+    assert told.code in {"E110", "W211"}
+    assert not refusals(porelang.compile("exp(x^2 + y^2 + z^2) - 100").design())

@@ -14,7 +14,9 @@ from porelang.backends.numpy import NumpyField
 from porelang.checks import failed_checks, late_doubts
 from porelang.program import Program
 from porelang.tasks.numbers import region
+from porelang.tasks.numbers.area import area
 from porelang.tasks.numbers.extremes import Hill
+from porelang.tasks.numbers.rods import Rods
 
 
 def numbers(text: str, **settings: float) -> list[tuple[float, float]]:
@@ -510,3 +512,26 @@ def test_a_peak_that_no_sample_meets_is_within_the_error() -> None:
     """A spike of a hundredth of a mm: it is found, or the error says that it may be there."""
     ((value, error),) = numbers("x + maximum(exp(-1e5 * length(p - [1.234, -3.21, 2.345])^2), sphere(10))")
     assert value + error >= 1
+
+
+def test_lines_that_meet_a_box_are_cut_where_they_meet_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A distance from a box has a kink on its faces, and no slope is proven there: halving a line 18 times over told no
+    more than a cut at the crossing."""
+    looked_at: list[int] = []
+    first: list[int] = []
+    proven, cross = Rods._proven, Rods.cross
+
+    def counted(rods: Rods, low: np.ndarray, *more: object) -> object:
+        looked_at.append(len(low))
+        return proven(rods, low, *more)  # type: ignore[arg-type]
+
+    def begun(rods: Rods, low: np.ndarray, *more: object) -> object:
+        first.append(len(low))
+        return cross(rods, low, *more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Rods, "_proven", counted)
+    monkeypatch.setattr(Rods, "cross", begun)
+    design = porelang.compile("union([for i in range(3): translate(box([1, 1, 1]), [2*i, 0, 0.5])])").design()
+    found = area(design.of(None), 5e-3)
+    assert abs(found.value - 18) <= found.error < 0.3
+    assert sum(looked_at) <= 4 * sum(first)

@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.backwards import UNIVERSE, rough_boxes
-from porelang.analysis.faces import Boxes, ends_of
+from porelang.analysis.faces import TOLERANCE, Boxes, ends_of
 from porelang.analysis.kin import Kin, alone, kin_of
 from porelang.analysis.shaving import shaved
+from porelang.analysis.steps import held
+from porelang.analysis.twists import bounded
 from porelang.formula import Formula
 from porelang.ir import Node, X, Y, Z, node, substitute
 
@@ -24,6 +26,8 @@ MOST_ALONE = 6
 
 #: Beyond the universe parts are looked for, to be told of, in one so many times as large.
 _LARGER = 1e4
+#: Work that is allowed where one asks for more than the usual, or where the usual did not do, to the usual.
+_MORE = 4
 
 Points = NDArray[np.float64]
 
@@ -96,8 +100,21 @@ def extent_of(formula: Formula, near: float | None = None) -> Extent | None:
     formula = formula.taken
     if not formula.root.axes:
         return None if bool(formula.numbers[0] > 0) else _made(np.full(3, -UNIVERSE), np.full(3, UNIVERSE), None)
-    kins = kin_of(formula)
-    rough = [rough_boxes(kin) for kin in kins]
+    found = _looked_for(formula, kin_of(formula), near)
+    if found is None or found.error <= (TOLERANCE * max(found.outer.size) if near is None else near):
+        return found
+    copies = held(formula)
+    if copies is None:
+        return found
+    closer = _looked_for(formula, kin_of(formula, copies), near, found.outer)
+    return None if closer is None else _met(found, closer)
+
+
+def _looked_for(formula: Formula, kins: list[Kin], near: float | None, known: Box | None = None) -> Extent | None:
+    """How far the members of a union reach, in a box that is known to hold all of it; more work is allowed then."""
+    rough = [bounded(kin) for kin in kins]
+    if known is not None:
+        rough = [(np.maximum(lo, known.lo), np.minimum(hi, known.hi)) for lo, hi in rough]
     if sum(int(_far(lo, hi).sum()) for lo, hi in rough) > MOST_ALONE:
         lo, hi = (np.array(end) for end in _hull(rough))
         kins, rough = [alone(formula)], [(lo[None], hi[None])]
@@ -113,22 +130,39 @@ def extent_of(formula: Formula, near: float | None = None) -> Extent | None:
     lo, hi = start.lo.min(axis=0), start.hi.max(axis=0)
     if max(-lo.min(), hi.max()) >= UNIVERSE or (lo == hi).any():
         return _made(lo, hi, None)
-    ends = ends_of(kins, start, near)
+    work = 1 if near is None and known is None else _MORE
+    ends = ends_of(kins, start, near, work if known is None else work * min(len(kins), _MORE))
     if ends is None:
         return None
     return _made(ends.outer[::2], ends.outer[1::2], ends.inner if np.isfinite(ends.inner).all() else None)
 
 
+def _met(a: Extent, b: Extent) -> Extent:
+    """What two searches of one solid tell together."""
+    lo, hi = np.maximum(a.outer.lo, b.outer.lo), np.minimum(a.outer.hi, b.outer.hi)
+    seen = [e.inner for e in (a, b) if e.inner is not None]
+    if not seen:
+        return _made(lo, hi, None)
+    low, high = np.min([s.lo for s in seen], axis=0), np.max([s.hi for s in seen], axis=0)
+    return _made(lo, hi, np.stack([low, high], axis=1).reshape(-1))
+
+
 def reach(formula: Formula) -> float | None:
-    """How far a part that does not end in the universe reaches, in mm, if it ends in one `_LARGER` times as large."""
+    """How far a part reaches in mm where that is beyond the universe, if it ends in one `_LARGER` times as large: a
+    point of it was found out there. None for any other."""
     larger = {axis: axis * _LARGER for axis in (X, Y, Z)}
     (root,) = substitute([formula.taken.root], larger)
-    rough = [rough_boxes(kin) for kin in kin_of(formula.with_roots(root))]
-    lo, hi = _hull(rough)
+    further = formula.with_roots(root)
+    lo, hi = _hull([rough_boxes(kin) for kin in kin_of(further)])
     if not (lo <= hi).all():
         return None
-    end = float(max(np.abs(lo).max(), np.abs(hi).max()))
-    return None if end >= UNIVERSE else _LARGER * end
+    end = _LARGER * float(max(np.abs(lo).max(), np.abs(hi).max()))
+    if not UNIVERSE < end < _LARGER * UNIVERSE:
+        return None
+    found = extent_of(further)
+    if found is None or found.inner is None:
+        return None
+    return end if _LARGER * float(np.abs(found.inner).max()) > UNIVERSE else None
 
 
 def unbounded_axes(box: Box) -> str:

@@ -24,7 +24,6 @@ from porelang.interval import INF
 TOLERANCE = 5e-4
 #: Boxes looked at together before each face, and boxes times operations looked at in all (a tenth of a second or two).
 AT_ONCE, MOST_WORK = 256, 1_500_000
-_MORE = 4
 #: Boxes that cost as much as it costs to begin with any.
 _CALL = 400
 #: How near (of that) a witness is looked for in the end.
@@ -74,12 +73,12 @@ class Ends:
     inner: Points
 
 
-def ends_of(kins: Sequence[Kin], start: Boxes, near: float | None = None) -> Ends | None:
-    """The ends of what lies within some boxes, to `near` (mm) if the work allowed does, which is more where one asks.
+def ends_of(kins: Sequence[Kin], start: Boxes, near: float | None = None, work: int = 1) -> Ends | None:
+    """The ends of what lies within some boxes, to `near` (mm) if the work allowed does, which is so many times as much.
 
     None where all of the boxes are proven void.
     """
-    search = _Search(kins, start, near)
+    search = _Search(kins, start, near, work)
     search.look_at_faces(0.9 * search.near)
     search.sure = np.array([not search.wanting(face) for face in range(6)])
     if not search.sure.all():
@@ -97,13 +96,13 @@ def ends_of(kins: Sequence[Kin], start: Boxes, near: float | None = None) -> End
 class _Search:
     """The state: before each face the boxes that may reach it, and the furthest witness; all as signed coordinates."""
 
-    def __init__(self, kins: Sequence[Kin], start: Boxes, near: float | None):
+    def __init__(self, kins: Sequence[Kin], start: Boxes, near: float | None, work: int):
         self.kins = kins
         self.start = start
         self.fronts = [start] * 6
         size = start.hi.max(axis=0) - start.lo.min(axis=0)
         self.near = TOLERANCE * float(size.max()) if near is None else near
-        self.allowed = MOST_WORK if near is None else _MORE * MOST_WORK
+        self.allowed = work * MOST_WORK
         self.inner = np.full(6, -INF)
         self.settled = np.full(6, -INF)  # how far boxes reach that were left alone, as a witness is near enough
         self.aside: list[list[Boxes]] = [[] for _ in range(6)]  # these

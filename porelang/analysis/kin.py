@@ -54,10 +54,10 @@ def alone(formula: Formula) -> Kin:
     return Kin(formula, (), np.zeros((1, 0)))
 
 
-def kin_of(formula: Formula) -> list[Kin]:
-    """The members of a union by their formulas, or the one that is no union."""
+def kin_of(formula: Formula, union: Sequence[Node] | None = None) -> list[Kin]:
+    """The members of a union by their formulas, or the one that is no union; or of those given."""
     alike: dict[Hashable, list[tuple[Node, Points]]] = {}
-    for member in members(formula.root):
+    for member in members(formula.root) if union is None else union:
         shape, numbers = _written(member)
         alike.setdefault(shape, []).append((member, numbers))
     return [_taken_together(formula, found) for found in alike.values()]

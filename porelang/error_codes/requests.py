@@ -84,7 +84,8 @@ REQUESTS = (
         "E110",
         "a field that is not a number",
         "At the point named the field is undefined: a division of zero by zero, the root or logarithm of a negative\n"
-        "number, a power of a negative number. Such a place has no inside and no outside.",
+        "number, a power of a negative number. Such a place has no inside and no outside. A field that is infinite\n"
+        "nearly everywhere was divided by zero, and has no surface that could be measured.",
         "",
         "sqrt(max(x, 0)) - 2 & sphere(10)",
     ),

@@ -13,6 +13,8 @@ from functools import partial
 from itertools import pairwise
 from typing import cast
 
+import numpy as np
+
 from porelang import store
 from porelang.analysis.enclose import enclose
 from porelang.data import Data, Reduced
@@ -131,7 +133,10 @@ def _computed(n: Node, bindings: Bindings, places: Places) -> Result:
     """A task with those that it reads found first; what their errors may change is added to its own."""
     if n.op == "solve":
         return _solved(n, bindings, places)
-    return _with_errors(n.args, bindings, places, lambda roots, filled: RUN[n.op](Formula(tuple(roots), filled).taken))
+    with np.errstate(all="ignore"):  # a field may be infinite somewhere
+        return _with_errors(
+            n.args, bindings, places, lambda roots, filled: RUN[n.op](Formula(tuple(roots), filled).taken)
+        )
 
 
 def _with_errors(

@@ -24,6 +24,7 @@ ENOUGH = 6000
 _LEVELS = 16
 _AT_ONCE = 1 << 19  # points
 _DOUBTFUL = 20_000
+_INFINITE = 0.5  # of the values in a box
 _AROUND = 0.01  # of a box
 SEED = 20230611
 
@@ -90,7 +91,8 @@ def region(solid: Formula, what: str = "the region", apart: bool = False) -> Reg
 
 def refuse_undefined(solid: Formula, box: Box | None) -> None:
     """Refuse a field that is not a number somewhere in a box, and a little around it, as a mesh does: it is no solid
-    and no void there. Where there is no box it is looked at far and wide. Errors: E093."""
+    and no void there. Where there is no box it is looked at far and wide. One that is infinite nearly everywhere was
+    divided by 0: it tells a sign, and nothing of a surface. Errors: E093."""
     if not bool(np.any(enclose(solid, everywhere())[0].range.nan)):
         return
     random = np.random.default_rng(3)
@@ -100,7 +102,7 @@ def refuse_undefined(solid: Formula, box: Box | None) -> None:
         margin = _AROUND * np.array(box.size)
         points = random.uniform(np.array(box.lo) - margin, np.array(box.hi) + margin, (_DOUBTFUL, 3))
     values = NumpyField(solid, "f64").at(points)
-    if np.isnan(values).any():
+    if np.isnan(values).any() or np.isinf(values).mean() > _INFINITE:
         raise undefined(points, values)
 
 

@@ -1,10 +1,10 @@
 """Where lines along an axis meet a solid's surface, within its undecided cells: crossings proven, not seen.
 
 A piece of a line holds one crossing if the field changes its sign there and is proven to rise or fall throughout; none
-if it is proven to keep its sign. Any other piece is halved until it is shorter than `SHORTEST`, so that walls far
-thinner than any grid are met. What is open then and has the same sign at both ends is taken for a touch, which counts
-nothing. Where halving proves next to nothing, so that more than `_MOST` times as many are open as there were pieces,
-they are counted as they are; those that may be touches are told.
+if it is proven to keep its sign. Any other piece is cut just before and after a crossing, or halved, until it is
+shorter than `SHORTEST`, so that walls far thinner than any grid are met. What is open then and has the same sign at
+both ends is taken for a touch, which counts nothing. Where halving proves next to nothing, so that more than `_MOST`
+times as many are open as there were pieces, they are counted as they are; those that may be touches are told.
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ SHORTEST = 1e-6  # mm, or `_HALVINGS` halvings of the lines through a part that 
 _HALVINGS = 10
 _BISECTIONS = 45  # of a piece: to the rounding of its coordinates
 _CLOSE = 2.0**-40
+_BEFORE_A_CUT = 2  # halvings of a piece that changes its sign, before it is cut at a crossing, where slopes are proven
+_WORTH = 0.05  # of the pieces that are left: slopes that prove less are not asked for again
 _MOST = 8  # open parts of a piece, on average
 _AT_ONCE = 8192
 _PIECES = 1 << 17
@@ -94,11 +96,13 @@ class Rods:
         unproven, early = 0, False
         most = max(_MOST * len(at_low), _AT_ONCE)
         halvings = max(_HALVINGS, math.ceil(math.log2(length / shortest)))
+        slopes = True
         for halving in range(halvings + 1):
             if not len(low):
                 break
             # slopes of which the first halvings prove nothing are hardly proven by more, and are the longer formulas
-            one_way, none, jumps = self._proven(low, high, axis, slopes=halving <= _HALVINGS)
+            one_way, none, jumps = self._proven(low, high, axis, slopes)
+            slopes = halving < _HALVINGS and bool(np.count_nonzero(one_way) >= _WORTH * np.count_nonzero(~none))
             last = halving == halvings or len(low) > most
             changes = at_low != at_high
             once = changes & (one_way | last)
@@ -108,8 +112,25 @@ class Rods:
                 unproven = int(np.count_nonzero(~none & ~one_way & ~changes))
                 length /= 2**halving
                 early = halving < halvings
-            low, high, line = low[open_], high[open_], line[open_]
-            at_low, at_high = at_low[open_], at_high[open_]
+            cut = np.flatnonzero(open_ & changes) if halving >= _BEFORE_A_CUT or not slopes else line[:0]
+            before, after = self._apart(low[cut], high[cut], at_low[cut], axis, length / 2 ** (halvings + 1))
+            held = ((self.field.at(before) < 0) == at_low[cut]) & ((self.field.at(after) < 0) == at_high[cut])
+            cut, before, after = cut[held], before[held], after[held]
+            if len(cut):
+                jumps = np.broadcast_to(enclose(self.solid, boxes(before, after))[0].jumps, len(cut))
+                found.append((before, after, at_low[cut], line[cut], jumps))
+                open_[cut] = False
+            # of what is cut both sides go on, each of one sign, to be halved with the others
+            low, high, line, at_low, at_high = (
+                np.concatenate(parts)
+                for parts in (
+                    (low[open_], low[cut], after),
+                    (high[open_], before, high[cut]),
+                    (line[open_], line[cut], line[cut]),
+                    (at_low[open_], at_low[cut], at_high[cut]),
+                    (at_high[open_], at_low[cut], at_high[cut]),
+                )
+            )
             middle = (low + high) / 2
             at_middle = self.field.at(middle) < 0
             low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
@@ -118,6 +139,17 @@ class Rods:
         low, high, inside, line, jumps = (np.concatenate([f[k] for f in found]) for k in range(5))
         met = self._met(low, high, inside)
         return Crossings(met, line, inside, jumps, ends_inside, unproven, length, early)
+
+    def _apart(
+        self, low: Points, high: Points, inside: NDArray[np.bool_], axis: int, short: float
+    ) -> tuple[Points, Points]:
+        """Points just before and after a crossing of each piece: on a box a distance has a kink, and its slope no sign,
+        however often it is halved; but to either side of the crossing its sign is proven at once."""
+        met = self._met(low, high, inside)
+        before, after = met.copy(), met.copy()
+        before[:, axis] = np.maximum(low[:, axis], met[:, axis] - short)
+        after[:, axis] = np.minimum(high[:, axis], met[:, axis] + short)
+        return before, after
 
     def _proven(
         self, low: Points, high: Points, axis: int, slopes: bool
