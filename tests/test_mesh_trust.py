@@ -301,6 +301,13 @@ def test_whole_pieces_between_the_samples_are_missed(text, resolution, word):
     assert mended.facts["components"] == (31 if text is BALLS else 9)
 
 
+def test_a_thread_of_void_is_missed():
+    """A bore of 0.2 mm from the middle of a ball to its surface: 0.3 % of the cells of the mesh."""
+    found = made("sphere(20) & ~cylinder(0.1, 20)", voxel=1)
+    assert codes(found) == ["W205"]
+    assert "the part has a gap where the mesh has none" in found.doubts[0].message
+
+
 def test_what_a_boundary_cuts_off_a_lattice_is_no_missing_piece():
     """Corners of a lattice's walls, which are pieces of the part, are where it runs out; and so are its rims."""
     for name, resolution in (("fig01g_tpms", 48), ("fig04g_shell", 48), ("fig07_local_frame", 48)):

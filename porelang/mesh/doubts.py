@@ -15,7 +15,7 @@ from porelang.ir import node
 from porelang.mesh.crumbs import Settled
 from porelang.mesh.grid import Grid, place
 from porelang.mesh.lost import lost
-from porelang.mesh.missed import Missed, missed
+from porelang.mesh.missed import Missed, far_and_long, missed
 from porelang.mesh.solid import Flags, Floats, Solid
 from porelang.mesh.surface import Surface
 from porelang.mesh.walls import MOST_TRIANGLES, TO_A_WALL, thinnest, triangles
@@ -150,7 +150,7 @@ def lost_doubts(
     lo, hi = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     beyond = _beyond(found.points[found.solid], lo, hi)
     short = float(beyond.max(initial=0.0)) > SHORT * grid.spacing
-    much = short or walls.sum() * found.each > MISSED * len(raw.vertices)
+    much = short or walls.sum() * found.each > MISSED * len(raw.vertices) or far_and_long(found, grid)
     pieces = missed(raw, grid, part, found)
     if not much and not len(pieces.middle):
         return []

@@ -23,6 +23,7 @@ Ints = NDArray[np.int64]
 CELLS = 1 << 27  # of a grid: next to the mesh of a larger one nothing is looked for
 MOST = 1 << 15  # blocks, and cells, that are enclosed: of more, as many by chance stand for all
 NEIGHBOURS = 2.9  # voxels: cells that are nearer are looked at together
+FAR, LONG = 1.2, 6  # blocks from the mesh, and voxels: how far rims and fragments are from it, and how long there
 MARGIN, FINE = 2, 8  # voxels round them, and samples to a voxel
 AGAIN = 32  # samples to a voxel round what seems to be a piece
 TILE = 8  # voxels: what is larger is looked at in parts
@@ -71,6 +72,17 @@ def missed(surface: Surface, grid: Grid, part: Solid, found: Lost) -> Missed:
     )
 
 
+def far_and_long(found: Lost, grid: Grid) -> bool:
+    """Whether what a mesh lacks goes on, away from the mesh, for longer than rims and fragments do: as threads and
+    plates."""
+    far = found.points[found.away > FAR * BLOCK * grid.spacing]
+    groups = _joined(far, grid.spacing)
+    return any(
+        float(np.ptp(far[groups == group], axis=0).max()) > LONG * grid.spacing
+        for group in np.flatnonzero(np.bincount(groups) > LONG)
+    )
+
+
 def _beside(surface: Surface, grid: Grid, part: Solid) -> Ints:
     """Cells of the grid (n, 3) that enclosures leave open and that lie in blocks which the mesh passes, or next to such
     blocks, but that it does not pass itself."""
@@ -115,8 +127,20 @@ def _wider(flags: Flags, after: bool = True) -> None:
 
 
 def _groups(points: Floats, voxel: float) -> Ints:
-    """The number (n,) of the group of each point: of those that are joined by steps of a few voxels, in the order in
-    which they come."""
+    """The number (n,) of the group of each point, in the order in which they come; a rim goes on and on, and is looked
+    at in parts."""
+    if not len(points):
+        return np.zeros(0, np.int64)
+    tiles = np.column_stack([_joined(points, voxel), points // (TILE * voxel)])
+    groups = np.unique(tiles, axis=0, return_inverse=True)[1].ravel()
+    order = np.full(groups.max() + 1, len(points))
+    np.minimum.at(order, groups, np.arange(len(points)))
+    ranked: Ints = np.argsort(np.argsort(order))[groups]
+    return ranked
+
+
+def _joined(points: Floats, voxel: float) -> Ints:
+    """The number (n,) of the group of each point, of those that are joined by steps of a few voxels."""
     if not len(points):
         return np.zeros(0, np.int64)
     from scipy.sparse import coo_array
@@ -125,13 +149,8 @@ def _groups(points: Floats, voxel: float) -> Ints:
 
     pairs = cKDTree(points).query_pairs(NEIGHBOURS * voxel, output_type="ndarray")
     links = coo_array((np.ones(len(pairs), np.bool_), tuple(pairs.T)), shape=(len(points), len(points)))
-    groups = connected_components(links, directed=False)[1]
-    # A rim goes on and on: it is looked at in parts.
-    _, groups = np.unique(np.column_stack([groups, points // (TILE * voxel)]), axis=0, return_inverse=True)
-    order = np.full(groups.max() + 1, len(points))
-    np.minimum.at(order, groups.ravel(), np.arange(len(points)))
-    ranked: Ints = np.argsort(np.argsort(order))[groups.ravel()]
-    return ranked
+    groups: Ints = connected_components(links, directed=False)[1].astype(np.int64)
+    return groups
 
 
 def _alone(grid: Grid, part: Solid, lo: Floats, hi: Floats, solid: bool) -> list[tuple[Floats, float]]:
