@@ -67,7 +67,7 @@ def volume_doubts(
     if off > USELESS and not force:
         much = f"lost {off:.0%} of the part" if held < true.value else f"holds {off:.0%} too much"
         hint = f"{hint}; or keep it as it is, --force"
-        raise fail("E118", f"the mesh {much}: it holds {numbers}", span, label=label, hint=hint)
+        raise fail("E118", f"the mesh {much}: it holds {numbers}", span, label=f"{cause}: {label}", hint=hint)
     return [Diagnostic("W202", f"{cause}: the mesh holds {numbers}", span, label, hint=hint, severity="warning")]
 
 
