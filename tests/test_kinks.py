@@ -12,6 +12,11 @@ import pytest
 import porelang
 from porelang.cli import main
 from porelang.mesh import Grid, extract
+from porelang.mesh.cells import CENTRE, _loops, _span
+from porelang.mesh.contour import _cases
+from porelang.mesh.kinks import _recentre
+from porelang.mesh.layers import clip
+from porelang.mesh.march import Frame, march
 from porelang.mesh.part import grid_of, surface_of
 
 #: Programs, the volume of their parts, and the voxels along the longest side at which second order is to be seen.
@@ -76,3 +81,46 @@ def test_contours_near_a_flat_face_enclose_the_whole_layer(tmp_path: Path) -> No
     area = np.array(json.loads((out / "layers.json").read_text())["area"])
     assert len(area) == 20
     assert np.all(np.abs(area - 100 * math.pi) < 0.05)  # a chord of a pixel is off by pixel^2 / 12 of the radius
+
+
+#: Lattices cut by shapes that switch beside cells whose fan is not the first of their sheets, each on its own grid.
+FANS = ["cube(10) & (sin(50*x) * sin(50*y) * sin(50*z))", "cube(10) & (sin(47*x) * sin(50*y) + sin(53*z) * sin(31*x))"]
+
+
+@pytest.mark.parametrize("text", FANS)
+def test_vertices_within_cells_are_in_the_middle_of_their_fans(text: str) -> None:
+    """Also where another sheet of the surface passes the cell, whose triangles come first: their mean was of none."""
+    design = porelang.compile(text).design()
+    for resolution in range(22, 34):
+        surface = surface_of(design, None, grid_of(design, resolution=resolution))
+        assert surface.check() == [], resolution
+
+
+def test_a_fan_begins_where_it_is_said_to_begin() -> None:
+    """Samples of noise: cells with every row of the table, also those of a fan and of up to two sheets beside it."""
+    random = np.random.default_rng(5)
+    values = random.normal(size=(30, 31, 32))
+    grid = Grid((0.0, 0.0, 0.0), 1.0, values.shape)
+    layers = clip(grid, (0.0, 0.0, 0.0), (29.0, 30.0, 31.0))
+    block = layers.read(lambda a, b: values[tuple(map(slice, a, b))], (0, 0, 0), layers.shape)[0]
+    seats, least = np.zeros((2, 3, max(block.shape))), np.full((3, max(block.shape)), 1e-3)
+    for n, axis in enumerate(layers.axes):
+        seats[:, n, : len(axis)] = axis.at, axis.rim
+    box = np.array([[axis.lo for axis in layers.axes], [axis.hi for axis in layers.axes]])
+    vertices, faces, _, _, edges = march(
+        block, Frame(seats, least, box, (0, 0, 0), layers.shape), _cases(), (0, 0, 0, *block.shape[1:])
+    )
+    first = [int(np.flatnonzero(faces[:, 2] == v)[0]) for v in np.flatnonzero(edges < 0)]
+    assert len(first) > 100
+    assert first == (-1 - edges[edges < 0]).tolist()
+    before = vertices.copy()
+    _recentre(vertices, faces, edges)
+    assert np.allclose(vertices, before, rtol=0, atol=1e-12)
+
+
+def test_no_cell_has_two_fans() -> None:
+    """They would share the one vertex within the cell."""
+    for corners in range(256):
+        solid = [bool(corners >> k & 1) for k in range(8)]
+        for joined in range(64):
+            assert sum(any(CENTRE in t for t in _span(loop)) for loop in _loops(solid, joined)) <= 1

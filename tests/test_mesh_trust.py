@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ from porelang.mesh.mend import kept_sound
 from porelang.mesh.part import grid_of, surface_of
 from porelang.mesh.solid import Solid
 from porelang.mesh.surface import Surface, decimal, single
-from porelang.mesh.walls import TO_A_WALL, thinnest
+from porelang.mesh.walls import MOST_TRIANGLES, TO_A_WALL, chosen, thinnest, triangles
 
 CUBE = (-5, -5, -5, 5, 5, 5)
 PINS = "union([box([40,20,2]), union([for i in range(8): translate(cylinder(0.1,15),[5*i-18,0,8])])])"
@@ -277,6 +278,96 @@ def test_layers_of_walls_thinner_than_a_pixel_are_told(tmp_path, capsys, monkeyp
     Path("a.pore").write_text("sphere(10)\n")
     assert main(["slices", "a.pore", "-o", "layers", "--step", "0.5mm", "--voxel", "0.25mm"]) == 0
     assert "W202" not in capsys.readouterr().err
+
+
+BALLS = "sphere(10) | union([for i in range(30): translate(sphere(0.3), [12 + i, 0, 0])])"
+VOIDS = r"sphere(10) \ union([for i in range(8): translate(sphere(0.2), [2*i - 7, 1, 0.3])])"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("text", "resolution", "word"),
+    [(BALLS, 64, "pieces"), (BALLS, 50, "pieces"), (VOIDS, 32, "voids"), (VOIDS, 64, "voids")],
+)
+def test_whole_pieces_between_the_samples_are_missed(text, resolution, word):
+    """However little they are of all, and also where others of them, next to them, meet a sample."""
+    found = made(text, resolution=resolution)
+    assert codes(found) == ["W205"]
+    assert f"whole {word}, one " in found.doubts[0].message
+    across = float(re.search(r"one ([\d.]+) mm across", found.doubts[0].message)[1])
+    assert across == pytest.approx(0.6 if word == "pieces" else 0.4, abs=0.03)
+    voxel = float(found.doubts[0].hint.split()[2].removesuffix("mm"))
+    mended = made(text, voxel=voxel)  # the way out is one
+    assert codes(mended) == []
+    assert mended.facts["components"] == (31 if text is BALLS else 9)
+
+
+def test_a_thread_of_void_is_missed():
+    """A bore of 0.2 mm from the middle of a ball to its surface: 0.3 % of the cells of the mesh."""
+    found = made("sphere(20) & ~cylinder(0.1, 20)", voxel=1)
+    assert codes(found) == ["W205"]
+    assert "the part has a gap where the mesh has none" in found.doubts[0].message
+
+
+@pytest.mark.slow
+def test_what_a_boundary_cuts_off_a_lattice_is_no_missing_piece():
+    """Corners of a lattice's walls, which are pieces of the part, are where it runs out; and so are its rims."""
+    for name, resolution in (("fig01g_tpms", 48), ("fig04g_shell", 48), ("fig07_local_frame", 48)):
+        path = Path(__file__).parent.parent / "examples" / "figures" / f"{name}.pore"
+        design = porelang.compile(path=path).design()
+        assert "W205" not in codes(make(design, resolution=resolution, force=True)), name
+    assert codes(made("sphere(10) & (z - 8)", resolution=50)) == []
+
+
+@pytest.mark.slow
+def test_a_mesh_is_judged_as_it_is_written():
+    """Rims that are cut sharp give back what chamfers took, and a ball of eight triangles is not the ball."""
+    assert codes(made("cube(10)", resolution=3, sharp=True)) == []
+    with pytest.raises(PoreError) as caught:
+        made("sphere(3)", resolution=30, simplify=20)
+    told = caught.value.diagnostics[0]
+    assert told.code == "E118"
+    assert "--simplify 20mm is larger than the part" in told.label
+    assert told.hint.startswith("use a smaller --simplify")
+    found = made("sphere(3)", resolution=30, simplify=20, force=True)
+    assert codes(found) == ["W202"]
+    assert "--simplify 20mm is larger than the part" in found.doubts[0].message
+    assert codes(made("sphere(3)", resolution=30, simplify=0.02)) == []
+    assert codes(made("cube(10)", resolution=10, sharp=True, simplify=1)) == []  # twelve triangles are the cube
+
+
+@pytest.mark.parametrize("text", ["sphere(3)", "torus(5, 2)", "box([4, 4, 1])", "shell(sphere(10), 1)"])
+def test_a_voxel_that_is_proposed_is_finer_and_mends_it(text):
+    design = porelang.compile(text).design()
+    voxel = max(design.bounds().size) / 3
+    for _ in range(8):
+        found = make(design, voxel=voxel, force=True)
+        doubts = [d for d in found.doubts if d.code == "W202"]
+        if not doubts:
+            break
+        proposed = float(doubts[0].hint.split()[2].removesuffix("mm:").removesuffix("mm"))
+        assert proposed < voxel / 2
+        voxel = proposed
+    assert not doubts
+
+
+def test_triangles_are_foreseen():
+    """A vertex for each line of the grid that crosses the surface: 6 pi r^2 of a ball, and two triangles for each."""
+    for text, count in (("sphere(10)", 12 * np.pi * 100), ("box([10, 20, 0.5])", 4 * (200 + 5 + 10))):
+        design = porelang.compile(text).design()
+        part = Solid(design.of(), design.bounds())
+        assert triangles(part, thinnest(part) / 4) == pytest.approx(count, rel=0.1)
+    ball = made("sphere(10)", voxel=0.25).surface
+    assert len(ball.faces) == pytest.approx(12 * np.pi * 100 / 0.25**2, rel=0.02)
+
+
+def test_the_voxel_makes_no_more_triangles_than_a_file_may_hold():
+    """A foil has few samples and many triangles: 40 millions at 2.5 voxels to its 0.05 mm, which nobody asked for."""
+    design = porelang.compile("box([100, 100, 0.05])").design()
+    found = chosen(Solid(design.of(), design.bounds()))
+    assert not found.enough
+    assert 4 * 100 * 100 / found.voxel**2 == pytest.approx(MOST_TRIANGLES, rel=0.1)
+    assert found.wanted == pytest.approx(0.02, rel=0.03)
 
 
 # --- crossings -------------------------------------------------------------------------------------------------------

@@ -93,8 +93,9 @@ PARAMS = (
         "W202",
         "a mesh that is not the part",
         "The volume of the mesh differs from that of the part by more than 3 % and more than the error of the\n"
-        "latter. Most often walls are thinner than a voxel: they come out torn, as specks, or not at all.\n"
-        "Mesh again with a smaller --voxel; a few voxels to the thinnest wall give a sound mesh.",
+        "latter. Most often walls are thinner than a voxel: they come out torn, as specks, or not at all. Or it was\n"
+        "--simplify that took too much: the message says so. Mesh again with a smaller --voxel; a few voxels to the\n"
+        "thinnest wall give a sound mesh.",
         "",
         "",
     ),
@@ -118,10 +119,10 @@ PARAMS = (
     Code(
         "W205",
         "a mesh that lacks something of the part",
-        "Something of the part lies between the samples: pins, ribs, walls or gaps thinner than the voxel, of which\n"
-        "the message names a place; or pieces of the mesh hang together in the part, by necks thinner than the voxel.\n"
-        "The field was followed to that place: the part is there. Use the voxel that the message names, or\n"
-        "`--voxel auto`.",
+        "Something of the part lies between the samples: pins, ribs, walls or gaps thinner than the voxel, or whole\n"
+        "pieces and voids smaller than it, of which the message names a place; or pieces of the mesh hang together\n"
+        "in the part, by necks thinner than the voxel. The field was followed to that place: the part is there. Use\n"
+        "the voxel that the message names, or `--voxel auto`.",
         "",
         "",
     ),

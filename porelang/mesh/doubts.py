@@ -3,6 +3,8 @@ itself."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from porelang.analysis.box import block
@@ -13,9 +15,10 @@ from porelang.ir import node
 from porelang.mesh.crumbs import Settled
 from porelang.mesh.grid import Grid, place
 from porelang.mesh.lost import lost
+from porelang.mesh.missed import Missed, far_and_long, missed
 from porelang.mesh.solid import Flags, Floats, Solid
 from porelang.mesh.surface import Surface
-from porelang.mesh.walls import TO_A_WALL, thinnest
+from porelang.mesh.walls import MOST_TRIANGLES, TO_A_WALL, thinnest, triangles
 from porelang.program import Design
 from porelang.source import Span
 from porelang.tasks.numbers.integrals import volume
@@ -27,13 +30,31 @@ GUESSES = 40  # points along a side, to tell at a glance that the volume is righ
 #: Less than this share of the cells of a mesh, and no further beyond its ends than so many voxels, is nothing that
 #: anyone misses: wherever two surfaces meet at a sharp angle something runs out between the samples.
 MISSED, SHORT = 0.02, 2.0
+#: Of a voxel that is too coarse, for other reasons than the walls: what is proposed instead.
+FINER = 0.45
+
+
+@dataclass(frozen=True, slots=True)
+class Coarse:
+    """What may have made a mesh coarse: its voxel, and what it was simplified within (mm; None if it was not); and the
+    volume (mm3) that it held before it was refined."""
+
+    voxel: float
+    simplified: float | None
+    held: float
 
 
 def volume_doubts(
-    design: Design, name: str | None, bounds: Bounds | None, held: float, part: Solid, force: bool = False
+    design: Design,
+    name: str | None,
+    bounds: Bounds | None,
+    held: float,
+    part: Solid,
+    coarse: Coarse,
+    force: bool = False,
 ) -> list[Diagnostic]:
-    """W202, where a mesh holds another volume (mm3) than the part. Errors: E118 where it is another by more than a
-    fifth, unless `force`. A few points in the part's box are looked at first, and may do.
+    """W202, where a mesh as it will be written holds another volume (mm3) than the part. Errors: E118 where it is
+    another by more than a fifth, unless `force`. A few points in the part's box are looked at first, and may do.
     """
     if _about(part, held):
         return []
@@ -42,13 +63,31 @@ def volume_doubts(
     if not off:
         return []
     span = _span(design, name)
-    label = f"{'walls' if held < true.value else 'gaps'} no wider than a voxel or two are lost or torn"
+    cause, label, hint = _cause(part, coarse, held, true, off)
     if off > USELESS and not force:
         much = f"lost {off:.0%} of the part" if held < true.value else f"holds {off:.0%} too much"
-        hint = f"{_finer(part)}; or keep it as it is, --force"
-        raise fail("E118", f"the mesh {much}: it holds {numbers}", span, label=label, hint=hint)
-    message = f"the voxel is too coarse: the mesh holds {numbers}"
-    return [Diagnostic("W202", message, span, label, hint=_finer(part), severity="warning")]
+        hint = f"{hint}; or keep it as it is, --force"
+        raise fail("E118", f"the mesh {much}: it holds {numbers}", span, label=f"{cause}: {label}", hint=hint)
+    return [Diagnostic("W202", f"{cause}: the mesh holds {numbers}", span, label, hint=hint, severity="warning")]
+
+
+def _cause(part: Solid, coarse: Coarse, held: float, true: Reduced, off: float) -> tuple[str, str, str]:
+    """What took the greater part of the share that a mesh is off: as a message, as a label, and what to do about it."""
+    if coarse.simplified is not None and abs(held - coarse.held) > abs(coarse.held - true.value):
+        larger = coarse.simplified > float((part.hi - part.lo).max())
+        told = f"--simplify {coarse.simplified:.4g}mm is {'larger than the part' if larger else 'too coarse'}"
+        label = f"without --simplify the mesh holds {coarse.held:.4g} mm3"
+        return told, label, "use a smaller --simplify"
+    wall = thinnest(part)
+    if wall is not None and wall > TO_A_WALL * coarse.voxel:  # chords err by the square of the voxel
+        voxel = coarse.voxel * min(FINER, FINER * 2 * (COARSE / off) ** 0.5)
+        label = f"triangles of {coarse.voxel:.3g} mm {'cut off' if held < true.value else 'fill'} what is curved"
+        return "the voxel is too coarse", label, f"use --voxel {_round(voxel)}mm"
+    label = f"{'walls' if held < true.value else 'gaps'} no wider than a voxel or two are lost or torn"
+    hint = "use a smaller --voxel, a few to the thinnest wall"
+    if wall is not None:
+        hint = f"{_use(wall, coarse.voxel)}: the thinnest walls are about {wall:.2g} mm thick"
+    return "the voxel is too coarse", label, hint
 
 
 def layer_doubts(design: Design, name: str | None, bounds: Bounds | None, held: float) -> list[Diagnostic]:
@@ -90,12 +129,9 @@ def _about(part: Solid, held: float) -> bool:
     return bool(abs(held - share * whole) + error <= COARSE * share * whole)
 
 
-def _finer(part: Solid) -> str:
-    """What to do about walls that the voxel does not hold."""
-    wall = thinnest(part)
-    if wall is None:
-        return "use a smaller --voxel, a few to the thinnest wall"
-    return f"use --voxel {_round(wall / TO_A_WALL)}mm: the thinnest walls are about {wall:.2g} mm thick"
+def _use(wall: float, voxel: float) -> str:
+    """The voxel to use for a wall (mm) instead of one that does not do: always a finer one."""
+    return f"use --voxel {_round(min(wall / TO_A_WALL, FINER * voxel))}mm"
 
 
 def _round(length: float) -> str:
@@ -104,39 +140,58 @@ def _round(length: float) -> str:
     return f"{np.floor(length / step * (1 + 1e-9)) * step:.2g}"
 
 
-def lost_doubts(design: Design, name: str | None, surface: Surface, grid: Grid, part: Solid) -> list[Diagnostic]:
-    """W205, where the part has something that the mesh has nothing of."""
-    found = lost(surface, grid, part)
+def lost_doubts(
+    design: Design, name: str | None, raw: Surface, surface: Surface, grid: Grid, part: Solid
+) -> list[Diagnostic]:
+    """W205, where the part has something that the mesh has nothing of: neither the `raw` one on the grid, nor the
+    `surface` that was made of it."""
+    found = lost(raw, grid, part)
     walls = found.solid & np.isfinite(found.thick) | ~found.solid
     lo, hi = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     beyond = _beyond(found.points[found.solid], lo, hi)
     short = float(beyond.max(initial=0.0)) > SHORT * grid.spacing
-    if not short and walls.sum() * found.each <= MISSED * len(surface.vertices):
+    much = short or walls.sum() * found.each > MISSED * len(raw.vertices) or far_and_long(found, grid)
+    pieces = missed(raw, grid, part, found)
+    if not much and not len(pieces.middle):
         return []
-    far = found.points[found.solid][int(beyond.argmax())] if short else found.points[int(found.away.argmax())]
-    parts = []
+    parts, thick = [], found.thick[np.isfinite(found.thick)]
     if short:
         most = np.maximum(hi, found.points[found.solid].max(axis=0)) - np.minimum(
             lo, found.points[found.solid].min(axis=0)
         )
         parts.append(f"the part is at least {_size(most)} mm, the mesh {_size(hi - lo)} mm")
-    here = int(found.away.argmax())
-    kind = "the part has material" if found.solid[here] or short else "the part has a gap"
-    parts.append(f"at {place(far)} {kind} where the mesh has none")
-    thick = found.thick[np.isfinite(found.thick)]
-    told = f", and is about {np.median(thick):.2g} mm thick there" if len(thick) else ""
+    if much:
+        here = int(found.away.argmax())
+        far = found.points[found.solid][int(beyond.argmax())] if short else found.points[here]
+        kind = "the part has material" if found.solid[here] or short else "the part has a gap"
+        wide = f", and is about {np.median(thick):.2g} mm thick there" if len(thick) else ""
+        parts.append(f"at {place(far)} {kind} where the mesh has none{wide}")
+    parts += _named(pieces)
+    widths = [*([float(np.median(thick))] if much and len(thick) else []), *pieces.across.tolist()]
+    hint = _use(min(widths), grid.spacing) if widths else "use a smaller --voxel, a few to the thinnest wall or gap"
     return [
         Diagnostic(
             "W205",
-            f"the mesh lacks what is thinner than its voxel of {grid.spacing:.3g} mm: {'; '.join(parts)}{told}",
+            f"the mesh lacks what is thinner than its voxel of {grid.spacing:.3g} mm: {'; '.join(parts)}",
             _span(design, name),
             "some of this falls between the samples",
-            hint=f"use --voxel {_round(float(np.median(thick)) / TO_A_WALL)}mm"
-            if len(thick)
-            else "use a smaller --voxel, a few to the thinnest wall or gap",
+            hint=hint,
             severity="warning",
         )
     ]
+
+
+def _named(pieces: Missed) -> list[str]:
+    """How many pieces, and voids, of the part are missing, with a place."""
+    told = []
+    for solid, one, many in ((True, "piece", "pieces"), (False, "void", "voids")):
+        some = np.flatnonzero(pieces.solid == solid)
+        if len(some):
+            first = f"{pieces.across[some[0]]:.2g} mm across at {place(pieces.middle[some[0]])}"
+            told.append(
+                f"at least {len(some)} whole {many}, one {first}" if len(some) > 1 else f"a whole {one}, {first}"
+            )
+    return told
 
 
 def _beyond(points: Floats, lo: Floats, hi: Floats) -> Floats:
@@ -200,9 +255,13 @@ def explained(error: PoreError, grid: Grid, part: Solid) -> PoreError:
             hint="use a smaller --voxel: a few to the thinnest wall",
         )
     wall = float(np.median(thick))
-    voxel = _round(wall / TO_A_WALL)
+    voxel = _round(min(wall / TO_A_WALL, FINER * grid.spacing))
     samples = float(np.prod((part.hi - part.lo) / float(voxel) + 2))
-    much = "" if samples < 1e9 else f", which takes {samples:.1g} samples; or mesh a part of it with --bounds"
+    many = triangles(part, wall / 4) / float(voxel) ** 2
+    much = ""
+    if samples > 1e9 or many > MOST_TRIANGLES:
+        takes = f"{samples:.1g} samples" if samples > 1e9 else f"some {many / 1e6:,.0f} million triangles"
+        much = f", which takes {takes}; or mesh a part of it with --bounds"
     between = f"about {wall:.2g} mm (at {at}) between samples {grid.spacing:.3g} mm apart"
     return fail(
         "E111",

@@ -46,8 +46,18 @@ def lost(surface: Surface | None, grid: Grid, part: Solid) -> Lost:
     """What the mesh of a part on a grid has nothing of; without a mesh, what there is at all."""
     passed = _passed(surface, grid)
     cells, each = _open(passed, grid, part)
-    if len(cells) > FOLLOWED:
-        each *= len(cells) / FOLLOWED
+    h = grid.spacing
+    at, solid, cells, share = followed(cells, grid, part)
+    thick, facing, _ = part.walls(at, 4 * h, SCAN)
+    thick[~(solid & (facing < PARALLEL))] = np.nan
+    return Lost(at, solid, thick, _away(passed, cells, h), each * share)
+
+
+def followed(cells: Ints, grid: Grid, part: Solid) -> tuple[Floats, Flags, Ints, float]:
+    """Points (n, 3) mm of the other sign than the samples round them, one for each of the cells (n, 3) that the mesh
+    does not pass where such a point is found; which are solid, the cells, and how many cells each stands for."""
+    share = max(1.0, len(cells) / FOLLOWED)
+    if share > 1:
         cells = cells[np.random.default_rng(0).permutation(len(cells))[:FOLLOWED]]
     h = grid.spacing
     corner = np.array(grid.origin) + cells * h
@@ -62,10 +72,7 @@ def lost(surface: Surface | None, grid: Grid, part: Solid) -> Lost:
     for beyond in BEYOND:
         tried = at + np.where(here, beyond, -beyond)[:, None] * h * out
         other |= stayed & part.within(tried) & (part.holds(tried) != here)
-    at, solid, cells = at[other], ~here[other], cells[other]
-    thick, facing, _ = part.walls(at, 4 * h, SCAN)
-    thick[~(solid & (facing < PARALLEL))] = np.nan
-    return Lost(at, solid, thick, _away(passed, cells, h), each)
+    return at[other], ~here[other], cells[other], share
 
 
 def _passed(surface: Surface | None, grid: Grid) -> Flags:

@@ -16,7 +16,7 @@ from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.field import Backend, Bounds, checked_bounds, number_type, rounding_doubts
 from porelang.mesh.crossed import crossed
 from porelang.mesh.crumbs import Settled, settle
-from porelang.mesh.doubts import crossed_doubts, explained, lost_doubts, torn_doubts, volume_doubts
+from porelang.mesh.doubts import Coarse, crossed_doubts, explained, lost_doubts, torn_doubts, volume_doubts
 from porelang.mesh.mend import kept_sound
 from porelang.mesh.part import grid_of, refine, surface_of
 from porelang.mesh.solid import Solid
@@ -82,19 +82,21 @@ def make(
         raise explained(error, placed.grid, part) from None
     with activity("looking at pieces"):
         settled = settle(surface, placed.grid, part)
-    surface = settled.surface
-    doubts = volume_doubts(design, name, bounds, surface.volume, part, force)
-    doubts += rounding_doubts(design.of(name), whole, spacing, backend, dtype)
-    doubts += torn_doubts(design, name, settled, placed.grid)
-    if not doubts:
-        doubts += lost_doubts(design, name, surface, placed.grid, part)
-    facts = {**_found(settled, choice, spacing), "dtype": dtype}
+    raw = surface = settled.surface
+    held, facts = raw.volume, {**_found(settled, choice, spacing), "dtype": dtype}
     refined = smooth or sharp or simplify is not None
     if refined:
         done = refine(surface, design, name, placed, smooth=smooth, sharp=sharp, deviation=simplify)
         surface = done.surface
         facts |= done.facts
-    surface = kept_sound(surface, placed.grid.spacing, refined)
+    surface = kept_sound(surface, spacing, refined)
+    # The mesh is judged as it will be written: rims that are cut sharp give back what a coarse voxel lost.
+    coarse = Coarse(spacing, simplify, held)
+    doubts = volume_doubts(design, name, bounds, surface.volume, part, coarse, force)
+    doubts += rounding_doubts(design.of(name), whole, spacing, backend, dtype)
+    doubts += torn_doubts(design, name, settled, placed.grid)
+    if not doubts:
+        doubts += lost_doubts(design, name, raw, surface, placed.grid, part)
     if refined:
         crossing = crossed(surface)
         facts["crossed"] = int(crossing.sum())

@@ -273,8 +273,8 @@ def _fill(
                         faces[made, corner] = total if e == _CENTRE else number[shift[e] + first]
                     made += 1
                 if centred[row]:
-                    _centre(vertices, total, faces[made - (end - start) : made])
-                    on[total] = -1 - (made - (end - start))
+                    mine = made - (end - start)  # the triangles of another sheet in the cell may come before the fan
+                    on[total] = -1 - mine - _centre(vertices, total, faces[mine:made])
                     total += 1
     return total, made
 
@@ -294,14 +294,18 @@ def _joined(corners: Floats) -> int:
 
 
 @compiled
-def _centre(vertices: Floats, which: int, fan: Numbers) -> None:
-    """Put a vertex in the middle of the loop that its fan of triangles (start, end, centre) spans."""
+def _centre(vertices: Floats, which: int, cell: Numbers) -> int:
+    """Put a vertex in the middle of the loop that its fan of triangles (start, end, centre) spans, and give the first
+    of these in the `cell`."""
     vertices[which] = 0.0
-    many = 0
-    for t in range(len(fan)):
-        if fan[t, 2] == which:
+    many, first = 0, 0
+    for t in range(len(cell)):
+        if cell[t, 2] == which:
+            if many == 0:
+                first = t
             many += 1
             for n in range(3):
-                vertices[which, n] += vertices[fan[t, 0], n]
+                vertices[which, n] += vertices[cell[t, 0], n]
     for n in range(3):
         vertices[which, n] /= many
+    return first

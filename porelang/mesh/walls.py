@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 RESOLUTION = 128  # samples along the longest side, where nothing asks for more
 TO_A_WALL = 2.5  # voxels: fewer than two may miss a wall, and three cost twice as much
 AFFORDABLE = 16_000_000  # samples: seconds, and a file of some 100 MB
+MOST_TRIANGLES = 5_000_000  # a flat part has many for its samples: a file of 250 MB
+POINTS = 1 << 16  # at which the surface is estimated
 STARTS = 4096  # places from which the surface is looked for
 STEPS, SCAN = 5, 40
 ON = 1e-3  # of the distance between places: what is nearer to the surface is on it
@@ -40,13 +42,33 @@ class Chosen:
 
 def chosen(part: Solid) -> Chosen:
     """The voxel for a part in its box: RESOLUTION samples along the longest side, or as fine as its thinnest walls ask
-    for, as long as that is AFFORDABLE."""
+    for, as long as that is AFFORDABLE and makes no more than about MOST_TRIANGLES."""
     size = part.hi - part.lo
     usual = float(size.max()) / RESOLUTION
     wall = thinnest(part)
-    wanted = usual if wall is None else min(usual, wall / TO_A_WALL)
+    if wall is None or wall / TO_A_WALL >= usual:
+        return Chosen(usual, wall, usual)
+    wanted = wall / TO_A_WALL
     finest = float(np.prod(size) / AFFORDABLE) ** (1 / 3)
+    finest = max(finest, math.sqrt(triangles(part, wall / 4) / MOST_TRIANGLES))
     return Chosen(max(wanted, min(usual, finest)), wall, wanted)
+
+
+def triangles(part: Solid, near: float) -> float:
+    """About how many triangles marching cubes makes of a part at a voxel of 1 mm: so many times the voxel's inverse
+    square at others.
+
+    Every line of the grid that crosses the surface makes a vertex, and a vertex two triangles. The surface is
+    estimated from the share of points by chance that are `near` it (mm), to first order.
+    """
+    lo, hi = part.lo - near, part.hi + near
+    at = lo + np.random.default_rng(0).random((POINTS, 3)) * (hi - lo)
+    value, slope = part.slope(at)
+    with np.errstate(all="ignore"):
+        steep = np.linalg.norm(slope, axis=1)
+        lines = np.abs(slope).sum(axis=1) / steep  # of the three axes, that cross a piece of the surface
+        beside = np.abs(value) < near * steep
+    return float(2 * lines[beside].sum() / POINTS * np.prod(hi - lo) / (2 * near))
 
 
 def thinnest(part: Solid) -> float | None:
