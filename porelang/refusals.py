@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from porelang.analysis.box import extent_of, unbounded_axes
 from porelang.analysis.sampled import holds_anything, unending
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic, PoreError
@@ -58,7 +59,14 @@ def endless(design: Design) -> str:
     seen = order([root], within)
     if not root.axes or any(n.op in TASKS for n in seen) or len(seen) > QUICK:
         return ""
-    return unending(design.of(name))
+    return _endless(design.of(name))
+
+
+def _endless(formula: Formula) -> str:
+    """The axes along which a field has no end, as meshing would name them; "" where samples find no such material."""
+    found = unending(formula)
+    extent = extent_of(formula) if found else None
+    return found if extent is None else unbounded_axes(extent.outer) or found
 
 
 def _chosen(program: Program) -> str | None:
@@ -104,10 +112,10 @@ def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> li
         if asked:  # of an offset yet to be found it is known that it leaves both solid and void
             bindings: Bindings = {param(k): v for k, v in design.settings.items()} | dict.fromkeys(asked, A_LITTLE)
             sure = output.made and {n.op for n in asked} <= {"to_porosity", "shell_to_porosity"}
-            axes = unending(Formula(roots, bindings)) if sure else ""
+            axes = _endless(Formula(roots, bindings)) if sure else ""
             return [_no_end(design, name, axes)] if axes else []
         formula = design.of(name)
-        if axes := unending(formula):
+        if axes := _endless(formula):
             return [_no_end(design, name, axes)] if output.made else []
         if holds_anything(formula):
             return []
@@ -225,7 +233,7 @@ def _larger_cells(design: Design, name: str) -> list[Diagnostic]:
 def _broken_end(name: str, shown: str, span: Span, found: Diagnostic) -> Diagnostic:
     return Diagnostic(
         "W222",
-        f"with `{name}` = {shown} {found.message}",
+        f"with `{name}` = {shown}: {found.message}",
         span,
         "an end of its range",
         (),

@@ -128,7 +128,7 @@ def reach(formula: Formula) -> float | None:
     if not (lo <= hi).all():
         return None
     end = float(max(np.abs(lo).max(), np.abs(hi).max()))
-    return None if end >= UNIVERSE else _LARGER * end
+    return _LARGER * end if end < UNIVERSE < _LARGER * end else None
 
 
 def unbounded_axes(box: Box) -> str:
