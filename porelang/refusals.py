@@ -14,7 +14,8 @@ import numpy as np
 from porelang.analysis.box import extent_of, unbounded_axes
 from porelang.analysis.sampled import holds_anything, unending
 from porelang.backends.numpy import NumpyField
-from porelang.diagnostics import Diagnostic, PoreError
+from porelang.diagnostics import Diagnostic, Label, PoreError
+from porelang.elaborate.advice import as_solid, joins
 from porelang.elaborate.values import Bool, Scalar, Vector
 from porelang.formula import Bindings, Formula
 from porelang.ir import TASKS, order, param, within
@@ -151,18 +152,21 @@ def _no_surface(design: Design, name: str) -> Diagnostic:
     """A warning about an output that is no number, or the same number everywhere."""
     output = design.program.outputs[name]
     span, hint = output.span, "a solid is a number that varies in space and is negative inside"
+    others, edit = tuple[Label, ...](), None
     match output.value:
         case Vector():
             what, label = "a vector", "three numbers at every point"
         case Bool():
             what, label = "a condition", "true or false at every point"
             hint = "a solid is where a number is negative: write the number alone, `f` for `f < 0` and `~f` for `f > 0`"
-            if any(op in span.text for op in "&|\\"):
-                hint += "; comparisons bind less tightly than `&` and `|`"
+            compared = design.program.elaborated.conditions.get(output.value.node)
+            if compared is not None and joins(compared):
+                hint, edit = as_solid(compared)
+                others = () if compared.span == span else (Label(compared.span, "compared here"),)
         case _:
             value = design.formula(*design.program.graph.outputs[name]).numbers[0]
             what, label = f"{float(value):.6g} everywhere", "the same at every point"
-    return Diagnostic("W211", f"`{name}` is {what}, which has no surface", span, label, (), hint, None, "warning")
+    return Diagnostic("W211", f"`{name}` is {what}, which has no surface", span, label, others, hint, edit, "warning")
 
 
 def _at_the_ends(design: Design, name: str) -> list[Diagnostic]:

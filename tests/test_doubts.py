@@ -118,6 +118,7 @@ DOUBTED = [
     ("gyroid(10) & slab([0, 0, 1], 30)", "W210"),
     ("offset(gyroid(10), to_porosity(gyroid(10), 60%, cube(20)))", "W210"),
     ("gyroid(10) > 0 & cube(20)", "W211"),
+    ("let dome = sphere(10) & z > 2mm\nout part = dome", "W211"),
     ("grad(x)", "W211"),
     ("5", "W211"),
     ("x^2 + 1", "W211"),

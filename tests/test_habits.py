@@ -136,6 +136,13 @@ WRITTEN = {
     "let c = z + 1 <= x * 2 & sphere(9)\nc |> translate([1,2,3])": (
         "let c = ((z + 1) - x * 2) & sphere(9)\nc |> translate([1,2,3])"
     ),
+    "let dome = sphere(9) & z > 2mm\nunion([dome, sphere(3)])": (
+        "let dome = sphere(9) & (2mm - z)\nunion([dome, sphere(3)])"
+    ),
+    "let dome = sphere(9) & z > 0\n~dome & cube(9)": "let dome = sphere(9) & (-z)\n~dome & cube(9)",
+    "let dome = z < 0mm & sphere(9)\nsphere(9 * porosity(dome, cube(20)))": (
+        "let dome = (z) & sphere(9)\nsphere(9 * porosity(dome, cube(20)))"
+    ),
     "union([for i in range(3): for j in range(4): sphere(i + j + 1)])": (
         "union([for i in range(3) for j in range(4): sphere(i + j + 1)])"
     ),

@@ -77,12 +77,22 @@ def as_solid(t: tree.Chain) -> tuple[str, Edit | None]:
         return "a solid is a number that is negative inside", None
     low, high = (left, right) if op[0] == "<" else (right, left)
     half = f"{_term(low)} - {_term(high)}"
+    if isinstance(high, tree.Number) and high.value == 0:
+        half = low.span.text
+    elif isinstance(low, tree.Number) and low.value == 0:
+        half = f"-{_term(high)}"
     if not joined:
         return f"a solid is a number that is negative inside: `{half}` for `{t.span.text.strip('()')}`", None
     edit = Edit(left.span.to(right.span), f"({half})")
     whole = t.span.text.replace(edit.span.text, edit.text)
     what = f"write `{whole}`" if len(whole) < 60 else f"write `({half})`"
     return f"`{op}` compares all that stands beside it; as a solid a half space is a number: {what}", edit
+
+
+def joins(t: tree.Chain) -> bool:
+    """Whether a comparison has an operator between solids beside it."""
+    sides = (t.first, t.rest[0][1])
+    return any(isinstance(s, tree.Chain) and s.rest[0][0] in SETS and not suspect.bracketed(s) for s in sides)
 
 
 def _term(t: tree.Expr) -> str:

@@ -210,7 +210,7 @@ def _coerce(
     if isinstance(value, Choice) and isinstance(ctx.decided(value), Poison):
         return None
     wanted = " or ".join(k.words for k in declared) or "something else"
-    if isinstance(value, Bool) and value.node in ctx.conditions and declared[0].name in ("field", "solid"):
+    if declared[0].name in ("field", "solid") and operators.is_compared(value, ctx):
         operators.not_a_solid(ctx, f"`{p.name}` of `{function.name}` must be {wanted}, not a condition", value, place)
         return None
     code = "E062" if isinstance(value, Scalar | Vector) and value.dimension is not None else "E060"

@@ -50,8 +50,7 @@ class Context:
     results of calls by function and arguments, `called` the defs that something refers to, `folder` where relative
     paths of data begin, `structure` the params that are fixed, and at what. `natures` is what is known of fields,
     `totals` where distances were added or subtracted (the operator and its place), `cuts` where solids are cut (None
-    where a place cuts several), `conditions` how the user compared numbers, `given_at` the arguments of calls in the
-    user's text by their place.
+    where a place cuts several), `given_at` the arguments of calls in the user's text by their place.
     """
 
     def __init__(
@@ -71,7 +70,6 @@ class Context:
         self.natures: dict[Node, Nature | None] = {}
         self.totals: dict[Node, tuple[str, Span]] = {}
         self.cuts: dict[Span, Suspicion | None] = {}
-        self.conditions: dict[Node, tree.Chain] = {}
         self.given_at: dict[Span, Mapping[str, Given]] = {}
         self._spent = 0
         self._solves = 0
@@ -125,7 +123,8 @@ class Context:
             for name, site in reversed(self.call_stack):
                 if not site.source.prelude:
                     span, message, label = site, f"{message} (in `{name}`)", label and "in this call"
-                    others, edit = tuple(o for o in others if not o.span.source.prelude), None
+                    others = tuple(o for o in others if not o.span.source.prelude)
+                    edit = edit if isinstance(edit, Edit) and not edit.span.source.prelude else None
                     break
         elif self.call_stack and not others:
             name, site = self.call_stack[-1]

@@ -113,7 +113,7 @@ def _chain(ctx: Context, t: tree.Chain, scope: Scope) -> Value:
         else:
             value = operators.binary(ctx, op, value, ctx.evaluate(right, scope), (span, op_span, right.span))
             if isinstance(value, Bool) and op in operators.COMPARISONS and not t.span.source.prelude:
-                ctx.conditions.setdefault(value.node, t)
+                ctx.found.conditions.setdefault(value.node, t)
         span = span.to(right.span)
     return value
 

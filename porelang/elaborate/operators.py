@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import TypeGuard
 
 from porelang.diagnostics import Label
 from porelang.elaborate import advice, dimensions, suspect
@@ -55,6 +56,8 @@ def unary(ctx: Context, op: str, a: Value, span: Span, at: Span) -> Value:
             hint="a solid is turned inside out by `~`" if solid else "",
             edit=(Span(span.source, span.start, at.start), "~") if solid else None,
         )
+    if _is_meant_as_solid(a, ctx):
+        return not_a_solid(ctx, f"`{op}` needs a solid, and this is a condition", a, at)
     if isinstance(a, Bool) and op == "~":
         return ctx.error(
             "E060", "`~` turns a solid inside out; a condition is turned with `not`", span, edit=(span, "not ")
@@ -96,8 +99,9 @@ def binary(ctx: Context, op: str, a: Value, b: Value, spans: tuple[Span, Span, S
             hint = how_to_call(side)
             if isinstance(side, Bool) and op in _SET_WORDS and isinstance(a, Bool) and isinstance(b, Bool):
                 hint = f"conditions are joined with `{_SET_WORDS[op]}`"
-            elif isinstance(side, Bool) and op in SETS and side.node in ctx.conditions:
-                return not_a_solid(ctx, f"`{op}` joins solids, and this is a condition", side, at)
+            elif _is_meant_as_solid(side, ctx) or (op in SETS and is_compared(side, ctx)):
+                does = "joins solids" if op in SETS else "works on numbers"
+                return not_a_solid(ctx, f"`{op}` {does}, and this is a condition", side, at)
             if isinstance(side, Text):
                 hint = "texts are names of files and choices: they cannot be put together or computed with"
             return ctx.error(
@@ -172,6 +176,8 @@ def apply(ctx: Context, row: Op, arguments: Sequence[Value], places: Sequence[Sp
     for a, at in zip(arguments, places, strict=True):
         if isinstance(a, Poison):
             return a
+        if _is_meant_as_solid(a, ctx):
+            return not_a_solid(ctx, f"{called} needs a number, not a condition", a, at)
         if not isinstance(a, Scalar | Vector):
             return ctx.error(
                 "E060", f"{called} needs a number, not {describe(a)}", at, label=_why(a), hint=how_to_call(a)
@@ -254,9 +260,19 @@ def _why(value: Value) -> str:
     return f"this is {describe(value)}"
 
 
+def is_compared(value: Value, ctx: Context) -> TypeGuard[Bool]:
+    """Whether a value is a condition that the user made by a comparison."""
+    return isinstance(value, Bool) and value.node in ctx.found.conditions
+
+
+def _is_meant_as_solid(value: Value, ctx: Context) -> TypeGuard[Bool]:
+    """Whether a value is `a & z > 2mm`, which compares all of `a & z`."""
+    return is_compared(value, ctx) and advice.joins(ctx.found.conditions[value.node])
+
+
 def not_a_solid(ctx: Context, message: str, value: Bool, at: Span) -> Value:
-    """Say that a condition, which the user made of a comparison, stands for a solid."""
-    made = ctx.conditions[value.node]
+    """Say that a condition, which the user made by a comparison, stands for a solid."""
+    made = ctx.found.conditions[value.node]
     hint, edit = advice.as_solid(made)
     inside = made.span.source is at.source and at.start <= made.span.start and made.span.end <= at.end
     others = () if inside else (Label(made.span, "compared here"),)

@@ -203,6 +203,7 @@ class Elaborated:
     diagnostics: list[Diagnostic] = field(default_factory=list)
     suspicions: list[Suspicion] = field(default_factory=list)
     unread: list[Unread] = field(default_factory=list)
+    conditions: dict[Node, tree.Chain] = field(default_factory=dict)  # how the user compared numbers
     lattices: dict[Node, tuple[Span, Node | None]] = field(default_factory=dict)  # where each is, and its period
     collection: bool = False  # definitions for other files, and nothing else
 

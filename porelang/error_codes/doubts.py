@@ -29,8 +29,8 @@ DOUBTS = (
         "The values of a lattice are raw: a gyroid runs from -1.5 to 1.5 whatever its period. So `shell(0.4mm)`\n"
         "makes a wall of 0.4 of those units, which is 0.4 mm times something that depends on the lattice and its\n"
         "period. The message says what it comes to on average. Write the raw number, ask for a porosity with\n"
-        "`shell_to_porosity` or `to_porosity`, or let the number fall with the period, as the hint does. Where the raw\n"
-        "number lies beyond all values of the lattice there is nothing to write but a porosity: so much fills it.",
+        "`shell_to_porosity` or `to_porosity`, or let the number fall with the period, as the hint does. Where\n"
+        "the raw number is beyond all values of the lattice only a porosity can be asked for: so much fills it.",
         "gyroid(30) |> shell(0.4mm) & cube(60)",
         "gyroid(30) |> shell(0.13) & cube(60)",
     ),
