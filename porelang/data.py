@@ -7,7 +7,7 @@ kept, and a device need not be sent them twice.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -137,6 +137,11 @@ Data = SampledField | Segments
 def _triple(values: NDArray[np.float64]) -> Triple:
     x, y, z = (float(v) for v in values)
     return x, y, z
+
+
+def coordinates(point: Iterable[float], figures: int = 4) -> str:
+    """A point as it is shown, `1.5, 0, -20`: what rounding leaves of 0 is 0."""
+    return ", ".join(f"{0.0 if abs(c) < NEAREST else float(c):.{figures}g}" for c in point)
 
 
 def _digest(kind: str, *arrays: NDArray[Any]) -> str:

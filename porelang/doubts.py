@@ -7,7 +7,7 @@ out, nothing is said. What reads a porosity, a file or anything else that takes 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from porelang.analysis.box import Box, part_box
 from porelang.analysis.sampled import MOST, Points, about_the_origin, inside_of, number, sampler
 from porelang.backends.numpy import NumpyField
+from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.elaborate.results import Elaborated, ParamInfo, Suspicion
 from porelang.formula import Bindings, Formula
@@ -35,9 +36,7 @@ LEVELS = 17
 def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
     """A warning for each suspicion that values bear out, and for each name that nothing reads."""
     whole = {n for output in found.outputs.values() for n in output.nodes}  # of what is empty as a whole more is said
-    looked_at = [
-        s for s in found.suspicions if s.what != "apart" or node("max", *s.nodes) not in whole or s.name != "&"
-    ]
+    looked_at = [s for s in found.suspicions if s.what != "apart" or not _is_whole(s, whole)]
     out: list[Diagnostic] = []
     spent = cuts = 0
     for s in looked_at:
@@ -54,6 +53,28 @@ def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
     ]
 
 
+def _is_whole(s: Suspicion, roots: Collection[Node]) -> bool:
+    return s.name == "&" and node("max", *s.nodes) in roots
+
+
+def idle_cuts(found: Elaborated, settings: Mapping[str, float]) -> list[Diagnostic]:
+    """A warning for each cut that does nothing with these settings, or with a param at either end of its range.
+
+    Of those that do nothing at the defaults, nor at any end, it has been said.
+    """
+    whole = {n for output in found.outputs.values() for n in output.nodes}
+    defaults = {name: info.default for name, info in found.params.items()}
+    out = []
+    for s in [s for s in found.suspicions if s.what == "apart" and not _is_whole(s, whole)][:MOST_CUTS]:
+        tried = [settings, *_ends(s, found, settings)]
+        if len(order(s.nodes, within)) * len(tried) > MOST_NODES or _is_idle_throughout(s, found, defaults):
+            continue
+        idle = next((t for t in tried if _is_idle(s, t)), None)
+        if idle is not None:
+            out.append(_idle(s, found, idle))
+    return out
+
+
 def _figures(value: float) -> str:
     return f"{value:.3g}"
 
@@ -62,7 +83,7 @@ def _figures(value: float) -> str:
 
 
 def _length(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
-    lattice, length = s.nodes
+    lattice, length = s.nodes[:2]
     said = s.argument or s.span
     text = _value_span(said).text
     slope = _slope(lattice, bindings)
@@ -75,8 +96,11 @@ def _length(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic |
     if slope is not None and mm is not None and mm > 0:
         about = _figures(mm / slope)
         period = None if s.period is None else number(s.period, bindings)
-        label += f", about {about} mm{_with(order([lattice, length]), found.params)}"
+        label += f", about {about} mm{_with([lattice, length], found.params)}"
         raw = _figures(mm * slope)
+        if gone := _gone(s, slope, bindings):
+            hint = f"{_figures(mm)} mm is about {raw} here, and {gone}; {porous}"
+            return _warning("W212", message, said, label, hint)
         varies = period is not None and s.period is not None and s.period.op == "param"
         if varies and s.period is not None and s.argument is not None:
             w = str(s.period.value)
@@ -90,10 +114,35 @@ def _length(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic |
     return _warning("W212", message, said, label, hint, edit=edit)
 
 
-def _with(nodes: Sequence[Node], params: Mapping[str, ParamInfo]) -> str:
-    """The params that nodes depend on, with the defaults that were looked at."""
-    names = sorted({str(n.value) for n in nodes if n.op == "param"})
-    return f" with {', '.join(f'{n} = {params[n].shown(params[n].default)}' for n in names)}" if names else ""
+def _gone(s: Suspicion, slope: float, bindings: Bindings) -> str:
+    """What the raw number for a length does to a lattice of which it leaves nothing, in words; "" where it leaves some.
+
+    `slope` is how much its values change in a mm.
+    """
+    if len(s.nodes) < 4:
+        return ""
+    field, _, added, made = s.nodes
+    shift, at = number(added, bindings), sampler([field], bindings)
+    if shift is None or at is None:
+        return ""
+    (values,) = at(np.random.default_rng(1).uniform(-100, 100, (MOST, 3)))
+    raw = np.full_like(values, slope * shift)
+    a, b = (values, raw) if made.args[0] is field else (raw, values)
+    left = a - b if made.op == "sub" else a + b
+    if not np.isfinite(left).all() or left.min() < 0 < left.max():
+        return ""
+    done = "fills" if left.max() <= 0 else "empties"
+    return f"{done} the lattice altogether: its values run from {values.min():.2g} to {values.max():.2g}"
+
+
+def _with(nodes: Sequence[Node], params: Mapping[str, ParamInfo], values: Mapping[str, float] | None = None) -> str:
+    """The params that nodes depend on, with the values that were looked at: their defaults unless given."""
+    shown = [f"{n} = {params[n].shown(params[n].default if values is None else values[n])}" for n in _params(nodes)]
+    return f" with {', '.join(shown)}" if shown else ""
+
+
+def _params(nodes: Sequence[Node]) -> list[str]:
+    return sorted({str(n.value) for n in order(nodes, within) if n.op == "param"})
 
 
 def _slope(lattice: Node, bindings: Bindings) -> float | None:
@@ -148,7 +197,7 @@ def _copies(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic |
         return None
     parts = "sector" if not cell else "cell"
     far = points[least][int(np.argmax(np.abs(points[least]).sum(axis=1)))]
-    place = ", ".join(f"{v:.3g}" for v in far)
+    place = coordinates(far, 3)
     if s.instead:
         hint = f"join copies that are turned one by one: `{s.instead}`"
     else:
@@ -164,22 +213,56 @@ def _copies(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic |
 
 
 def _apart(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    """Of a cut that misses now and meets its solid with a param at an end of its range nothing is said at once."""
+    defaults = {name: info.default for name, info in found.params.items()}
+    return _idle(s, found, defaults) if _is_idle_throughout(s, found, defaults) else None
+
+
+def _is_idle_throughout(s: Suspicion, found: Elaborated, defaults: Mapping[str, float]) -> bool:
+    """Whether two solids do not meet, and samples of the second at every end of a param's range do not either."""
+    return _is_idle(s, defaults) and all(_meet(s, values) is False for values in _ends(s, found, defaults))
+
+
+def _ends(s: Suspicion, found: Elaborated, settings: Mapping[str, float]) -> list[dict[str, float]]:
+    """Settings with each param that nodes depend on at either end of its range, or at each of its choices."""
+    out = []
+    for info in (found.params[name] for name in _params(s.nodes)):
+        values = range(len(info.choices)) if info.choices and not info.numbers else (info.low, info.high)
+        out += [{**settings, info.name: float(value)} for value in values]
+    return out
+
+
+def _cut(s: Suspicion) -> tuple[Node, Node]:
+    """The two solids of which nothing is in both."""
     a, b = s.nodes
-    if s.name == "\\":
-        b = node("neg", b)
-    points = inside_of(b, bindings)
-    at = sampler([a], bindings)
-    if points is None or at is None or (at(points)[0] < 0).any():
-        return None
-    (flat,) = flatten(node("max", a, b))
-    if len(order([flat])) > CLOSE or part_box(Formula((flat,), bindings)) is not None:
-        return None
+    return a, node("neg", b) if s.name == "\\" else b
+
+
+def _meet(s: Suspicion, settings: Mapping[str, float]) -> bool | None:
+    """Whether samples of the second of two solids are in the first; None where there are no samples of it."""
+    a, b = _cut(s)
+    bindings: Bindings = {param(name): value for name, value in settings.items()}
+    points, at = inside_of(b, bindings), sampler([a], bindings)
+    return None if points is None or at is None else bool((at(points)[0] < 0).any())
+
+
+def _is_idle(s: Suspicion, settings: Mapping[str, float]) -> bool:
+    """Whether two solids do not meet: no sample of the second is in the first, and then it is proven."""
+    if _meet(s, settings) is not False:
+        return False
+    (flat,) = flatten(node("max", *_cut(s)))
+    bindings: Bindings = {param(name): value for name, value in settings.items()}
+    return len(order([flat])) <= CLOSE and part_box(Formula((flat,), bindings)) is None
+
+
+def _idle(s: Suspicion, found: Elaborated, values: Mapping[str, float]) -> Diagnostic:
     done = "takes nothing away" if s.name == "\\" else "leaves nothing"
+    bindings: Bindings = {param(name): value for name, value in values.items()}
     return _warning(
         "W223",
-        f"`{s.name}` {done} here: the two solids do not meet",
+        f"`{s.name}` {done} here{_with(s.nodes, found.params, values)}: the two solids do not meet",
         s.span,
-        _gap(*(part_box(Formula(flatten(n), bindings)) for n in (a, b))),
+        _gap(*(part_box(Formula(flatten(n), bindings)) for n in _cut(s))),
         "check where the second lies, and its unit",
         () if s.argument is None else (Label(s.argument, "the second"),),
     )

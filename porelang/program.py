@@ -738,7 +738,16 @@ def _about(root: Node) -> list[Node]:
 
 
 def _empty(name: str, formula: Formula, span: Span) -> PoreError:
-    """Why a part is empty: the least value of its field that samples find, and where."""
+    """Why a part is empty: the least value of its field that samples find, and where; the number, where it is one."""
+    if not formula.root.axes:
+        number = float(formula.numbers[0])
+        return fail(
+            "E103",
+            f"`{name}` holds no material: it is the number {number:.6g} everywhere",
+            span,
+            label="the same at every point",
+            hint="a solid is a number that varies in space and is negative inside",
+        )
     spread = np.random.default_rng(1)
     points = np.concatenate([spread.uniform(-r, r, (4000, 3)) for r in (10, 100, 1000)])
     found = NumpyField(formula).at(points)

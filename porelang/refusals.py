@@ -11,9 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from porelang.analysis.box import extent_of, unbounded_axes
 from porelang.analysis.sampled import about_the_origin, holds_anything, unending
 from porelang.backends.numpy import NumpyField
-from porelang.diagnostics import Diagnostic, PoreError
+from porelang.diagnostics import Diagnostic, Label, PoreError
+from porelang.elaborate.advice import as_solid, joins
 from porelang.elaborate.values import Bool, Scalar, Vector
 from porelang.formula import Bindings, Formula
 from porelang.ir import TASKS, order, param, within
@@ -60,7 +62,14 @@ def endless(design: Design) -> str:
     seen = order([root], within)
     if not root.axes or any(n.op in TASKS for n in seen) or len(seen) > QUICK:
         return ""
-    return unending(design.of(name))
+    return _endless(design.of(name))
+
+
+def _endless(formula: Formula) -> str:
+    """The axes along which a field has no end, as meshing would name them; "" where samples find no such material."""
+    found = unending(formula)
+    extent = extent_of(formula) if found else None
+    return found if extent is None else unbounded_axes(extent.outer) or found
 
 
 def _chosen(program: Program) -> str | None:
@@ -106,12 +115,12 @@ def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> li
         if asked:  # of an offset yet to be found it is known that it leaves both solid and void
             bindings: Bindings = {param(k): v for k, v in design.settings.items()} | dict.fromkeys(asked, A_LITTLE)
             sure = output.made and {n.op for n in asked} <= {"to_porosity", "shell_to_porosity"}
-            axes = unending(Formula(roots, bindings)) if sure else ""
+            axes = _endless(Formula(roots, bindings)) if sure else ""
             return [_no_end(design, name, axes)] if axes else []
         formula = design.of(name)
         if (nowhere := _undefined(design, name, formula)) is not None:
             return [nowhere] if output.solid else [replace(nowhere, severity="warning", code="W211")]
-        if axes := unending(formula):
+        if axes := _endless(formula):
             return [_no_end(design, name, axes)] if output.made else []
         if holds_anything(formula):
             return []
@@ -161,18 +170,21 @@ def _no_surface(design: Design, name: str) -> Diagnostic:
     """A warning about an output that is no number, or the same number everywhere."""
     output = design.program.outputs[name]
     span, hint = output.span, "a solid is a number that varies in space and is negative inside"
+    others, edit = tuple[Label, ...](), None
     match output.value:
         case Vector():
             what, label = "a vector", "three numbers at every point"
         case Bool():
             what, label = "a condition", "true or false at every point"
             hint = "a solid is where a number is negative: write the number alone, `f` for `f < 0` and `~f` for `f > 0`"
-            if any(op in span.text for op in "&|\\"):
-                hint += "; comparisons bind less tightly than `&` and `|`"
+            compared = design.program.elaborated.conditions.get(output.value.node)
+            if compared is not None and joins(compared):
+                hint, edit = as_solid(compared)
+                others = () if compared.span == span else (Label(compared.span, "compared here"),)
         case _:
             value = design.formula(*design.program.graph.outputs[name]).numbers[0]
             what, label = f"{float(value):.6g} everywhere", "the same at every point"
-    return Diagnostic("W211", f"`{name}` is {what}, which has no surface", span, label, (), hint, None, "warning")
+    return Diagnostic("W211", f"`{name}` is {what}, which has no surface", span, label, others, hint, edit, "warning")
 
 
 def _at_the_ends(design: Design, name: str) -> list[Diagnostic]:
@@ -243,7 +255,7 @@ def _larger_cells(design: Design, name: str) -> list[Diagnostic]:
 def _broken_end(name: str, shown: str, span: Span, found: Diagnostic) -> Diagnostic:
     return Diagnostic(
         "W222",
-        f"with `{name}` = {shown} {found.message}",
+        f"with `{name}` = {shown}: {found.message}",
         span,
         "an end of its range",
         (),

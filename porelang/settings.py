@@ -121,4 +121,4 @@ def _choice(info: ParamInfo, setting: Setting) -> float:
 
 
 def _with_unit(value: float, info: ParamInfo) -> str:
-    return f"{value:g}{info.unit if info.unit in UNITS else ''}"
+    return info.shown(value) if info.written or info.unit in UNITS else f"{value:g}"  # as it may be set

@@ -635,6 +635,25 @@ def test_a_run_that_is_ended_from_outside_leaves_nothing_behind(tmp_path: Path) 
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_option_with_one_value_is_given_once(pore: Pore) -> None:
+    path = pore.write('param w = 3 in 1..5\npreset "a": w = 2\npreset "b": w = 4\nsphere(w)')
+    for twice in (["--preset", "a", "--preset", "b"], ["--preset=a", "--preset=b"]):
+        assert pore("check", path, *twice) == 2
+        assert "`--preset` is given twice" in pore.err
+    assert pore("mesh", path, "-o", "a.stl", "--voxel", "1mm", "--voxel", "2mm") == 2
+    assert "`--voxel` is given twice" in pore.err
+    assert pore("check", path, "--set", "w=2", "--set", "w=4") == 2
+    assert "`w` is set twice: 2 and 4" in pore.err
+    assert pore("check", path, "--preset", "a", "--preset", "a", "--set", "w=4") == 0
+
+
+def test_a_number_that_is_the_same_everywhere_has_no_least_place(pore: Pore) -> None:
+    path = pore.write("let spots = [1, 2]\nout count = len(spots)\nout part = sphere(2)")
+    assert pore("mesh", path, "--out", "count", "-o", "a.stl") == 1
+    assert "it is the number 2 everywhere" in pore.err
+    assert "samples" not in pore.err
+
+
 def test_bounds_beyond_the_world_are_refused(pore: Pore) -> None:
     assert pore("mesh", SPECIMEN, "-o", "a.stl", "--bounds", "0,0,0,1e308,1e308,1e308") == 2
     assert "E117" in pore.err

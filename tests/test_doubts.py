@@ -13,6 +13,7 @@ import porelang
 from porelang.cli import main
 from porelang.compiler import try_compile
 from porelang.diagnostics import Diagnostic, PoreError
+from porelang.doubts import idle_cuts
 from porelang.elaborate.prelude import prelude_files, prelude_scope
 from porelang.elaborate.values import Function, Record
 from porelang.error_codes import CODES
@@ -35,7 +36,9 @@ def said_of(source: Source, measure: bool = False) -> list[Diagnostic]:
     if program is None:
         return found
     try:
-        return [*found, *refusals(program.design(), measure)]
+        design = program.design()
+        cuts = idle_cuts(program.elaborated, design.settings) if measure else []
+        return [*found, *refusals(design, measure), *cuts]
     except PoreError as error:
         return [*found, *error.diagnostics]
 
@@ -105,11 +108,17 @@ DOUBTED = [
     ("cube(9) | sphere(2) & translate(sphere(2), [10, 0, 0])", "W223"),
     ("gyroid(10) |> shell(4) & cube(40)", "W224"),
     ("offset(gyroid(10), 2) & cube(40)", "W224"),
+    (
+        "param l = 40mm in 25mm..60mm\nlet tube = cylinder(10, l) \\ cylinder(8, l + 2)\n"
+        "tube \\ ring(translate(cylinder(1, l + 2), [5, 0, 0]), 6)",
+        "W223",
+    ),
     # what other commands refuse
     ("gyroid(10) |> shell(0.5)", "W210"),
     ("gyroid(10) & slab([0, 0, 1], 30)", "W210"),
     ("offset(gyroid(10), to_porosity(gyroid(10), 60%, cube(20)))", "W210"),
     ("gyroid(10) > 0 & cube(20)", "W211"),
+    ("let dome = sphere(10) & z > 2mm\nout part = dome", "W211"),
     ("grad(x)", "W211"),
     ("5", "W211"),
     ("x^2 + 1", "W211"),
@@ -117,6 +126,8 @@ DOUBTED = [
     ("", "E100"),
     ("sphere(2) & translate(sphere(2), [10, 0, 0])", "E103"),
     ("offset(cube(20), -15)", "E103"),
+    ("gyroid(10) |> shell(0) & cube(40)", "E103"),
+    ("gyroid(10) + 3 & cube(10)", "E103"),
     ("param phi = 70 in 50..90\noffset(gyroid(9), to_porosity(gyroid(9), phi, cube(20))) & cube(20)", "E086"),
 ]
 
@@ -292,6 +303,48 @@ def test_the_raw_number_that_is_proposed_makes_the_wall() -> None:
     assert share * 12**3 / area == pytest.approx(0.5, rel=0.05)
 
 
+@pytest.mark.parametrize(
+    ("made", "done"),
+    [
+        ("offset(iwp(2mm), 0.5mm)", "fills"),
+        ("iwp(2mm) |> shell(2mm)", "fills"),
+        ("gyroid(2) - 1mm", "fills"),
+        ("gyroid(2) + 1mm", "empties"),
+        ("1mm - gyroid(2)", "empties"),
+    ],
+)
+def test_no_raw_number_is_proposed_that_leaves_nothing_of_a_lattice(made: str, done: str) -> None:
+    """The values of a gyroid run from -1.5 to 1.5, those of I-WP from -5 to 3, over cells of 2 mm."""
+    (d,) = [d for d in said(f"({made}) & cube(10)") if d.code == "W212"]
+    assert f"{done} the lattice altogether" in d.hint
+    assert d.edit is None
+    assert "to_porosity" in d.hint
+    number = re.findall(r"is about ([\d.]+) here", d.hint)[0]
+    raw = re.sub(r"[\d.]+mm", number, made.replace("iwp(2mm)", "iwp(2)"))
+    values = porelang.compile(raw).field()(np.random.default_rng(0).uniform(0, 2, (20_000, 3)))
+    assert (values < 0).all() if done == "fills" else (values > 0).all()
+
+
+def test_a_cut_that_misses_says_with_what() -> None:
+    text = "param d = 5mm in {}\nlet tube = cylinder(10, 9) \\ cylinder(8, 10)\n"
+    text += "tube \\ translate(cylinder(1, 60), [d, 0, 0])"
+    (d,) = said(text.format("3mm..6mm"))
+    assert "takes nothing away here with d = 5mm" in d.message
+    assert codes(text.format("3mm..9mm")) == []  # it may be what the param is for
+    (d,) = said(text.format("3mm..9mm"), measure=True)
+    assert "with d = 5mm" in d.message
+    (d,) = said(text.format("3mm..9mm").replace("= 5mm", "= 9mm"), measure=True)
+    assert "with d = 3mm" in d.message
+
+
+@pytest.mark.parametrize("made", ["cylinder(10, 60) - cylinder(8, 70)", "cone(10, 5, 20) - cylinder(3, 50)"])
+def test_no_end_is_said_in_the_words_of_meshing(made: str) -> None:
+    found = [d for d in said(made) if d.code == "W210"]
+    with pytest.raises(PoreError) as refused, pytest.warns(porelang.PoreWarning):
+        porelang.compile(made).bounds()
+    assert [d.message for d in found] == [d.message for d in refused.value.diagnostics]
+
+
 def test_the_share_of_a_copy_that_is_lost() -> None:
     """`ring` keeps 142 mm3 of 385."""
     (d,) = said("ring(capsule([5, 0, 0], [15, 10, 0], 1), 8)")
@@ -307,7 +360,9 @@ def test_the_share_of_a_copy_that_is_lost() -> None:
     [
         ("param d = 5mm in 1mm..40mm\ncube(20) \\ cylinder(d, 40)", "W222"),
         ("cylinder(40, 10) \\ cylinder(40, 12)", "W211"),
-        ("gyroid(10) |> shell(0) & cube(40)", "W211"),
+        # a cut that does nothing now, or with a param at an end of its range
+        ("param at = 0mm in 0mm..30mm\ncube(20) \\ translate(sphere(3), [20 - at, 0, 0])", "W223"),
+        ("param at = 9mm in 0mm..30mm\ncube(20) \\ translate(sphere(3), [20 - at, 0, 0])", "W223"),
         ("gyroid(200) |> shell(0.3) & cube(20)", "W225"),
         ("out core = sphere(2) & translate(sphere(2), [10, 0, 0])\nout part = cube(5)", "E103"),
     ],

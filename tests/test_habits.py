@@ -125,6 +125,31 @@ WRITTEN = {
     "sphere(1'000)": "sphere(1000)",
     "sphere(5).translate([1,2,3])": "sphere(5) |> translate([1,2,3])",
     "translate([1,2,3], sphere(5))": "translate(sphere(5), [1,2,3])",
+    "scale([1,2,3], sphere(5))": "scale(sphere(5), [1,2,3])",
+    "rotate([0,0,1], 45deg, sphere(5))": "rotate(sphere(5), [0,0,1], 45deg)",
+    "rotate(45deg, sphere(5), [0,0,1])": "rotate(sphere(5), [0,0,1], 45deg)",
+    "sphere(5) |> rotate(45deg, [0,0,1])": "sphere(5) |> rotate([0,0,1], 45deg)",
+    # conditions for solids, ranges for comparisons, lists of lists
+    "let dome = sphere(9) & z > 2mm\nout part = dome \\ sphere(3)": (
+        "let dome = sphere(9) & (2mm - z)\nout part = dome \\ sphere(3)"
+    ),
+    "let c = z + 1 <= x * 2 & sphere(9)\nc |> translate([1,2,3])": (
+        "let c = ((z + 1) - x * 2) & sphere(9)\nc |> translate([1,2,3])"
+    ),
+    "let dome = sphere(9) & z > 2mm\nunion([dome, sphere(3)])": (
+        "let dome = sphere(9) & (2mm - z)\nunion([dome, sphere(3)])"
+    ),
+    "let dome = sphere(9) & z > 0\n~dome & cube(9)": "let dome = sphere(9) & (-z)\n~dome & cube(9)",
+    "let dome = z < 0mm & sphere(9)\nsphere(9 * porosity(dome, cube(20)))": (
+        "let dome = (z) & sphere(9)\nsphere(9 * porosity(dome, cube(20)))"
+    ),
+    "union([for i in range(3): for j in range(4): sphere(i + j + 1)])": (
+        "union([for i in range(3) for j in range(4): sphere(i + j + 1)])"
+    ),
+    'let a = 40%\ncheck a in 30%..60%, "x"\nsphere(3)': ('let a = 40%\ncheck a >= 30% and a <= 60%, "x"\nsphere(3)'),
+    "sphere(if 2 + 1 in 2..4 then 3 else 4)": "sphere(if 2 + 1 >= 2 and 2 + 1 <= 4 then 3 else 4)",
+    "(hypot(x, y) - 5mm) \\ (abs(atan2(y, x)) - 30deg)": "(hypot(x, y) - 5mm) \\ bare(abs(atan2(y, x)) - 30deg)",
+    "let turn = atan2(y, x)\nturn | x - 5mm": "let turn = atan2(y, x)\nbare(turn) | x - 5mm",
     "union([sphere(5) cube(8)])": "union([sphere(5), cube(8)])",
     # signs
     "sphere(-5)": "sphere(5)",

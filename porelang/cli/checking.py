@@ -17,7 +17,7 @@ from porelang.checks import (
 from porelang.cli import report
 from porelang.compiler import MOST_DIAGNOSTICS, try_compile
 from porelang.diagnostics import PoreError
-from porelang.doubts import off_step
+from porelang.doubts import idle_cuts, off_step
 from porelang.files import read_source
 from porelang.refusals import endless, refusals
 from porelang.syntax.parse import MOST
@@ -42,6 +42,7 @@ def check(options: Namespace) -> int:
             if options.measure:
                 broken += [*undecided_checks(design), *late_doubts(design)]
                 broken += doubtful_numbers(design, *read_by(program))
+                broken += idle_cuts(program.elaborated, design.settings)
         except PoreError as error:
             broken = list(error.diagnostics)
         report.say([d for d in broken if d.severity == "error" or not options.quiet])

@@ -10,6 +10,7 @@ from porelang.checks import broken_checks, doubtful_numbers, undecided_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
+from porelang.data import coordinates
 from porelang.measure import measure as measured
 
 _WORDS = {
@@ -91,5 +92,5 @@ def _largest(found: list[dict[str, Any]], what: str, least: int) -> str:
 
 
 def _piece(piece: dict[str, Any]) -> str:
-    at = ", ".join(f"{v:.3g}" for v in piece["at"])
+    at = coordinates(piece["at"], 3)
     return f"{piece['volume']:.4g} +- {piece['error']:.1g} mm3 at ({at}) mm"

@@ -12,6 +12,7 @@ from porelang.checks import broken_checks, doubtful_numbers
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
+from porelang.data import coordinates
 from porelang.diagnostics import PoreError, fail
 from porelang.field import checked_bounds
 from porelang.mesh import Surface, write
@@ -137,7 +138,7 @@ def _pieces(count: int, pieces: list[dict[str, Any]]) -> str:
     told = []
     for piece in pieces[:TOLD]:
         lo, hi = piece["bounds"]
-        middle = ", ".join(f"{(a + b) / 2:.4g}" for a, b in zip(lo, hi, strict=True))
+        middle = coordinates([(a + b) / 2 for a, b in zip(lo, hi, strict=True)])
         told.append(f"{piece['volume']:.4g} mm3 round ({middle})")
     more = f"; and {count - TOLD} more" if count > TOLD else ""
     return f"{count}: {'; '.join(told)}{more}"

@@ -61,6 +61,10 @@ def _parse(command: Command, words: Sequence[str]) -> Namespace:
     if missing:
         raise fail("E108", f"`pore {command.name}` needs {' and '.join(missing)}", hint=f"write `{command.example}`")
     options.command = command.name
+    settings: dict[str, str] = {}
+    for name, value in getattr(options, "settings", ()):
+        if settings.setdefault(name, value) != value:
+            raise fail("E084", f"`{name}` is set twice: {settings[name]} and {value}", hint="leave one of the two out")
     return options
 
 
@@ -90,6 +94,20 @@ class _Parser(argparse.ArgumentParser):
         raise fail("E108", "the command line cannot be read", hint=f"`{self.prog} --help` lists the options")
 
 
+class _Once(argparse.Action):
+    """An option that has one value: of two the first would be dropped without a word."""
+
+    found: Any = None
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: Namespace, values: Any, option_string: str | None = None
+    ) -> None:
+        if option_string is not None and self.found not in (None, values):
+            raise fail("E108", f"`{option_string}` is given twice", hint="leave one of the two out")
+        self.found = values
+        setattr(namespace, self.dest, values)
+
+
 def _parser(command: Command) -> _Parser:
     usage = [f"pore {command.name}"]
     for flags, more in (OPTIONS[name] for name in command.options):
@@ -108,6 +126,8 @@ def _parser(command: Command) -> _Parser:
     for name in command.options:
         flags, more = OPTIONS[name]
         told = {key: value for key, value in more.items() if key not in ("required", "choices", "type")}
+        if "action" not in more:
+            told["action"] = _Once
         if not flags[0].startswith("-"):
             told.pop("nargs", None)  # before options `argparse` would take it for left out
         if "choices" in more:

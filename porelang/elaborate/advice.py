@@ -4,41 +4,103 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import pairwise, permutations
 
 from porelang.diagnostics import Edit, suggest
+from porelang.elaborate import suspect
 from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import KINDS
 from porelang.elaborate.values import Function, Given, Poison, Scalar, Value
 from porelang.source import Span
 from porelang.syntax import habits, tree
 
+#: Operators between solids.
+SETS = ("&", "|", "\\")
+
 
 def are_swapped(ctx: Context, function: Function, given: dict[str, Given], site: tree.Call) -> bool:
-    """Whether the first two arguments fit each other's parameters and not their own; then it has been said."""
-    if len(function.parameters) < 2:
+    """Whether the first arguments, three at most, fit the parameters in another order only; then it has been said."""
+    parameters = [p for p in function.parameters[:3] if p.name in given]
+    arguments = [given[p.name] for p in parameters]
+    if len(arguments) < 2 or any(a.name or isinstance(a.value, Poison) for a in arguments):
         return False
-    first, second = function.parameters[:2]
-    a, b = given.get(first.name), given.get(second.name)
-    if a is None or b is None or a.name or b.name or any(isinstance(v.value, Poison) for v in (a, b)):
+    if all(_fits(p, a.value) for p, a in zip(parameters, arguments, strict=True)):
         return False
-    if _fits(first, a.value) or _fits(second, b.value) or not (_fits(first, b.value) and _fits(second, a.value)):
+    fitting = (o for o in permutations(arguments) if all(map(_is_for, parameters, (a.value for a in o))))
+    ours = next(fitting, None)
+    if ours is None:
         return False
-    order = ", ".join(f"`{p.name}`" for p in (first, second))
-    edit = None
-    hint = f"`{first.name}` comes first"
-    if a.span.source is b.span.source and site.span.start <= a.span.start < b.span.start:
-        between = Span(a.span.source, a.span.end, b.span.start).text
-        edit = Edit(a.span.to(b.span), f"{b.span.text}{between}{a.span.text}")
-        hint = f"write `{function.name}({edit.text}{', ...' if len(given) > 2 else ''})`"
-    ctx.error("E060", f"`{function.name}` takes {order}, in this order", a.span.to(b.span),
-              label="the two stand the other way round", hint=hint, edit=edit)  # fmt: skip
+    moved = [i for i, (a, o) in enumerate(zip(arguments, ours, strict=True)) if a is not o]
+    order = ", ".join(f"`{p.name}`" for p in parameters[moved[0] : moved[-1] + 1])
+    first, last = arguments[moved[0]].span, arguments[moved[-1]].span
+    places = [a.span for a in arguments[moved[0] : moved[-1] + 1]]
+    edit, where = None, first
+    hint = f"`{parameters[moved[0]].name}` comes first"
+    one_source = all(p.source is site.span.source for p in places)
+    if one_source and site.span.start <= first.start and all(p.start < q.start for p, q in pairwise(places)):
+        gaps = [Span(p.source, p.end, q.start).text for p, q in pairwise(places)]
+        texts = [a.span.text for a in ours[moved[0] : moved[-1] + 1]]
+        where = first.to(last)
+        edit = Edit(where, "".join(t + gap for t, gap in zip(texts, [*gaps, ""], strict=True)))
+        piped = arguments[0].span.start < site.function.span.start
+        before = "" if piped else Span(first.source, arguments[0].span.start, first.start).text
+        more = ", ..." if len(given) > moved[-1] + 1 else ""
+        hint = f"write `{function.name}({before}{edit.text}{more})`"
+    label = "the two stand the other way round" if len(moved) == 2 else "these stand in another order"
+    ctx.error("E060", f"`{function.name}` takes {order}, in this order", where, label=label, hint=hint, edit=edit)
     return True
+
+
+def _is_for(p: tree.Parameter, value: Value) -> bool:
+    """Whether a value fits a parameter, and is what is usually given for it: what varies in space for a field alone."""
+    if not isinstance(value, Scalar):
+        return _fits(p, value)
+    return _fits(p, value) and bool(value.node.axes) == bool({k.name for k in p.kinds} & {"field", "solid"})
 
 
 def _fits(p: tree.Parameter, value: Value) -> bool:
     kinds = [KINDS[k.name] for k in p.kinds if k.name in KINDS]
     return not kinds or any(k.coerce(value) is not None for k in kinds)
+
+
+def as_solid(t: tree.Chain) -> tuple[str, Edit | None]:
+    """How to write a condition as a solid, if it compares two numbers, and the edit where it can hardly be meant.
+
+    `sphere(10) & z > 2mm` compares `sphere(10) & z`: what stands beside the comparison is what was to be compared.
+    """
+    op, left, right, joined = t.rest[0][0], t.first, t.rest[0][1], False
+    while isinstance(left, tree.Chain) and left.rest[0][0] in SETS and not suspect.bracketed(left):
+        left, joined = left.rest[-1][1], True
+    while isinstance(right, tree.Chain) and right.rest[0][0] in SETS and not suspect.bracketed(right):
+        right, joined = right.first, True
+    if op not in ("<", "<=", ">", ">="):
+        return "a solid is a number that is negative inside", None
+    low, high = (left, right) if op[0] == "<" else (right, left)
+    half = f"{_term(low)} - {_term(high)}"
+    if isinstance(high, tree.Number) and high.value == 0:
+        half = low.span.text
+    elif isinstance(low, tree.Number) and low.value == 0:
+        half = f"-{_term(high)}"
+    if not joined:
+        return f"a solid is a number that is negative inside: `{half}` for `{t.span.text.strip('()')}`", None
+    edit = Edit(left.span.to(right.span), f"({half})")
+    whole = t.span.text.replace(edit.span.text, edit.text)
+    what = f"write `{whole}`" if len(whole) < 60 else f"write `({half})`"
+    return f"`{op}` compares all that stands beside it; as a solid a half space is a number: {what}", edit
+
+
+def joins(t: tree.Chain) -> bool:
+    """Whether a comparison has an operator between solids beside it."""
+    sides = (t.first, t.rest[0][1])
+    return any(isinstance(s, tree.Chain) and s.rest[0][0] in SETS and not suspect.bracketed(s) for s in sides)
+
+
+def _term(t: tree.Expr) -> str:
+    """The text of an expression as it may stand in a difference."""
+    tight = isinstance(t, tree.Number | tree.Name | tree.Call | tree.Member | tree.Index)
+    if isinstance(t, tree.Chain):
+        tight = suspect.bracketed(t) or t.rest[0][0] in ("*", "/", "^")
+    return t.span.text if tight else f"({t.span.text})"
 
 
 #: Contracts of the prelude that say more than a comparison, in words.

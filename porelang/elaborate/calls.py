@@ -212,6 +212,9 @@ def _coerce(
     if isinstance(value, Choice) and isinstance(ctx.decided(value), Poison):
         return None
     wanted = " or ".join(k.words for k in declared) or "something else"
+    if declared[0].name in ("field", "solid") and operators.is_compared(value, ctx):
+        operators.not_a_solid(ctx, f"`{p.name}` of `{function.name}` must be {wanted}, not a condition", value, place)
+        return None
     code = "E062" if isinstance(value, Scalar | Vector) and value.dimension is not None else "E060"
     others = (Label(p.span, "declared here"),) if not p.span.source.prelude else ()
     hint = f"divide it by a length: `{place.text} / 10mm`" if declared[0].name == "rate" else ""
@@ -228,7 +231,7 @@ def _coerce(
         hint = f"a vector has three numbers: `{place.text}.x`, or `length({place.text})`"
     elif isinstance(value, Text) and declared[0].name in _NUMBERS and advice.is_number(value.value):
         hint, edit = "a number stands without quotes", Edit(place, value.value)
-    elif code == "E060" and isinstance(value, Scalar):
+    elif code == "E060" and isinstance(value, Scalar) and not value.node.axes:
         hint = {"point": f"a point is `[{place.text}, 0, 0]`", "list": f"a list is `[{place.text}]`"}.get(
             declared[0].name, ""
         )

@@ -123,7 +123,8 @@ class Context:
             for name, site in reversed(self.call_stack):
                 if not site.source.prelude:
                     span, message, label = site, f"{message} (in `{name}`)", label and "in this call"
-                    others, edit = tuple(o for o in others if not o.span.source.prelude), None
+                    others = tuple(o for o in others if not o.span.source.prelude)
+                    edit = edit if isinstance(edit, Edit) and not edit.span.source.prelude else None
                     break
         elif self.call_stack and not others:
             name, site = self.call_stack[-1]

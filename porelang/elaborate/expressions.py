@@ -112,6 +112,8 @@ def _chain(ctx: Context, t: tree.Chain, scope: Scope) -> Value:
             value = _at(ctx, value, span, ctx.evaluate(right, scope), right.span)
         else:
             value = operators.binary(ctx, op, value, ctx.evaluate(right, scope), (span, op_span, right.span))
+            if isinstance(value, Bool) and op in operators.COMPARISONS and not t.span.source.prelude:
+                ctx.found.conditions.setdefault(value.node, t)
         span = span.to(right.span)
     return value
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import TypeGuard
 
 from porelang.diagnostics import Label
-from porelang.elaborate import dimensions, suspect
+from porelang.elaborate import advice, dimensions, suspect
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import (
     POISON,
@@ -25,6 +26,7 @@ from porelang.elaborate.values import (
 from porelang.ir import Node, Stage, const, constant, node
 from porelang.ops import OPERATORS, TABLE, Op
 from porelang.source import Span
+from porelang.units import LENGTH
 
 SETS = {"&": "max", "|": "min", "\\": "max"}
 COMPARISONS = {
@@ -54,6 +56,8 @@ def unary(ctx: Context, op: str, a: Value, span: Span, at: Span) -> Value:
             hint="a solid is turned inside out by `~`" if solid else "",
             edit=(Span(span.source, span.start, at.start), "~") if solid else None,
         )
+    if _is_meant_as_solid(a, ctx):
+        return not_a_solid(ctx, f"`{op}` needs a solid, and this is a condition", a, at)
     if isinstance(a, Bool) and op == "~":
         return ctx.error(
             "E060", "`~` turns a solid inside out; a condition is turned with `not`", span, edit=(span, "not ")
@@ -93,8 +97,11 @@ def binary(ctx: Context, op: str, a: Value, b: Value, spans: tuple[Span, Span, S
     for side, at in ((a, at_a), (b, at_b)):
         if not isinstance(side, Scalar | Vector):
             hint = how_to_call(side)
-            if isinstance(side, Bool) and op in _SET_WORDS:
+            if isinstance(side, Bool) and op in _SET_WORDS and isinstance(a, Bool) and isinstance(b, Bool):
                 hint = f"conditions are joined with `{_SET_WORDS[op]}`"
+            elif _is_meant_as_solid(side, ctx) or (op in SETS and is_compared(side, ctx)):
+                does = "joins solids" if op in SETS else "works on numbers"
+                return not_a_solid(ctx, f"`{op}` {does}, and this is a condition", side, at)
             if isinstance(side, Text):
                 hint = "texts are names of files and choices: they cannot be put together or computed with"
             return ctx.error(
@@ -169,6 +176,8 @@ def apply(ctx: Context, row: Op, arguments: Sequence[Value], places: Sequence[Sp
     for a, at in zip(arguments, places, strict=True):
         if isinstance(a, Poison):
             return a
+        if _is_meant_as_solid(a, ctx):
+            return not_a_solid(ctx, f"{called} needs a number, not a condition", a, at)
         if not isinstance(a, Scalar | Vector):
             return ctx.error(
                 "E060", f"{called} needs a number, not {describe(a)}", at, label=_why(a), hint=how_to_call(a)
@@ -181,13 +190,19 @@ def apply(ctx: Context, row: Op, arguments: Sequence[Value], places: Sequence[Sp
         dimension = dimensions.result(row.units, numbers, exponent)
     except dimensions.Clash as clash:
         one, two = clash.first, clash.second
+        hint, edit = "both sides must be of one kind; a bare number fits anywhere", None
+        if called.strip("`") in SETS:  # a solid is one whatever its values are in
+            spot = places[two if numbers[one].dimension == LENGTH else one]
+            bare = f"bare{spot.text}" if _enclosed(spot.text) else f"bare({spot.text})"
+            hint, edit = f"a solid may be a bare number: write `{bare}`", (spot, bare)
         return ctx.error(
             "E062",
             f"{called} of {numbers[one].dimension} and {numbers[two].dimension}",
             places[one],
             label=f"this is {numbers[one].dimension}",
             others=(Label(places[two], f"this is {numbers[two].dimension}"),),
-            hint="both sides must be of one kind; a bare number fits anywhere",
+            hint=hint,
+            edit=None if any(p.source.prelude for p in places) else edit,
         )
     except dimensions.Unfit as unfit:
         return ctx.error(
@@ -196,11 +211,11 @@ def apply(ctx: Context, row: Op, arguments: Sequence[Value], places: Sequence[Sp
             places[unfit.argument],
             label=f"this is {numbers[unfit.argument].dimension}",
         )
+    out = lift(lambda *n: node(row.name, *n), numbers, dimension, row.result == "bool")
     if row.name in suspect.COMPARING:
-        suspect.length_on_lattice(ctx, numbers, places, span)
+        suspect.length_on_lattice(ctx, numbers, places, span, out)
     elif row.units == "angle":
         suspect.degrees(ctx, numbers[0], places[0], row.name)
-    out = lift(lambda *n: node(row.name, *n), numbers, dimension, row.result == "bool")
     if row.domain != "all numbers" and isinstance(out, Scalar) and out.node.stage is Stage.CONST:
         value = ctx.constant(out.node)
         if value is not None and not math.isfinite(value):
@@ -231,8 +246,37 @@ def lift(
     return Bool(made) if boolean else Scalar(made, dimension, literal and dimension is None)
 
 
+def _enclosed(text: str) -> bool:
+    """Whether the first and the last sign of a text are parentheses that belong together."""
+    depth = 0
+    for i, c in enumerate(text):
+        depth += (c == "(") - (c == ")")
+        if depth == 0:
+            return c == ")" and i == len(text) - 1
+    return False
+
+
 def _why(value: Value) -> str:
     return f"this is {describe(value)}"
+
+
+def is_compared(value: Value, ctx: Context) -> TypeGuard[Bool]:
+    """Whether a value is a condition that the user made by a comparison."""
+    return isinstance(value, Bool) and value.node in ctx.found.conditions
+
+
+def _is_meant_as_solid(value: Value, ctx: Context) -> TypeGuard[Bool]:
+    """Whether a value is `a & z > 2mm`, which compares all of `a & z`."""
+    return is_compared(value, ctx) and advice.joins(ctx.found.conditions[value.node])
+
+
+def not_a_solid(ctx: Context, message: str, value: Bool, at: Span) -> Value:
+    """Say that a condition, which the user made by a comparison, stands for a solid."""
+    made = ctx.found.conditions[value.node]
+    hint, edit = advice.as_solid(made)
+    inside = made.span.source is at.source and at.start <= made.span.start and made.span.end <= at.end
+    others = () if inside else (Label(made.span, "compared here"),)
+    return ctx.error("E060", message, at, "this is a condition", others, hint, edit)
 
 
 def how_to_call(value: Value) -> str:

@@ -13,7 +13,7 @@ from porelang.ir import Node
 from porelang.rewrites import Graph
 from porelang.source import Span
 from porelang.syntax import tree
-from porelang.units import Dimension
+from porelang.units import UNITS, Dimension
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,8 @@ class ParamInfo:
     """A param: its default and range in base units, or the labels of its choices (its number is then the index).
 
     `numbers` holds the values of a choice among numbers: they are set by value, not by index. `structural` says that
-    something is counted or picked by it: the program is compiled once for each of its values.
+    something is counted or picked by it: the program is compiled once for each of its values. `written` is the unit
+    that its declaration has, `deg` or `%`, in which its values are shown; "" where it has none.
     """
 
     name: str
@@ -35,6 +36,7 @@ class ParamInfo:
     doc: str
     span: Span
     structural: bool = False
+    written: str = ""
 
     @property
     def countable(self) -> bool:
@@ -49,7 +51,9 @@ class ParamInfo:
 
     def shown(self, value: float) -> str:
         """A value as a user would write it."""
-        return self.choices[int(value)] if self.choices and not self.numbers else f"{value:g}{self.unit}"
+        if self.choices and not self.numbers:
+            return self.choices[int(value)]
+        return f"{value / UNITS[self.written].scale:g}{self.written}" if self.written else f"{value:g}{self.unit}"
 
     @property
     def range(self) -> str:
@@ -154,7 +158,8 @@ class CallRecord:
 class Suspicion:
     """What is doubted unless values show that it is right; `porelang.doubts` looks at them.
 
-    `what` says which nodes there are. "length": a raw lattice, and the length that is added to it or compared with it.
+    `what` says which nodes there are. "length": a raw lattice, and the length that is added to it or compared with it;
+    where their sum is what is made, also what is added (half of it, for a wall) and that sum.
     "total": the two solids that are added or subtracted. "copies": a body, its copies, and the size of their cells
     (none, or three nodes). "apart": two solids of which one is cut by the other. "pores": a lattice that was made into
     walls, and what they are cut with. "seam": a lattice that meets itself along y, after how many mm, and what is made
@@ -198,6 +203,7 @@ class Elaborated:
     diagnostics: list[Diagnostic] = field(default_factory=list)
     suspicions: list[Suspicion] = field(default_factory=list)
     unread: list[Unread] = field(default_factory=list)
+    conditions: dict[Node, tree.Chain] = field(default_factory=dict)  # how the user compared numbers
     lattices: dict[Node, tuple[Span, Node | None]] = field(default_factory=dict)  # where each is, and its period
     collection: bool = False  # definitions for other files, and nothing else
 

@@ -41,6 +41,7 @@ from porelang.elaborate.values import (
 from porelang.ir import Stage
 from porelang.source import Source
 from porelang.syntax import habits, tree
+from porelang.units import UNITS, Dimension
 
 #: Finds the file of a `use` statement: (path as written, source of the statement) -> the parsed file.
 Loader = Callable[[str, Source], tuple[tree.File, list[Diagnostic]]]
@@ -140,9 +141,23 @@ def _define(ctx: Context, files: _Files, s: resolution.Binding, scope: Scope, pr
             check_kinds(ctx, s)
             return Function(s.name, s.parameters, s.body, scope, s)
         case tree.Param():
-            return declare(ctx, s, scope, prefix)
+            value = declare(ctx, s, scope, prefix)
+            if (info := ctx.found.params.get(prefix + s.name)) is not None:
+                ctx.found.params[info.name] = replace(info, written=_unit(s, info.dimension))
+            return value
         case tree.Use():
             return _use(ctx, files, s)
+
+
+def _unit(s: tree.Param, dimension: Dimension | None) -> str:
+    """The unit that the declaration of a param is written in: of its default, else of the first that has one."""
+    todo: list[object] = [s.default, s.low, s.high, s.step, *s.choices]
+    while todo:
+        part = todo.pop(0)
+        if isinstance(part, tree.Number) and part.unit and UNITS[part.unit].dimension == dimension:
+            return part.unit
+        todo[:0] = resolution.children(part)
+    return ""
 
 
 def _use(ctx: Context, files: _Files, s: tree.Use) -> Value:

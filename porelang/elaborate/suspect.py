@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from porelang.diagnostics import Edit, Label
 from porelang.elaborate.context import Context
@@ -16,7 +17,7 @@ from porelang.elaborate.kinds import Kind
 from porelang.elaborate.natures import nature
 from porelang.elaborate.results import Suspicion
 from porelang.elaborate.values import Function, Given, Scalar, Value, Vector
-from porelang.ir import ALL_AXES
+from porelang.ir import UNKNOWN
 from porelang.source import Span
 from porelang.syntax import tree
 from porelang.units import LENGTH
@@ -51,7 +52,7 @@ def _doubt(
 # ---- numbers --------------------------------------------------------------------------------------------------------
 
 
-def length_on_lattice(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], span: Span) -> None:
+def length_on_lattice(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], span: Span, made: Value) -> None:
     """Suspect a sum or a comparison of a raw lattice and a length."""
     if len(numbers) != 2:
         return
@@ -72,10 +73,11 @@ def length_on_lattice(ctx: Context, numbers: Sequence[Value], places: Sequence[S
             given = ctx.given_at.get(place, {}).values()
             argument = next((g for g in given if isinstance(g.value, Scalar) and g.value.dimension == LENGTH), None)
             if argument is not None and isinstance(argument.value, Scalar):
-                nodes, said, spot = (field.node, argument.value.node), argument.span, place
+                asked, said, spot = argument.value.node, argument.span, place
             else:  # an operator in the user's text
-                nodes, said, spot = (field.node, length.node), None, place if at.source.prelude else at
-            ctx.suspect(Suspicion("length", spot, nodes, said, period=found.period))
+                asked, said, spot = length.node, None, place if at.source.prelude else at
+            total = (length.node, made.node) if isinstance(made, Scalar) and made.node.op in ("add", "sub") else ()
+            ctx.suspect(Suspicion("length", spot, (field.node, asked, *total), said, period=found.period))
             return
 
 
@@ -148,7 +150,7 @@ def cut(ctx: Context, op: str, a: tuple[Value, Span], b: tuple[Value, Span], mad
         walls = known is not None and known.raw and not known.plain and value.node.op not in ("max", "min", "select")
         if walls and op == "&":
             ctx.suspect(Suspicion("pores", place, (value.node, other.node)))
-    if op == "|" or None in natures or made.node.depends & ~ALL_AXES:  # what a param moves may well miss
+    if op == "|" or None in natures or made.node.depends >= UNKNOWN:  # what a `solve` tries may well miss
         return
     first, second = made.node.args
     seen = ctx.cuts.get(span)
@@ -217,6 +219,9 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
     if definition is None or not isinstance(result, Scalar):
         return
     given = ctx.given_at.get(site.span, {})
+    for i, s in enumerate(ctx.found.suspicions):  # only of a sum that is the result it is known where it is solid
+        if s.what == "length" and s.span == site.span and s.nodes[2:] and s.nodes[-1] is not result.node:
+            ctx.found.suspicions[i] = replace(s, nodes=s.nodes[:2])
     if fact := _COPIES.search(definition.doc):
         body, cell = bound.get(fact[1]), bound.get(fact[2] or "")
         if isinstance(body, Scalar) and body.node.axes:
@@ -273,9 +278,9 @@ def pipe_below_set(ctx: Context, t: tree.Chain) -> None:
     if t.span.source.prelude or t.rest[0][0] not in _SETS:
         return
     at, right = t.op_spans[-1], t.rest[-1][1]
-    while isinstance(right, tree.Chain) and right.rest[0][0] in _SETS and not _bracketed(right):
+    while isinstance(right, tree.Chain) and right.rest[0][0] in _SETS and not bracketed(right):
         at, right = right.op_spans[-1], right.rest[-1][1]
-    if not isinstance(right, tree.Chain) or right.rest[0][0] != "|>" or _bracketed(right):
+    if not isinstance(right, tree.Chain) or right.rest[0][0] != "|>" or bracketed(right):
         return
     pipe = right.op_spans[0]
     depth = _leading(pipe)
@@ -305,7 +310,8 @@ def _leading(span: Span) -> int | None:
     return None if before.strip() else len(before.expandtabs(4))
 
 
-def _bracketed(t: tree.Chain) -> bool:
+def bracketed(t: tree.Chain) -> bool:
+    """Whether a chain stands in parentheses."""
     return t.span.start < t.first.span.start
 
 

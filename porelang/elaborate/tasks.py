@@ -10,6 +10,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 
+from porelang.elaborate import operators
 from porelang.elaborate.calls import Call, call
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import (
@@ -43,6 +44,9 @@ def _field(ctx: Context, value: Value, place: Span, of: str) -> Scalar | None:
     """A field, or None after saying that it is none; `of` names the argument: `f` of `volume`."""
     if isinstance(value, Scalar):
         return value
+    if operators.is_compared(value, ctx):
+        operators.not_a_solid(ctx, f"{of} must be a field, not a condition", value, place)
+        return None
     ctx.error(
         "E060",
         f"{of} must be a field, not {describe(value)}",

@@ -29,7 +29,8 @@ DOUBTS = (
         "The values of a lattice are raw: a gyroid runs from -1.5 to 1.5 whatever its period. So `shell(0.4mm)`\n"
         "makes a wall of 0.4 of those units, which is 0.4 mm times something that depends on the lattice and its\n"
         "period. The message says what it comes to on average. Write the raw number, ask for a porosity with\n"
-        "`shell_to_porosity` or `to_porosity`, or let the number fall with the period, as the hint does.",
+        "`shell_to_porosity` or `to_porosity`, or let the number fall with the period, as the hint does. Where\n"
+        "the raw number is beyond all values of the lattice only a porosity can be asked for: so much fills it.",
         "gyroid(30) |> shell(0.4mm) & cube(60)",
         "gyroid(30) |> shell(0.13) & cube(60)",
     ),
@@ -121,7 +122,9 @@ DOUBTS = (
         "W223",
         "solids that do not meet",
         "A cut that takes nothing away, or two solids that have nothing in common: proven from the enclosures of\n"
-        "both. Most often one lies elsewhere, or a unit is wrong. Of a cut that a param moves nothing is said.",
+        "both. Most often one lies elsewhere, or a unit is wrong. With params it is proven for their defaults. Where\n"
+        "one of them at an end of its range brings the two together, the cut may be off on purpose: of that, and of\n"
+        "ends of ranges with which a cut does nothing, only `pore check --measure` speaks.",
         "cube(20) \\ translate(cylinder(3, 40), [30, 0, 0])",
         "cube(20) \\ translate(cylinder(3, 40), [5, 0, 0])",
     ),

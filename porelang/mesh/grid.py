@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.data import FARTHEST
+from porelang.data import FARTHEST, coordinates
 from porelang.diagnostics import fail
 
 Index = tuple[int, int, int]
@@ -95,4 +95,4 @@ def chosen_voxel(side: float, voxel: float | None, resolution: int | None) -> fl
 
 def place(point: Any) -> str:
     """A point as it stands in messages: `(1.5, 0, -20) mm`."""
-    return "(" + ", ".join(f"{float(c):.6g}" for c in point) + ") mm"
+    return f"({coordinates(point, 6)}) mm"

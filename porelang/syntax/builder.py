@@ -321,11 +321,18 @@ def _unknown_unit(span: Span, digits: str, unit: str) -> Exception:
     place = Span(span.source, span.start + len(digits), span.end)
     known = ", ".join(UNITS)
     near = _OTHER_UNITS.get(unit) or suggest(unit, UNITS)
+    hint, edit = f"the units are {known}", None
     if near is not None:
-        hint, text = f"did you mean `{digits}{near}`?", digits + near
-    else:
-        hint, text = f"for a product write `{digits}*{unit}`; the units are {known}", f"{digits}*{unit}"
-    return fail("E002", f"`{unit}` is not a unit", place, hint=hint, edit=Edit(span, text))
+        hint, edit = f"did you mean `{digits}{near}`?", Edit(span, digits + near)
+    elif _is_bound(unit, span.source.text):
+        hint, edit = f"for a product write `{digits}*{unit}`; {hint}", Edit(span, f"{digits}*{unit}")
+    return fail("E002", f"`{unit}` is not a unit", place, hint=hint, edit=edit)
+
+
+def _is_bound(name: str, text: str) -> bool:
+    """Whether a text binds a name somewhere, or the language does."""
+    binding = rf"\b(?:let|param|def|for|as)\s+{name}\b|[(,]\s*{name}\s*[:,)=]|(?<![\w.]){name}\s*=>"
+    return name in ("x", "y", "z", "pi", "tau") or re.search(binding, text) is not None
 
 
 def _text(token: Token) -> tree.Text:

@@ -8,7 +8,7 @@ import numpy as np
 
 from porelang.analysis.box import part_box, reach, unbounded_axes
 from porelang.backends.numpy import GridField, NumpyField
-from porelang.data import FARTHEST, LARGEST_VALUE, MOST_COUNTED, NEAREST, WORLD, SampledField
+from porelang.data import FARTHEST, LARGEST_VALUE, MOST_COUNTED, NEAREST, WORLD, SampledField, coordinates
 from porelang.diagnostics import fail
 from porelang.formula import Formula
 from porelang.parallel import parallel_for, workers
@@ -72,6 +72,6 @@ def bake(fields: Formula, voxel: float, within: Formula) -> SampledField:
         value = float(values[i, j, l_, k])
         beyond = f"{value:.3g}, beyond {LARGEST_VALUE:g}"
         what = "not a number" if math.isnan(value) else "infinite" if math.isinf(value) else beyond
-        raise fail("E097", f"the field of these samples is {what} at ({', '.join(f'{v:.4g}' for v in place)})",
+        raise fail("E097", f"the field of these samples is {what} at ({coordinates(place)})",
                    hint="look for a division by zero, or a root or logarithm of a negative number there")  # fmt: skip
     return SampledField.from_array(values, origin.tolist(), voxel)

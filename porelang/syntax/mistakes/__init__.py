@@ -22,6 +22,7 @@ RULES: tuple[Callable[[Failure], Diagnostic | None], ...] = (
     expressions.comparison,
     statements.check,
     statements.parameters,
+    expressions.within,
     expressions.value_missing,
     expressions.comprehension,
     expressions.condition_last,

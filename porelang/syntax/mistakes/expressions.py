@@ -70,6 +70,11 @@ def value_missing(f: Failure) -> Diagnostic | None:
     if kind == "FOR":
         if before.type == "LBRACK":
             return None
+        clauses = f.inner == "LBRACK" and f.tokens[f.tokens.index(f.within[-1]) + 1].type == "FOR"
+        if before.type == "COLON" and clauses:
+            hint = "one `:` stands before the value: `[for i in range(3) for j in range(4): value]`"
+            return Diagnostic("E026", "no `:` stands between one `for` and the next", before.span, "", (), hint,
+                              Edit(before.span, ""))  # fmt: skip
         return f.error(
             "E026", "there are no loops; a list is made by `[for ...]`", hint="write `[for i in range(6): ...]`"
         )
@@ -249,6 +254,35 @@ def misplaced(f: Failure) -> Diagnostic | None:
             hint="it belongs to the kind of a parameter and to `[for i in range(3): i]`",
         )
     return None
+
+
+#: What a condition may begin after.
+_BEGINS = ("EQUAL", "_COMMA", "ARROW", "_SEP", "COLON", "IF", "ELSE_IF", "CHECK", "WHERE", "AND", "OR", "NOT", "THEN")
+
+
+def within(f: Failure) -> Diagnostic | None:
+    """`a in 1..2` as a condition: two comparisons."""
+    if f.found.type != "IN" or not f.after_value:
+        return None
+    first, depth = f.at, 0
+    while first > 0:
+        token = f.tokens[first - 1]
+        depth += (token.type in CLOSING) - (token.type in OPENING)
+        if depth < 0 or (depth == 0 and token.type in _BEGINS):
+            break
+        first -= 1
+    ends = ("_COMMA", "_SEP", "$END", "THEN", "AND", "OR", *CLOSING)
+    dots = _at_depth(f, f.at + 1, ("DOTS", *ends))
+    end = _at_depth(f, dots + 1, ends)
+    if f.tokens[dots].type != "DOTS" or not f.at + 1 < dots < end - 1:
+        return None
+    value, low, high = (
+        f.tokens[a].span.to(f.tokens[b - 1].span).text for a, b in ((first, f.at), (f.at + 1, dots), (dots + 1, end))
+    )
+    ours = f"{value} >= {low} and {value} <= {high}"
+    shown = f"`{ours}`" if len(ours) < 100 else f"`... >= {low} and ... <= {high}`"
+    return f.error("E029", "`in` is no comparison", "a range stands behind it", f"write {shown}",
+                   Edit(f.tokens[first].span.to(f.tokens[end - 1].span), ours))  # fmt: skip
 
 
 #: Words that stand between two solids elsewhere.

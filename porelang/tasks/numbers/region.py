@@ -13,7 +13,7 @@ from porelang.analysis.bounds import Points, box_test
 from porelang.analysis.box import Box, part_box, reach, unbounded_axes
 from porelang.analysis.enclose import EXACT, enclose, everywhere
 from porelang.backends.numpy import Dtype, NumpyField
-from porelang.data import WORLD
+from porelang.data import WORLD, coordinates
 from porelang.diagnostics import PoreError, fail
 from porelang.formula import Formula
 from porelang.progress import tell
@@ -113,7 +113,7 @@ def undefined(points: Points, values: NDArray[np.float64]) -> PoreError:
     return fail(
         "E093",
         f"the field of this number is {'not a number' if np.isnan(values).any() else 'infinite'} at "
-        f"({', '.join(f'{v:.4g}' for v in at)}) mm",
+        f"({coordinates(at)}) mm",
         hint="look for a division by zero, or a root, logarithm or power of a negative number there",
     )
 
