@@ -21,18 +21,18 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 CELLS = 1 << 27  # of a grid: next to the mesh of a larger one nothing is looked for
-MOST = 1 << 15  # blocks, and cells, that are enclosed: of more, as many by chance stand for all
+MOST = 3 << 13  # blocks, and cells, that are enclosed: of more, as many by chance stand for all
 NEIGHBOURS = 2.9  # voxels: cells that are nearer are looked at together
 FAR, LONG = 1.2, 6  # blocks from the mesh, and voxels: how far rims and fragments are from it, and how long there
 MARGIN, FINE = 2, 8  # voxels round them, and samples to a voxel
 AGAIN = 32  # samples to a voxel round what seems to be a piece
-TILE = 8  # voxels: what is larger is looked at in parts
+TILE = 4  # voxels: what is larger is looked at in parts
 LEAST = 8  # samples of FINE: less is where a wedge runs out
 #: Less is a corner that something cut off a lattice: of an ellipsoid this is 1, a box 0.89, a prism 0.77, any
 #: tetrahedron 0.64 (whatever its sides).
 ROUND = 0.7
-SAMPLES = 1 << 20  # of one look at most
-LOOKS = 32
+SAMPLES = 1 << 19  # of one look at most
+LOOKS = 24
 
 
 @dataclass(frozen=True, slots=True)
