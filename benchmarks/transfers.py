@@ -53,7 +53,7 @@ def transfers(rounds: int) -> list[dict[str, Any]]:
         "2.0 x grid, kept": lambda: work.compute(SUM, output=COUNT, data=[kept], groups=GROUPS),
     }
     rows = [{"case": n, "ms": 1e3 * t.wall} for n, t in in_turn(cases, rounds, work.pid).items()]
-    picture: dict[str, Case] = {"a picture": lambda: render_output(part, None, Wishes((320, 240), samples=1))}
+    picture: dict[str, Case] = {"a picture": lambda: render_output(part.design(), None, Wishes((320, 240), samples=1))}
     alone = in_turn(picture, rounds, person.pid)["a picture"]
     stop = threading.Event()
 
