@@ -37,6 +37,8 @@ JUMP = 1.0
 MARGIN = 2
 #: Of the smaller of two samples: which values are 0 where no branch is seen to cross; and evaluations at most for one.
 NEAR, STEPS = 0.02, 6
+#: Of the difference between an edge's samples: a crossing where the field is further from 0 is looked for again.
+OFF = 0.01
 #: Of a voxel: how far beside a crossing its branch is looked for. What is left is what a slope bends over that.
 BESIDE = 0.04
 _HUGE = 1e300
@@ -106,6 +108,8 @@ def mend(
     share[foreseen] = _along(
         lambda x, k: value(x, foreseen[k]), a[foreseen], b[foreseen], first[foreseen], slope[foreseen]
     )
+    share = np.clip(share, room, 1 - room)
+    _correct(value, share, a, b)
     vertices[which, axis] = start + np.clip(share, room, 1 - room) * length
     _recentre(vertices, faces, edges)
 
@@ -138,6 +142,18 @@ def _along(field: Between, a: Floats, b: Floats, first: Floats, slope: Floats) -
         if not len(todo):
             break
     return out
+
+
+def _correct(field: Between, share: Floats, a: Floats, b: Floats) -> None:
+    """Look again for crossings at which the field is not nearly 0, where a third branch had a part in the foreseen."""
+    found = field(share, np.arange(len(share)))
+    wrong = np.flatnonzero(np.abs(found) > OFF * np.abs(b - a))
+    value, at, one, other = found[wrong], share[wrong], a[wrong], b[wrong]
+    below = (value < 0) == (one < 0)
+    ends = np.where(below, at, 0.0), np.where(below, 1.0, at)
+    values = np.where(below, value, one), np.where(below, other, value)
+    near = NEAR * np.minimum(np.abs(one), np.abs(other))
+    share[wrong], _ = between(lambda x, k: field(x, wrong[k]), *ends, *values, near, 2 * STEPS)  # they are few
 
 
 def _recentre(vertices: Floats, faces: NDArray[np.int32], edges: Ints) -> None:
