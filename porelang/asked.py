@@ -40,10 +40,9 @@ def mesh(
     force: bool = False,
 ) -> Any:
     """The surface of an output as a `trimesh.Trimesh`; see `Program.mesh`."""
-    from porelang.mesh.made import AUTO, make
+    from porelang.mesh.made import make
 
-    spacing = None if voxel == AUTO and resolution is None else length("voxel", voxel)
-    deviation = length("simplify", simplify)
+    spacing, deviation = length("voxel", voxel, values.spacing), length("simplify", simplify)
     if check:
         keep_checks(design)
     limits: Bounds | None = read("bounds", bounds, values.box)
@@ -181,12 +180,12 @@ def read(what: str, given: Any, reader: Callable[[str], Some]) -> Any:
         raise fail("E108", f"{what}: {no.text}", hint=no.hint) from None
 
 
-def length(what: str, given: Length | None) -> Any:
+def length(what: str, given: Length | None, reader: Callable[[str], Any] = values.length) -> Any:
     """A text as a length in mm; what is no text stays as it is, and is judged by who uses it. Errors: E114."""
     if not isinstance(given, str):
         return given
     try:
-        return values.length(given)
+        return reader(given)
     except values.Unreadable as no:
         raise fail(
             "E114", f"{what}: {no.text}", hint=f'a length is a number of mm or has a unit: {what}="0.5mm"'

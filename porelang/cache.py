@@ -20,7 +20,7 @@ from typing import Any, BinaryIO
 try:
     import fcntl
 except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
+    fcntl = None  # type: ignore[assignment]  # a module, or none
 
 #: A temporary file of ours: `.NAME.0123456789abcdef.part`.
 _TEMPORARY = re.compile(r"\..+\.[0-9a-f]{16}\.part")

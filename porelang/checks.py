@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
-
 from porelang.analysis.enclose import enclose
 from porelang.contracts import doubtful_contracts
 from porelang.data import Reduced
-from porelang.diagnostics import Diagnostic, PoreError
-from porelang.elaborate.results import ParamInfo
+from porelang.diagnostics import Diagnostic
 from porelang.formula import Formula
 from porelang.interval import interval
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, within
@@ -50,47 +45,6 @@ def failed_checks(design: Design, measure: bool = True) -> list[int]:
         for i, root in enumerate(design.program.graph.checks)
         if (measure or not _slow(root)) and not design.holds(root)
     ]
-
-
-def structural_faults(program: Program, all_values: bool = False) -> list[Diagnostic]:
-    """What is wrong or doubtful with the program for other values of the params that count and choose.
-
-    One param is varied at a time, the others are at their defaults: over its choices, else at both ends of its range
-    where that is not more than `FAR` values from the default, or if `all_values` says so over whole ranges (all of 64,
-    or 16 of more). Each thing is told once.
-    """
-    found: list[Diagnostic] = []
-    told = {(d.code, d.span) for d in program.warnings}
-    for name in program.structure:
-        if "E070" in {d.code for d in found}:  # too big: more is bigger, and takes as long
-            break
-        for value in _tried(program.params[name], all_values):
-            try:
-                made = program.design({name: value}).program
-                where = f", with {name} = {program.params[name].shown(value)}"
-                several = [replace(d, message=d.message + where) for d in made.warnings]
-            except PoreError as error:
-                several = list(error.diagnostics)
-            found += [d for d in several if (d.code, d.span) not in told]
-            told |= {(d.code, d.span) for d in several}
-            if any(d.code == "E070" for d in several):
-                break
-    return found
-
-
-#: Values further from the default may make a program of another size: they are compiled on request.
-FAR = 200
-
-
-def _tried(info: ParamInfo, all_values: bool) -> list[float]:
-    """The values of a structural param that are looked at, without its default."""
-    values = list(info.numbers) or [info.low, info.high]
-    if not info.numbers and (all_values or info.choices):
-        step = info.step or 1.0
-        count = int((info.high - info.low) // step) + 1
-        values = [info.low + step * round(i) for i in np.linspace(0, count - 1, count if count <= 64 else 16)]
-    near = all_values or info.choices
-    return [v for v in values if v != info.default and (near or abs(v - info.default) <= FAR)]
 
 
 def broken_checks(design: Design, measure: bool = False) -> list[Diagnostic]:

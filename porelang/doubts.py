@@ -101,10 +101,9 @@ def _length(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic |
         if gone := _gone(s, slope, bindings):
             hint = f"{_figures(mm)} mm is about {raw} here, and {gone}; {porous}"
             return _warning("W212", message, said, label, hint)
-        varies = period is not None and s.period is not None and s.period.op == "param"
-        if varies and s.period is not None and s.argument is not None:
+        if period is not None and s.period is not None and s.period.op == "param" and s.argument is not None:
             w = str(s.period.value)
-            instead = f"{text} * {_figures(slope * period)} / {w}"  # type: ignore[operator]  # a number, or it would not vary
+            instead = f"{text} * {_figures(slope * period)} / {w}"
             hint = f"`{instead}` is about {_figures(mm)} mm whatever `{w}` is; {porous}"
         else:
             instead = raw
@@ -225,11 +224,8 @@ def _is_idle_throughout(s: Suspicion, found: Elaborated, defaults: Mapping[str, 
 
 def _ends(s: Suspicion, found: Elaborated, settings: Mapping[str, float]) -> list[dict[str, float]]:
     """Settings with each param that nodes depend on at either end of its range, or at each of its choices."""
-    out = []
-    for info in (found.params[name] for name in _params(s.nodes)):
-        values = range(len(info.choices)) if info.choices and not info.numbers else (info.low, info.high)
-        out += [{**settings, info.name: float(value)} for value in values]
-    return out
+    infos = (found.params[name] for name in _params(s.nodes))
+    return [{**settings, info.name: value} for info in infos for value in info.ends]
 
 
 def _cut(s: Suspicion) -> tuple[Node, Node]:

@@ -28,7 +28,6 @@ from porelang.syntax import tree
 
 DIMENSIONS = {"type": "T", "space": "S", "wavelength": "W", "distance": "D", "ratio": "R"}
 LETTERS = {"a local frame": "L", "a vector field": "V"}
-_LINE = re.compile(r"^Modifies:(.*)$", re.MULTILINE)
 _FACT = re.compile(rf"({'|'.join(DIMENSIONS)}) by (\w+(?: or \w+)*)(?:, as ({'|'.join(LETTERS)}))?")
 
 
@@ -78,10 +77,9 @@ def modification(definition: tree.Def) -> Modification | None:
 
     Errors: E116 where the line does not read, or names a parameter that the def has not.
     """
-    line = _LINE.search(definition.doc)
-    if line is None:
+    text = definition.fact("Modifies")
+    if text is None:
         return None
-    text = line[1].strip()
     fact = _FACT.fullmatch(text)
     label = f"its documentation says `Modifies: {text}`"
     if fact is None:

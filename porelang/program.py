@@ -18,15 +18,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, TypeVar
 
-import numpy as np
-
-from porelang.analysis.box import Box, Extent, extent_of, reach, unbounded_axes
-from porelang.backends.numpy import Dtype, NumpyField
-from porelang.data import WORLD, Data, Reduced
+from porelang.analysis.box import Box, Extent
+from porelang.backends.numpy import Dtype
+from porelang.data import Data, Reduced
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest, warn
 from porelang.doubts import off_step
 from porelang.elaborate.results import Elaborated, Listed, Output, ParamInfo, Requirement
 from porelang.elaborate.values import Scalar, Vector
+from porelang.extents import part_extent
 from porelang.field import Backend, Bounds, Field, make_field
 from porelang.formula import Bindings, Formula
 from porelang.html import brief, table, title
@@ -588,33 +587,8 @@ class Design:
         """How far an output's solid reaches, in mm, and how surely. Errors: those of `bounds`."""
         chosen = self.program.output(name)
         if chosen not in self._extents:
-            self._extents[chosen] = self._extent(chosen)
+            self._extents[chosen] = part_extent(chosen, self.of(chosen), self.program.outputs[chosen].span)
         return self._extents[chosen]
-
-    def _extent(self, name: str) -> Extent:
-        formula, span = self.of(name), self.program.outputs[name].span
-        extent = extent_of(formula)
-        if (extent is None or unbounded_axes(extent.outer)) and (end := reach(formula)) is not None:
-            raise fail(
-                "E117", f"`{name}` lies more than 100 m from the origin, as far as {end:,.0f} mm", span, hint=WORLD
-            )
-        if extent is None:
-            raise _empty(name, formula, span)
-        box = extent.outer
-        if min(box.size) <= 0:
-            flat = ", ".join(axis for axis, size in zip("xyz", box.size, strict=True) if size <= 0)
-            raise fail(
-                "E103", f"`{name}` holds no material: it has no thickness along {flat}", span, hint="give it some"
-            )
-        if axes := unbounded_axes(box):
-            raise fail(
-                "E102",
-                f"`{name}` has no end along {axes}",
-                span,
-                label="solid as far as one looks (100 m)",
-                hint="intersect it with a shape, `... & box([50, 50, 50])`, or pass --bounds x0,y0,z0,x1,y1,z1",
-            )
-        return extent
 
     def mesh(
         self,
@@ -735,36 +709,3 @@ _SETTINGS_HINT = 'they are names and values: settings={"w": 25}, or w=25'
 def _about(root: Node) -> list[Node]:
     """The tasks that a condition is about."""
     return [n for n in order([root], within) if n.op in TASKS]
-
-
-def _empty(name: str, formula: Formula, span: Span) -> PoreError:
-    """Why a part is empty: the least value of its field that samples find, and where; the number, where it is one."""
-    if not formula.root.axes:
-        number = float(formula.numbers[0])
-        return fail(
-            "E103",
-            f"`{name}` holds no material: it is the number {number:.6g} everywhere",
-            span,
-            label="the same at every point",
-            hint="a solid is a number that varies in space and is negative inside",
-        )
-    spread = np.random.default_rng(1)
-    points = np.concatenate([spread.uniform(-r, r, (4000, 3)) for r in (10, 100, 1000)])
-    found = NumpyField(formula).at(points)
-    if np.isnan(found).all():
-        return fail(
-            "E103",
-            f"`{name}` holds no material: its field is not a number",
-            span,
-            label="not a number anywhere",
-            hint="look for the square root or the logarithm of something negative",
-        )
-    at = int(np.nanargmin(found))
-    place = ", ".join(f"{v:.4g}" for v in points[at])
-    return fail(
-        "E103",
-        f"`{name}` holds no material: its field is above 0 everywhere within 100 m",
-        span,
-        label=f"the least that samples found is {found[at]:.4g}, at ({place})",
-        hint="solid is negative: check the sign or the offset, and that shapes which are intersected meet",
-    )

@@ -16,6 +16,7 @@ from porelang.analysis.sampled import about_the_origin, holds_anything, unending
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic, Label, PoreError
 from porelang.elaborate.advice import as_solid, joins
+from porelang.elaborate.results import ParamInfo
 from porelang.elaborate.values import Bool, Scalar, Vector
 from porelang.formula import Bindings, Formula
 from porelang.ir import TASKS, order, param, within
@@ -31,6 +32,10 @@ SAMPLES = 200_000
 UNDEFINED = 0.99
 #: In place of an offset that is yet to be found.
 A_LITTLE = 0.1
+#: What is wrong with a part, and not with its program: of a value that counts that is told by `structural_faults`.
+_OF_THE_PART = frozenset({"E102", "E103", "E117"})
+#: Values further from the default may make a program of another size: they are compiled on request.
+FAR = 200
 END_IT = "intersect it with a shape, `... & box([50, 50, 50])`, or mesh it with --bounds"
 
 
@@ -192,16 +197,50 @@ def _at_the_ends(design: Design, name: str) -> list[Diagnostic]:
     program = design.program
     found: list[Diagnostic] = []
     for setting, info in program.params.items():
-        values = range(len(info.choices)) if info.choices and not info.numbers else (info.low, info.high)
-        for value in map(float, values):
-            shown = info.shown(value)
+        for value in info.ends:
             if value == design.settings[setting]:
                 continue
             try:
                 program.design({**design.settings, setting: value}).bounds(name)
             except PoreError as error:
-                found.append(_broken_end(setting, shown, info.span, error.diagnostics[0]))
+                if setting not in program.structure or error.diagnostics[0].code in _OF_THE_PART:
+                    found.append(_broken_end(setting, info.shown(value), info.span, error.diagnostics[0]))
     return found
+
+
+def structural_faults(program: Program, all_values: bool = False) -> list[Diagnostic]:
+    """What is wrong or doubtful with the program for other values of the params that count and choose.
+
+    One param is varied at a time, the others are at their defaults: over its choices, else at both ends of its range
+    where that is not more than `FAR` values from the default, or if `all_values` says so over whole ranges (all of 64,
+    or 16 of more). Each thing is told once.
+    """
+    found: list[Diagnostic] = []
+    told = {(d.code, d.span) for d in program.warnings}
+    for name in program.structure:
+        for value in _tried(program.params[name], all_values):
+            if any(d.code == "E070" for d in found):  # too big: what counts more is bigger, and takes as long
+                return found
+            try:
+                made = program.design({name: value}).program
+                where = f", with {name} = {program.params[name].shown(value)}"
+                several = [replace(d, message=d.message + where) for d in made.warnings]
+            except PoreError as error:
+                several = list(error.diagnostics)
+            found += [d for d in several if (d.code, d.span) not in told]
+            told |= {(d.code, d.span) for d in several}
+    return found
+
+
+def _tried(info: ParamInfo, all_values: bool) -> list[float]:
+    """The values of a structural param that are looked at, without its default."""
+    values = list(info.ends)
+    if all_values and not info.choices:
+        step = info.step or 1.0
+        count = int((info.high - info.low) // step) + 1
+        values = [info.low + step * round(i) for i in np.linspace(0, count - 1, count if count <= 64 else 16)]
+    near = all_values or info.choices
+    return [v for v in values if v != info.default and (near or abs(v - info.default) <= FAR)]
 
 
 def _as_a_part(design: Design, name: str) -> list[Diagnostic]:

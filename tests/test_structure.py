@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import porelang
-from porelang.checks import structural_faults
 from porelang.cli import main
+from porelang.refusals import structural_faults
 
 RING = "param n = 6 in 3..12\nparam r = 2mm in 1mm..3mm\nring(translate(sphere(r), [20, 0, 0]), n)"
 
@@ -218,8 +218,14 @@ def test_presets_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixtu
 def test_check_looks_at_both_ends(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "a.pore"
     file.write_text("param n = 2 in 1..6\nlet sizes = [3, 4, 5, 6]\nsphere(sizes[n])\n")
-    assert main(["check", str(file)]) == 1
-    assert "with n = 6" in capsys.readouterr().err
+    for more in ([], ["--measure"]):  # once: an end that does not compile is no part of which something is wrong
+        assert main(["check", str(file), *more]) == 1
+        told = capsys.readouterr().err
+        assert "with n = " in told
+        assert told.count("there is no item") == 1
+    file.write_text("param n = 2 in 1..6\nsphere(5) & translate(sphere(5), [len([for i in range(n): i]) * 2, 0, 0])\n")
+    assert main(["check", str(file), "--measure"]) == 0
+    assert "with `n` = 6" in capsys.readouterr().err  # a part that is empty there
 
 
 # ---- smooth unions of lists

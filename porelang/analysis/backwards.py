@@ -7,6 +7,7 @@ What is the lesser of two is one or the other: both are followed, and the box ho
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,10 +68,10 @@ def _found(kin: Kin, most: float, depth: int, clamps: int, seen: _Seen) -> Rough
 def _rows(known: Mapping[int, Interval], rows: NDArray[np.intp], count: int) -> dict[int, Interval]:
     """What is known of some rows alone."""
 
-    def taken(values: NDArray[np.generic]) -> NDArray[np.generic]:
+    def taken(values: NDArray[Any]) -> NDArray[Any]:
         return np.broadcast_to(values, (count,))[rows]
 
-    return {i: Interval(taken(r.lo), taken(r.hi), taken(r.nan)) for i, r in known.items()}  # type: ignore[arg-type]
+    return {i: Interval(taken(r.lo), taken(r.hi), taken(r.nan)) for i, r in known.items()}
 
 
 def _pushed_back(kin: Kin, most: float, turns: int) -> tuple[dict[int, Interval], Points, Points]:

@@ -10,7 +10,6 @@ from porelang.checks import (
     find_searches,
     late_doubts,
     read_by,
-    structural_faults,
     undecided_checks,
     unmeasured_checks,
 )
@@ -19,7 +18,7 @@ from porelang.compiler import MOST_DIAGNOSTICS, try_compile
 from porelang.diagnostics import PoreError
 from porelang.doubts import idle_cuts, off_step
 from porelang.files import read_source
-from porelang.refusals import endless, refusals
+from porelang.refusals import endless, refusals, structural_faults
 from porelang.syntax.parse import MOST
 
 

@@ -52,7 +52,7 @@ def mesh(options: Namespace) -> int:
     if options.json:
         report.put(
             {"file": options.output, "output": design.program.output(options.out), **found}
-            | {"warnings": [d.to_json() for d in made.doubts]}
+            | {"warnings": [d.to_json() for d in doubts]}
         )
     elif not options.quiet:
         print(_text(options.output, found))

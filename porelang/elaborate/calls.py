@@ -3,7 +3,6 @@ values."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 
 from porelang.diagnostics import Edit, Label
@@ -35,8 +34,6 @@ from porelang.source import Span
 from porelang.syntax import habits, tree
 
 DEEPEST = 150
-#: The line of a def's documentation that names the def for a list of what it takes two of.
-_LIST_FORM = re.compile(r"^List form: (\w+)$", re.MULTILINE)
 #: Kinds that are one number.
 _NUMBERS = frozenset(("number", "field", "solid", "ratio", "length", "angle", "force", "stress", "rate", "count"))
 #: What a builtin does: of the place of the call, the values of its arguments, and the place of each.
@@ -297,8 +294,8 @@ def _list_form(function: Function, arguments: Sequence[Given]) -> Function:
         return function
     if arguments[0].name not in (None, definition.parameters[0].name if definition.parameters else None):
         return function
-    line = _LIST_FORM.search(definition.doc)
-    other = function.scope.find(line[1]) if line else None
+    name = definition.fact("List form")
+    other = function.scope.find(name) if name else None
     return other if isinstance(other, Function) else function
 
 

@@ -22,7 +22,7 @@ from porelang.elaborate.values import Scalar, Value
 from porelang.ir import Node, order
 from porelang.syntax import tree
 
-_GIVES = re.compile(r"^Gives: (?:a (distance|raw lattice)|as (\w+))$", re.MULTILINE)
+_GIVES = re.compile(r"a (distance|raw lattice)|as (\w+)")
 #: Operations that keep what their first argument is.
 _KEPT = frozenset({"neg", "abs", "at", "ensure"})
 
@@ -50,7 +50,7 @@ def note(known: Natures, definition: tree.Def, arguments: Mapping[str, Value], r
     """Note what a call has given, by the documentation of its function; None where that says nothing."""
     if not isinstance(result, Scalar) or not result.node.axes:
         return None
-    fact = _GIVES.search(definition.doc)
+    fact = _GIVES.fullmatch(definition.fact("Gives") or "")
     if fact is None:
         return None
     if fact[2]:

@@ -39,6 +39,13 @@ class ParamInfo:
     written: str = ""
 
     @property
+    def ends(self) -> tuple[float, ...]:
+        """The values to look at where not all can be: its choices, or both ends of its range."""
+        if self.choices and not self.numbers:
+            return tuple(map(float, range(len(self.choices))))
+        return self.numbers or (self.low, self.high)
+
+    @property
     def countable(self) -> bool:
         """Whether it may stand where something is counted or picked: a choice, or whole numbers without a unit."""
         values = (self.default, self.low, self.high, self.step or 1.0)

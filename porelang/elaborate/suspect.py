@@ -24,9 +24,8 @@ from porelang.units import LENGTH
 
 #: Bare angles from here on are doubted: nobody asks for one and a half turns in radians, and 10 degrees are common.
 DEGREES_FROM = 10.0
-_COPIES = re.compile(r"^Copies: (\w+)(?:, in cells of (\w+))?$", re.MULTILINE)
-_CLOSES = re.compile(r"^Closes: (\w+) along y after (\w+)$", re.MULTILINE)
-_INSTEAD = re.compile(r"^Instead: (.*)$", re.MULTILINE)
+_COPIES = re.compile(r"(\w+)(?:, in cells of (\w+))?")
+_CLOSES = re.compile(r"(\w+) along y after (\w+)")
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)(?![\w.%])")
 #: Operations that want both sides in one unit.
 COMPARING = frozenset({"add", "sub", "min", "max", "lt", "le", "eq"})
@@ -222,7 +221,7 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
     for i, s in enumerate(ctx.found.suspicions):  # only of a sum that is the result it is known where it is solid
         if s.what == "length" and s.span == site.span and s.nodes[2:] and s.nodes[-1] is not result.node:
             ctx.found.suspicions[i] = replace(s, nodes=s.nodes[:2])
-    if fact := _COPIES.search(definition.doc):
+    if fact := _COPIES.fullmatch(definition.fact("Copies") or ""):
         body, cell = bound.get(fact[1]), bound.get(fact[2] or "")
         if isinstance(body, Scalar) and body.node.axes:
             sizes = cell.nodes if isinstance(cell, Vector) else (cell.node,) * 3 if isinstance(cell, Scalar) else ()
@@ -238,7 +237,7 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
                     _instead(definition, given),
                 )
             )
-    if fact := _CLOSES.search(definition.doc):
+    if fact := _CLOSES.fullmatch(definition.fact("Closes") or ""):
         field, turn = bound.get(fact[1]), bound.get(fact[2])
         if isinstance(field, Scalar) and isinstance(turn, Scalar):
             found = nature(ctx.natures, field.node)
@@ -257,11 +256,11 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
 
 def _instead(definition: tree.Def, given: Mapping[str, Given]) -> str:
     """What the documentation proposes in place of a call, with the texts of its arguments."""
-    proposed = _INSTEAD.search(definition.doc)
+    proposed = definition.fact("Instead")
     if proposed is None:
         return ""
     texts = {name: _value_of(g.span).text for name, g in given.items()}
-    return re.sub(r"\w+", lambda word: texts.get(word[0], word[0]), proposed[1])
+    return re.sub(r"\w+", lambda word: texts.get(word[0], word[0]), proposed)
 
 
 def _value_of(argument: Span) -> Span:

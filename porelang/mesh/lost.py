@@ -107,14 +107,20 @@ def _open(passed: Flags, grid: Grid, part: Solid) -> tuple[Ints, float]:
             for step in np.stack(np.meshgrid(*[(-1, 0, 1)] * 3, indexing="ij"), -1).reshape(-1, 3):
                 beside = np.clip(blocks + step, 0, shape - 1) // BLOCK
                 blocks = blocks[~passed[tuple(beside.T)]]
-        lo = np.maximum(np.array(grid.origin) + blocks * side * grid.spacing, part.lo)
-        hi = np.minimum(np.array(grid.origin) + (blocks + 1) * side * grid.spacing, part.hi)
-        some = np.asarray((lo < hi).all(axis=1))
-        blocks, lo, hi = blocks[some], lo[some], hi[some]
-        if len(blocks):
-            low, high = part.enclosed(lo, hi)
-            blocks = blocks[~((low > 0) | (high < 0))]
+        blocks = undecided(blocks, side, grid, part)
     return blocks, each
+
+
+def undecided(blocks: Ints, side: int, grid: Grid, part: Solid) -> Ints:
+    """Of blocks of `side` cells (n, 3) those that enclosures prove neither solid nor void, within the part's box."""
+    lo = np.maximum(np.array(grid.origin) + blocks * side * grid.spacing, part.lo)
+    hi = np.minimum(np.array(grid.origin) + (blocks + 1) * side * grid.spacing, part.hi)
+    some = np.asarray((lo < hi).all(axis=1))
+    blocks, lo, hi = blocks[some], lo[some], hi[some]
+    if not len(blocks):
+        return blocks
+    low, high = part.enclosed(lo, hi)
+    return blocks[~((low > 0) | (high < 0))]
 
 
 def _away(passed: Flags, cells: Ints, h: float) -> Floats:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.mesh.grid import Grid
-from porelang.mesh.lost import BLOCK, Lost, followed
+from porelang.mesh.lost import BLOCK, Lost, followed, undecided
 from porelang.mesh.solid import Solid
 from porelang.mesh.surface import AT_ONCE, Surface
 
@@ -106,13 +106,7 @@ def _beside(surface: Surface, grid: Grid, part: Solid) -> Ints:
         cells = cells[away]
         if len(cells) > MOST:
             cells = cells[np.random.default_rng(side).permutation(len(cells))[:MOST]]
-        lo = np.maximum(np.array(grid.origin) + cells * side * grid.spacing, part.lo)
-        hi = np.minimum(np.array(grid.origin) + (cells + 1) * side * grid.spacing, part.hi)
-        some = np.asarray((lo < hi).all(axis=1))
-        cells, lo, hi = cells[some], lo[some], hi[some]
-        if len(cells):
-            low, high = part.enclosed(lo, hi)
-            cells = cells[~((low > 0) | (high < 0))]
+        cells = undecided(cells, side, grid, part)
     return cells
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from porelang.source import Source, Span
@@ -220,6 +221,11 @@ class Def:
     parameters: tuple[Parameter, ...]
     body: Expr
     doc: str
+
+    def fact(self, word: str) -> str | None:
+        """What a line `WORD: ...` of the documentation says; None where there is none."""
+        line = re.search(rf"^{word}:(.*)$", self.doc, re.MULTILINE)
+        return line[1].strip() if line else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

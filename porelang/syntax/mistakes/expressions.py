@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.source import Span
 from porelang.syntax import habits
@@ -134,13 +136,7 @@ def condition_last(f: Failure) -> Diagnostic | None:
     """`5 if c else 2`, as Python has it."""
     if f.found.type != "IF" or not f.after_value:
         return None
-    first, depth = f.at, 0
-    while first > 0:
-        token = f.tokens[first - 1]
-        depth += (token.type in CLOSING) - (token.type in OPENING)
-        if depth < 0 or (depth == 0 and token.type in ("EQUAL", "_COMMA", "ARROW", "_SEP", "COLON")):
-            break
-        first -= 1
+    first = _start_of(f, _VALUE_BEGINS)
     middle = _at_depth(f, f.at + 1, ("ELSE",))
     end = _at_depth(f, middle + 1, ("_COMMA", "_SEP", "$END", *CLOSING))
 
@@ -256,21 +252,28 @@ def misplaced(f: Failure) -> Diagnostic | None:
     return None
 
 
-#: What a condition may begin after.
-_BEGINS = ("EQUAL", "_COMMA", "ARROW", "_SEP", "COLON", "IF", "ELSE_IF", "CHECK", "WHERE", "AND", "OR", "NOT", "THEN")
+#: What a value may begin after, and what a condition may.
+_VALUE_BEGINS = ("EQUAL", "_COMMA", "ARROW", "_SEP", "COLON")
+_BEGINS = (*_VALUE_BEGINS, "IF", "ELSE_IF", "CHECK", "WHERE", "AND", "OR", "NOT", "THEN")
+
+
+def _start_of(f: Failure, begins: Collection[str]) -> int:
+    """Where what stands before the place starts: after one of these words, or an open bracket."""
+    first, depth = f.at, 0
+    while first > 0:
+        token = f.tokens[first - 1]
+        depth += (token.type in CLOSING) - (token.type in OPENING)
+        if depth < 0 or (depth == 0 and token.type in begins):
+            break
+        first -= 1
+    return first
 
 
 def within(f: Failure) -> Diagnostic | None:
     """`a in 1..2` as a condition: two comparisons."""
     if f.found.type != "IN" or not f.after_value:
         return None
-    first, depth = f.at, 0
-    while first > 0:
-        token = f.tokens[first - 1]
-        depth += (token.type in CLOSING) - (token.type in OPENING)
-        if depth < 0 or (depth == 0 and token.type in _BEGINS):
-            break
-        first -= 1
+    first = _start_of(f, _BEGINS)
     ends = ("_COMMA", "_SEP", "$END", "THEN", "AND", "OR", *CLOSING)
     dots = _at_depth(f, f.at + 1, ("DOTS", *ends))
     end = _at_depth(f, dots + 1, ends)
