@@ -52,7 +52,7 @@ def replace_folder(path: str | Path) -> Iterator[Path]:
             yield draft
             with _turn(target.parent):
                 _settle(target)
-                layers_folder(path)
+                _replaceable(path)
                 if target.exists():
                     keep_owner(target, draft)
                     os.rename(target, aside)
@@ -79,6 +79,15 @@ def layers_folder(path: str | Path) -> Path:
     Errors: E113 for a file, for a folder that holds anything but layers of ours, for one that is read-only, that this
     process works in, or that is a disk of its own, and where there is no folder to make one in.
     """
+    try:
+        with _turn(followed(path)[0].parent):  # or another process puts its own in place while we look into the old one
+            return _replaceable(path)
+    except OSError as error:
+        raise unwritable(path, error) from error
+
+
+def _replaceable(path: str | Path) -> Path:
+    """What `layers_folder` says, for one whose turn it is."""
     target, found = followed(path)
     if found is not None and not stat.S_ISDIR(found.st_mode):
         raise fail("E113", f"`{path}` is a file, and layers need a folder", hint="name a new folder")
