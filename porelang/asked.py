@@ -16,10 +16,11 @@ from porelang import values
 from porelang.backends.numpy import Dtype
 from porelang.checks import broken_checks, doubtful_numbers, undecided_checks
 from porelang.diagnostics import PoreError, fail, warn
+from porelang.doors import Length
 from porelang.field import Backend, Bounds
 from porelang.html import table, title
 from porelang.picture import Picture
-from porelang.program import Design, Length
+from porelang.program import Design
 
 Some = TypeVar("Some")
 _UNITS = {"volume": "mm3", "envelope_volume": "mm3", "area": "mm2"}

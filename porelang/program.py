@@ -1,8 +1,7 @@
 """A program, as compiling gives it, and a design: a program with its settings bound, once.
 
 What is asked of a part is asked of a design. It finds what its roots read (porosities, loaded fields) when they are
-asked for, and nothing else; the work itself is in free functions that take a design. The methods of a `Program` are
-doors: they bind settings and hand on.
+asked for, and nothing else; the work itself is in free functions that take a design (see `doors`).
 """
 
 from __future__ import annotations
@@ -12,41 +11,34 @@ import struct
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
-from inspect import signature
-from pathlib import Path
+from functools import cached_property
 from types import MappingProxyType
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
-from porelang.analysis.box import Box, Extent
-from porelang.backends.numpy import Dtype
+from porelang.analysis.box import Extent
 from porelang.data import Data, Reduced
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest, warn
+from porelang.doors import Doors, Settings, options
 from porelang.doubts import off_step
 from porelang.elaborate.results import Elaborated, Listed, Output, ParamInfo, Requirement
 from porelang.elaborate.values import Scalar, Vector
 from porelang.extents import part_extent
-from porelang.field import Backend, Bounds, Field, make_field
 from porelang.formula import Bindings, Formula
 from porelang.html import brief, table, title
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, param, within
-from porelang.picture import Picture
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, settle
 from porelang.source import Source, Span
 from porelang.tasks import all_read, bind_files, bind_tasks, find
 from porelang.tasks.run import READERS
 
-Settings = Mapping[str, Setting]
-#: In mm, or a text with a unit: `0.5`, `"0.5mm"`.
-Length = float | str
 #: Designs, and variants, that a program remembers.
 _REMEMBERED = 8
 _Made = TypeVar("_Made")
 
 
 @dataclass(frozen=True, eq=False)
-class Program:
+class Program(Doors):
     """A program without errors. `warnings` says what is doubtful; `graph` is what the rewrites make of `written`.
 
     `structure` are the params that something is counted or picked by, fixed at a value each; `again` makes the program
@@ -170,17 +162,22 @@ class Program:
         E088 where there is no such preset, E064 where a contract breaks. A value between two steps of its param is a
         `PoreWarning` (W219).
         """
+        given = self._given(settings, preset, more)
+        return self._designed(settle(self.params, given))
+
+    def _given(self, settings: Settings | None, preset: str | None, more: Settings) -> Settings:
+        """What is set, by name, whichever way it was said. Errors: E083, E084, E088."""
         if not isinstance(settings, Mapping | None):
             raise fail("E084", f"{settings!r:.60} are no settings", hint=_SETTINGS_HINT)
         if twice := sorted(set(settings or {}) & set(more)):
             raise fail("E084", f"`{twice[0]}` is set twice", hint="in the mapping or by its name, not both")
         for name in more:  # a keyword that is no param may be a slip of an option's
-            if name not in self.params and not suggest(name, self.params) and (near := suggest(name, _options())):
+            if name not in self.params and not suggest(name, self.params) and (near := suggest(name, options())):
                 raise fail("E083", f"the program has no param `{name}`", hint=f"did you mean the option `{near}`?")
         given = {**self._preset(preset), **(settings or {}), **more}
         values = settle(self.params, given)
         warn(off_step(self.params, {name: values[name] for name in given}))
-        return self._designed(values)
+        return given
 
     def _designed(self, values: Mapping[str, float]) -> Design:
         structure = {name: values[name] for name in self.structure}
@@ -225,179 +222,6 @@ class Program:
     @cached_property
     def _reads_files(self) -> bool:
         return any(n.op in READERS for n in order(self.graph.roots))
-
-    def field(
-        self,
-        name: str | None = None,
-        /,
-        backend: Backend = "numpy",
-        dtype: Dtype | None = None,
-        threads: int | None = None,
-        settings: Settings | None = None,
-        preset: str | None = None,
-        **more: Setting,
-    ) -> Field:
-        """An output, or a `let` that is a number, as a function of points (n, 3) in mm.
-
-        Its values are (n,), or (n, 3) for a vector. Settings are params by name: numbers in base units or texts with a
-        unit. `dtype` is f64 unless told otherwise, and f32 with `backend="glsl"`. Whether a `check` holds is not asked.
-
-        >>> import porelang
-        >>> program = porelang.compile("sphere(10)")
-        >>> program.field("part")([[0, 0, 0], [10, 0, 0]])
-        array([-10.,   0.])
-        """
-        return self.design(settings, preset=preset, **more).field(name, backend, dtype, threads)
-
-    def bounds(
-        self, name: str | None = None, /, settings: Settings | None = None, preset: str | None = None, **more: Setting
-    ) -> Box:
-        """The box that holds an output's solid, in mm. Errors: E102 where it has no end, E103 where it is empty."""
-        return self.design(settings, preset=preset, **more).bounds(name)
-
-    def mesh(
-        self,
-        name: str | None = None,
-        /,
-        voxel: Length | None = None,
-        resolution: int | None = None,
-        bounds: Bounds | str | None = None,
-        backend: Backend = "numpy",
-        dtype: Dtype = "f32",
-        smooth: bool = False,
-        sharp: bool = False,
-        simplify: Length | None = None,
-        check: bool = True,
-        force: bool = False,
-        settings: Settings | None = None,
-        preset: str | None = None,
-        **more: Setting,
-    ) -> Any:
-        """The surface of an output as a `trimesh.Trimesh` in mm, watertight, normals outward.
-
-        `voxel` is the grid spacing, in mm or as a text with a unit (`"0.5mm"`); or `resolution` counts samples along
-        the longest side; if neither is given, or `voxel` is `"auto"`, it is found from the walls. `smooth` moves
-        vertices onto the field, `sharp` makes rims edges of the mesh, `simplify` (a length) takes out triangles that
-        matter less than that. What is doubtful about the mesh is told as a `PoreWarning` (W202, W205, W207). Errors:
-        those of bounds; E068 where a `check` of the program fails, unless `check` is False; E110, E111, E114 about the
-        samples; E118 where more than a fifth of the part is lost, unless `force`.
-        """
-        return self.design(settings, preset=preset, **more).mesh(
-            name, voxel, resolution, bounds, backend, dtype, smooth, sharp, simplify, check, force
-        )
-
-    def measure(
-        self,
-        name: str | None = None,
-        /,
-        within: str | None = None,
-        voxel: Length | None = None,
-        resolution: int | None = None,
-        bounds: Bounds | str | None = None,
-        backend: Backend = "numpy",
-        dtype: Dtype = "f32",
-        settings: Settings | None = None,
-        preset: str | None = None,
-        **more: Setting,
-    ) -> dict[str, Any]:
-        """Volume, porosity, area, components and topology of an output, each with its error under `"error"`.
-
-        `within` names the envelope: an output or a let. The keys are those of `pore measure --json`; mm, mm^2, mm^3.
-        A `check` of the program that fails is listed under `"failed_checks"`, and told as a `PoreWarning`.
-        """
-        return self.design(settings, preset=preset, **more).measure(
-            name, within, voxel, resolution, bounds, backend, dtype
-        )
-
-    def slices(
-        self,
-        name: str | None = None,
-        /,
-        *,
-        folder: str | Path,
-        step: Length,
-        format: Literal["png", "svg"] = "png",
-        voxel: Length | None = None,
-        bounds: Bounds | str | None = None,
-        backend: Backend = "numpy",
-        dtype: Dtype = "f32",
-        check: bool = True,
-        settings: Settings | None = None,
-        preset: str | None = None,
-        **more: Setting,
-    ) -> dict[str, Any]:
-        """Write the layers of an output into a folder, whole or not at all, and return their manifest.
-
-        A layer every `step`, as pictures whose pixels are `voxel` wide (the step unless given), or as SVG contours in
-        mm. Lengths are in mm or texts with a unit. Errors: those of a mesh; E113 about the folder.
-        """
-        return self.design(settings, preset=preset, **more).slices(
-            name,
-            folder=folder,
-            step=step,
-            format=format,
-            voxel=voxel,
-            bounds=bounds,
-            backend=backend,
-            dtype=dtype,
-            check=check,
-        )
-
-    def render(
-        self,
-        name: str | Sequence[str] | None = None,
-        /,
-        *,
-        bodies: bool = False,
-        view: str | tuple[float, float] = "iso",
-        projection: Literal["perspective", "orthographic"] = "perspective",
-        size: str | tuple[int, int] = (800, 600),
-        zoom: float = 1.0,
-        cut: str | Sequence[str] = (),
-        slice: str | Sequence[str] = (),
-        field: str | None = None,
-        range: str | tuple[float, float] | None = None,
-        legend: bool | str = False,
-        solid: Literal["none", "opaque", "glass"] | None = None,
-        background: Literal["white", "transparent"] = "white",
-        samples: int = 3,
-        axes: bool = False,
-        scale_bar: bool = False,
-        frame: Literal["surface", "bounds"] = "surface",
-        bounds: Bounds | str | None = None,
-        check: bool = True,
-        settings: Settings | None = None,
-        preset: str | None = None,
-        **more: Setting,
-    ) -> Picture:
-        """A picture of an output, or of several in colours of their own; a notebook shows it.
-
-        The options are those of `pore render` (docs/render.md), as there or as values: `view="front"` or degrees
-        `(azimuth, elevation)`, `size="800x600"` or pixels, `cut="y<0"` or several, `slice="z=1cm"`, `field="heat"` on
-        the slices or else on the surface, `range=(0, 1)`, `legend=True` or a text. Errors: those of bounds; E068 where
-        a `check` fails, unless `check` is False; E107, E108 for wishes that cannot be; E120-E122 about OpenGL.
-        """
-        return self.design(settings, preset=preset, **more).render(
-            name,
-            bodies=bodies,
-            view=view,
-            projection=projection,
-            size=size,
-            zoom=zoom,
-            cut=cut,
-            slice=slice,
-            field=field,
-            range=range,
-            legend=legend,
-            solid=solid,
-            background=background,
-            samples=samples,
-            axes=axes,
-            scale_bar=scale_bar,
-            frame=frame,
-            bounds=bounds,
-            check=check,
-        )
 
     def reduced(
         self, settings: Settings | None = None, preset: str | None = None, **more: Setting
@@ -444,7 +268,7 @@ def _remembered(
     return found
 
 
-class Design:
+class Design(Doors):
     """A program with its settings bound, once. What its roots read is found when they are asked for, and remembered.
 
     `settings` has the number of every param in base units. A design never changes; threads may share it.
@@ -473,6 +297,11 @@ class Design:
     def __reduce__(self) -> tuple[type[Design], tuple[Program, dict[str, float], dict[Node, Any]]]:
         files = {n: v for n, v in self._bindings.items() if n.op in READERS}
         return Design, (self.program, dict(self.settings), files)
+
+    def design(self, settings: Settings | None = None, *, preset: str | None = None, **more: Setting) -> Design:
+        """This design, or the one with something else set as well. Errors: those of `Program.design`."""
+        given = self.program._given(settings, preset, more)
+        return self.program._designed(settle(self.program.params, {**self.settings, **given})) if given else self
 
     # ---- what is bound ----------------------------------------------------------------------------------------------
 
@@ -564,143 +393,12 @@ class Design:
         """Whether a condition on settings and numbers holds; what it reads is found first."""
         return bool(self.formula(root).numbers[0])
 
-    # ---- what can be asked ------------------------------------------------------------------------------------------
-
-    def field(
-        self,
-        name: str | None = None,
-        /,
-        backend: Backend = "numpy",
-        dtype: Dtype | None = None,
-        threads: int | None = None,
-    ) -> Field:
-        """An output or a `let` as a function of points; see `Program.field`."""
-        dtype = dtype or ("f32" if backend == "glsl" else "f64")
-        return make_field(self.formula(*self.program.field_roots(name)), self.program.ranges, backend, dtype, threads)
-
-    def bounds(self, name: str | None = None, /) -> Box:
-        """The box of an output's solid, in mm: nothing of it lies outside, and it ends at the faces to within
-        `extent(name).error`. Errors: E102 where it has no end, E103 where it is empty."""
-        return self.extent(name).outer
-
     def extent(self, name: str | None = None, /) -> Extent:
         """How far an output's solid reaches, in mm, and how surely. Errors: those of `bounds`."""
         chosen = self.program.output(name)
         if chosen not in self._extents:
             self._extents[chosen] = part_extent(chosen, self.of(chosen), self.program.outputs[chosen].span)
         return self._extents[chosen]
-
-    def mesh(
-        self,
-        name: str | None = None,
-        /,
-        voxel: Length | None = None,
-        resolution: int | None = None,
-        bounds: Bounds | str | None = None,
-        backend: Backend = "numpy",
-        dtype: Dtype = "f32",
-        smooth: bool = False,
-        sharp: bool = False,
-        simplify: Length | None = None,
-        check: bool = True,
-        force: bool = False,
-    ) -> Any:
-        """The surface of an output as a `trimesh.Trimesh`; see `Program.mesh`."""
-        from porelang.asked import mesh
-
-        return mesh(self, name, voxel, resolution, bounds, backend, dtype, smooth, sharp, simplify, check, force)
-
-    def measure(
-        self,
-        name: str | None = None,
-        /,
-        within: str | None = None,
-        voxel: Length | None = None,
-        resolution: int | None = None,
-        bounds: Bounds | str | None = None,
-        backend: Backend = "numpy",
-        dtype: Dtype = "f32",
-    ) -> dict[str, Any]:
-        """What an output measures; see `Program.measure`."""
-        from porelang.asked import measure
-
-        return measure(self, name, within, voxel, resolution, bounds, backend, dtype)
-
-    def slices(
-        self,
-        name: str | None = None,
-        /,
-        *,
-        folder: str | Path,
-        step: Length,
-        format: Literal["png", "svg"] = "png",
-        voxel: Length | None = None,
-        bounds: Bounds | str | None = None,
-        backend: Backend = "numpy",
-        dtype: Dtype = "f32",
-        check: bool = True,
-    ) -> dict[str, Any]:
-        """The layers of an output, written into a folder; see `Program.slices`."""
-        from porelang.asked import slices
-
-        return slices(self, name, folder, step, format, voxel, bounds, backend, dtype, check)
-
-    def render(
-        self,
-        name: str | Sequence[str] | None = None,
-        /,
-        *,
-        bodies: bool = False,
-        view: str | tuple[float, float] = "iso",
-        projection: Literal["perspective", "orthographic"] = "perspective",
-        size: str | tuple[int, int] = (800, 600),
-        zoom: float = 1.0,
-        cut: str | Sequence[str] = (),
-        slice: str | Sequence[str] = (),
-        field: str | None = None,
-        range: str | tuple[float, float] | None = None,
-        legend: bool | str = False,
-        solid: Literal["none", "opaque", "glass"] | None = None,
-        background: Literal["white", "transparent"] = "white",
-        samples: int = 3,
-        axes: bool = False,
-        scale_bar: bool = False,
-        frame: Literal["surface", "bounds"] = "surface",
-        bounds: Bounds | str | None = None,
-        check: bool = True,
-    ) -> Picture:
-        """A picture of an output, or of several; see `Program.render`."""
-        from porelang.asked import render
-
-        return render(
-            self,
-            name,
-            bodies=bodies,
-            view=view,
-            projection=projection,
-            size=size,
-            zoom=zoom,
-            cut=cut,
-            slice=slice,
-            field=field,
-            range=range,
-            legend=legend,
-            solid=solid,
-            background=background,
-            samples=samples,
-            axes=axes,
-            scale_bar=scale_bar,
-            frame=frame,
-            bounds=bounds,
-            check=check,
-        )
-
-
-@cache
-def _options() -> frozenset[str]:
-    """The options of what can be asked of a design."""
-    asked = (Design.field, Design.mesh, Design.measure, Design.slices, Design.render)
-    return frozenset(option for one in asked for option in signature(one).parameters) - {"self", "name"}
 
 
 _SETTINGS_HINT = 'they are names and values: settings={"w": 25}, or w=25'

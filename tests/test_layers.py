@@ -23,9 +23,9 @@ STOREYS = {
     "tape": 2, "formula": 2, "rewrites": 2, "analysis": 2, "backends": 2,
     "syntax": 3, "elaborate": 3,
     "tasks": 4, "gpu": 4, "files": 4,
-    "settings": 5, "program": 5, "field": 5, "contracts": 5, "doubts": 5, "checks": 5, "refusals": 5, "compiler": 5,
-    "extents": 5, "mesh": 6, "measure": 6, "pieces": 6, "render": 6, "slices": 6, "notation": 6, "conformance": 6,
-    "cli": 7, "__main__": 7,
+    "settings": 5, "program": 5, "field": 5, "doors": 5, "contracts": 5, "doubts": 5, "checks": 5, "refusals": 5,
+    "compiler": 5, "extents": 5, "mesh": 6, "measure": 6, "pieces": 6, "render": 6, "slices": 6, "notation": 6,
+    "conformance": 6, "cli": 7, "__main__": 7,
     "html": 0, "values": 5, "picture": 5, "asked": 6, "jupyter": 6,
 }  # fmt: skip
 PURE = 3
@@ -36,7 +36,7 @@ READERS = {"resources", "cache", "store", "elaborate.prelude", "atomic"}
 #: The one place that knows of the compiler of loops.
 COMPILER = "compiled"
 #: Methods that only hand on to a storey above: an import, and a call of what it brought.
-DOORS = {"program": {"mesh", "measure", "slices", "render"}}
+DOORS = {"doors": {"mesh", "measure", "slices", "render"}}
 
 MODULES = {
     ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix("__init__").removesuffix("."): path

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import inspect
 import json
 import os
 import pickle
@@ -65,14 +64,21 @@ def test_the_types_are_told_to_checkers() -> None:
     assert (Path(porelang.__file__).parent / "py.typed").exists()
 
 
-@pytest.mark.parametrize("name", ["mesh", "measure", "slices", "render", "field", "bounds"])
-def test_a_program_offers_the_options_of_a_design_and_settings(name: str) -> None:
-    """The same options in the same order: an editor shows them, and none is lost on the way."""
-    of_program = inspect.signature(getattr(porelang.Program, name)).parameters
-    of_design = inspect.signature(getattr(porelang.Design, name)).parameters
-    assert [*of_design, "settings", "preset", "more"] == list(of_program)
-    assert all(of_program[option].default == p.default for option, p in of_design.items())
-    assert (getattr(porelang.Program, name).__doc__ or "").strip()
+def test_what_is_set_of_a_design_is_set_besides() -> None:
+    program = porelang.compile(
+        "param r = 5mm in 1mm..9mm\nparam h = 2mm in 1mm..9mm\nparam n = 1 in 1..3 step 1\n"
+        'preset "wide": r = 8mm\nunion([for i in range(n): cylinder(r, h) |> translate([0, 20mm * i, 0])])'
+    )
+    design = program.design(r=6)
+    assert design.design() is design
+    assert design.bounds().hi == pytest.approx((6, 6, 1), abs=1e-6)
+    assert design.bounds(h="4mm").hi == pytest.approx((6, 6, 2), abs=1e-6)
+    assert design.bounds(preset="wide").hi == pytest.approx((8, 8, 1), abs=1e-6)
+    assert design.design(n=3).design(h=4).settings == {"r": 6, "h": 4, "n": 3}
+    assert program.design(n=3).bounds(n=1, r=6).hi == pytest.approx((6, 6, 1), abs=1e-6)
+    assert program.design(n=3).bounds(r=6).hi == pytest.approx((6, 46, 1), abs=1e-6)
+    with pytest.raises(PoreError, match="has no param `m`"):
+        design.mesh(m=3)
 
 
 # ---- what is shown --------------------------------------------------------------------------------------------------

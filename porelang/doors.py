@@ -1,0 +1,243 @@
+"""What can be asked of a program, or of a design: the options, once, and what each stands for.
+
+The methods bind settings and hand on; the work itself is in free functions that take a design (see `asked`).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from functools import cache
+from inspect import signature
+from pathlib import Path
+from typing import Any, Literal
+
+from porelang.analysis.box import Box
+from porelang.backends.numpy import Dtype
+from porelang.field import Backend, Bounds, Field, make_field
+from porelang.picture import Picture
+from porelang.settings import Setting
+
+Settings = Mapping[str, Setting]
+#: In mm, or a text with a unit: `0.5`, `"0.5mm"`.
+Length = float | str
+
+
+class Doors(ABC):
+    """What can be asked: of a program with settings bound, of a design with these set besides."""
+
+    @abstractmethod
+    def design(self, settings: Settings | None = None, *, preset: str | None = None, **more: Setting) -> Any:
+        """The design that is asked, with settings bound."""
+
+    def field(
+        self,
+        name: str | None = None,
+        /,
+        backend: Backend = "numpy",
+        dtype: Dtype | None = None,
+        threads: int | None = None,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Field:
+        """An output, or a `let` that is a number, as a function of points (n, 3) in mm.
+
+        Its values are (n,), or (n, 3) for a vector. Settings are params by name: numbers in base units or texts with a
+        unit. `dtype` is f64 unless told otherwise, and f32 with `backend="glsl"`. Whether a `check` holds is not asked.
+
+        >>> import porelang
+        >>> program = porelang.compile("sphere(10)")
+        >>> program.field("part")([[0, 0, 0], [10, 0, 0]])
+        array([-10.,   0.])
+        """
+        asked = self.design(settings, preset=preset, **more)
+        roots = asked.formula(*asked.program.field_roots(name))
+        return make_field(
+            roots, asked.program.ranges, backend, dtype or ("f32" if backend == "glsl" else "f64"), threads
+        )
+
+    def bounds(
+        self, name: str | None = None, /, settings: Settings | None = None, preset: str | None = None, **more: Setting
+    ) -> Box:
+        """The box that holds an output's solid, in mm. Errors: E102 where it has no end, E103 where it is empty."""
+        box: Box = self.design(settings, preset=preset, **more).extent(name).outer
+        return box
+
+    def mesh(
+        self,
+        name: str | None = None,
+        /,
+        voxel: Length | None = None,
+        resolution: int | None = None,
+        bounds: Bounds | str | None = None,
+        backend: Backend = "numpy",
+        dtype: Dtype = "f32",
+        smooth: bool = False,
+        sharp: bool = False,
+        simplify: Length | None = None,
+        check: bool = True,
+        force: bool = False,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Any:
+        """The surface of an output as a `trimesh.Trimesh` in mm, watertight, normals outward.
+
+        `voxel` is the grid spacing, in mm or as a text with a unit (`"0.5mm"`); or `resolution` counts samples along
+        the longest side; if neither is given, or `voxel` is `"auto"`, it is found from the walls. `smooth` moves
+        vertices onto the field, `sharp` makes rims edges of the mesh, `simplify` (a length) takes out triangles that
+        matter less than that. What is doubtful about the mesh is told as a `PoreWarning` (W202, W205, W207). Errors:
+        those of bounds; E068 where a `check` of the program fails, unless `check` is False; E110, E111, E114 about the
+        samples; E118 where more than a fifth of the part is lost, unless `force`.
+        """
+        from porelang.asked import mesh
+
+        return mesh(
+            self.design(settings, preset=preset, **more),
+            name,
+            voxel,
+            resolution,
+            bounds,
+            backend,
+            dtype,
+            smooth,
+            sharp,
+            simplify,
+            check,
+            force,
+        )
+
+    def measure(
+        self,
+        name: str | None = None,
+        /,
+        within: str | None = None,
+        voxel: Length | None = None,
+        resolution: int | None = None,
+        bounds: Bounds | str | None = None,
+        backend: Backend = "numpy",
+        dtype: Dtype = "f32",
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> dict[str, Any]:
+        """Volume, porosity, area, components and topology of an output, each with its error under `"error"`.
+
+        `within` names the envelope: an output or a let. The keys are those of `pore measure --json`; mm, mm^2, mm^3.
+        A `check` of the program that fails is listed under `"failed_checks"`, and told as a `PoreWarning`.
+        """
+        from porelang.asked import measure
+
+        return measure(
+            self.design(settings, preset=preset, **more), name, within, voxel, resolution, bounds, backend, dtype
+        )
+
+    def slices(
+        self,
+        name: str | None = None,
+        /,
+        *,
+        folder: str | Path,
+        step: Length,
+        format: Literal["png", "svg"] = "png",
+        voxel: Length | None = None,
+        bounds: Bounds | str | None = None,
+        backend: Backend = "numpy",
+        dtype: Dtype = "f32",
+        check: bool = True,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> dict[str, Any]:
+        """Write the layers of an output into a folder, whole or not at all, and return their manifest.
+
+        A layer every `step`, as pictures whose pixels are `voxel` wide (the step unless given), or as SVG contours in
+        mm. Lengths are in mm or texts with a unit. Errors: those of a mesh; E113 about the folder.
+        """
+        from porelang.asked import slices
+
+        return slices(
+            self.design(settings, preset=preset, **more),
+            name,
+            folder,
+            step,
+            format,
+            voxel,
+            bounds,
+            backend,
+            dtype,
+            check,
+        )
+
+    def render(
+        self,
+        name: str | Sequence[str] | None = None,
+        /,
+        *,
+        bodies: bool = False,
+        view: str | tuple[float, float] = "iso",
+        projection: Literal["perspective", "orthographic"] = "perspective",
+        size: str | tuple[int, int] = (800, 600),
+        zoom: float = 1.0,
+        cut: str | Sequence[str] = (),
+        slice: str | Sequence[str] = (),
+        field: str | None = None,
+        range: str | tuple[float, float] | None = None,
+        legend: bool | str = False,
+        solid: Literal["none", "opaque", "glass"] | None = None,
+        background: Literal["white", "transparent"] = "white",
+        samples: int = 3,
+        axes: bool = False,
+        scale_bar: bool = False,
+        frame: Literal["surface", "bounds"] = "surface",
+        bounds: Bounds | str | None = None,
+        check: bool = True,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Picture:
+        """A picture of an output, or of several in colours of their own; a notebook shows it.
+
+        The options are those of `pore render` (docs/render.md), as there or as values: `view="front"` or degrees
+        `(azimuth, elevation)`, `size="800x600"` or pixels, `cut="y<0"` or several, `slice="z=1cm"`, `field="heat"` on
+        the slices or else on the surface, `range=(0, 1)`, `legend=True` or a text. Errors: those of bounds; E068 where
+        a `check` fails, unless `check` is False; E107, E108 for wishes that cannot be; E120-E122 about OpenGL.
+        """
+        from porelang.asked import render
+
+        return render(
+            self.design(settings, preset=preset, **more),
+            name,
+            bodies=bodies,
+            view=view,
+            projection=projection,
+            size=size,
+            zoom=zoom,
+            cut=cut,
+            slice=slice,
+            field=field,
+            range=range,
+            legend=legend,
+            solid=solid,
+            background=background,
+            samples=samples,
+            axes=axes,
+            scale_bar=scale_bar,
+            frame=frame,
+            bounds=bounds,
+            check=check,
+        )
+
+
+@cache
+def options() -> frozenset[str]:
+    """The options of all that can be asked."""
+    asked = (Doors.field, Doors.bounds, Doors.mesh, Doors.measure, Doors.slices, Doors.render)
+    return frozenset(o for one in asked for o in signature(one).parameters) - {
+        "self",
+        "name",
+        "settings",
+        "preset",
+        "more",
+    }
