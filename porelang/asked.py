@@ -69,7 +69,8 @@ def measure(
     with np.errstate(all="ignore"):  # a field may be infinite somewhere, and that is told
         found = measured(design, name, within, length("voxel", voxel), resolution, limits, backend, dtype)
     broken = broken_checks(design, measure=True)
-    warn([*broken, *undecided_checks(design)])
+    asked = [*design.program.roots(name), *design.program.graph.checks]
+    warn([*broken, *undecided_checks(design), *doubtful_numbers(design, *asked)])
     return Report(design.program.output(name), found | {"failed_checks": [d.to_json() for d in broken]})
 
 
@@ -99,7 +100,8 @@ def slices(
         keep_checks(design)
     found = write_slices(design, folder, apart, name=name, form=format, pixel=pixel, bounds=limits,
                          backend=backend, dtype=dtype)  # fmt: skip
-    warn(layer_doubts(design, name, limits, found["volume"]))
+    doubts = layer_doubts(design, name, limits, found["volume"])
+    warn([*doubts, *doubtful_numbers(design, *design.program.roots(name))])
     return Layers(folder, found)
 
 
@@ -129,8 +131,9 @@ def render(
         if what in more:
             more[what] = read(what, str(more[what]), reader)
     for what, known in _WORDS.items():
-        if more.get(what) not in (*known, None):
-            raise fail("E108", f"{what} cannot be {more[what]!r}", hint=f"choose from {', '.join(known)}")
+        if what in more and more[what] not in known:
+            words = ", ".join(word for word in known if word)
+            raise fail("E108", f"{what} cannot be {more[what]!r}", hint=f"choose from {words}")
     wishes = wishes_of(
         view=read("view", view if isinstance(view, str) else _joined(view), values.view),
         size=read("size", size if isinstance(size, str) else _joined(size, "x"), values.picture_size),
@@ -151,7 +154,7 @@ def render(
 #: What options may be that are one of a few words.
 _WORDS = {
     "projection": ("perspective", "orthographic"),
-    "solid": ("none", "opaque", "glass"),
+    "solid": ("none", "opaque", "glass", None),
     "background": ("white", "transparent"),
     "frame": ("surface", "bounds"),
 }
@@ -182,9 +185,14 @@ def read(what: str, given: Any, reader: Callable[[str], Some]) -> Any:
 
 
 def length(what: str, given: Length | None, reader: Callable[[str], Any] = values.length) -> Any:
-    """A text as a length in mm; what is no text stays as it is, and is judged by who uses it. Errors: E114."""
-    if not isinstance(given, str):
+    """A length in mm, or a text that says one, as that; whether there can be one so long is judged by who uses it.
+
+    Errors: E114."""
+    if given is None or (isinstance(given, int | float | np.number) and not isinstance(given, bool)):
         return given
+    if not isinstance(given, str):
+        hint = f'in Python lengths are numbers of mm, or texts with a unit: {what}=0.5, {what}="0.5mm"'
+        raise fail("E114", f"{what}={given!r:.60} is no length", hint=hint)
     try:
         return reader(given)
     except values.Unreadable as no:

@@ -87,7 +87,7 @@ class Doors(ABC):
         `voxel` is the grid spacing, in mm or as a text with a unit (`"0.5mm"`); or `resolution` counts samples along
         the longest side; if neither is given, or `voxel` is `"auto"`, it is found from the walls. `smooth` moves
         vertices onto the field, `sharp` makes rims edges of the mesh, `simplify` (a length) takes out triangles that
-        matter less than that. What is doubtful about the mesh is told as a `PoreWarning` (W202, W205, W207). Errors:
+        matter less than that. What is doubtful is told as a `PoreWarning` (W202, W204-W207). Errors:
         those of bounds; E068 where a `check` of the program fails, unless `check` is False; E110, E111, E114 about the
         samples; E118 where more than a fifth of the part is lost, unless `force`.
         """
@@ -234,10 +234,5 @@ class Doors(ABC):
 def options() -> frozenset[str]:
     """The options of all that can be asked."""
     asked = (Doors.field, Doors.bounds, Doors.mesh, Doors.measure, Doors.slices, Doors.render)
-    return frozenset(o for one in asked for o in signature(one).parameters) - {
-        "self",
-        "name",
-        "settings",
-        "preset",
-        "more",
-    }
+    every = frozenset(option for one in asked for option in signature(one).parameters)
+    return every - {"self", "name", "more"}

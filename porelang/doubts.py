@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.box import Box, part_box
-from porelang.analysis.sampled import MOST, Points, about_the_origin, inside_of, number, sampler
-from porelang.backends.numpy import NumpyField
+from porelang.analysis.enclose import EXACT, at_points, enclose
+from porelang.analysis.sampled import MOST, about_the_origin, inside_of, number, sampler
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.elaborate.results import Elaborated, ParamInfo, Suspicion
 from porelang.formula import Bindings, Formula
+from porelang.interval import interval
 from porelang.ir import SLOTS, Node, X, Y, Z, node, order, param, substitute, within
 from porelang.rewrites import flatten
 from porelang.source import Span
@@ -27,10 +28,10 @@ from porelang.source import Span
 FEW = 8
 #: Nodes that are looked at for one program: more take longer than a warning is worth.
 MOST_NODES, MOST_CUTS = 5000, 10
+#: Of the range that samples of a lattice have: how far its values go beyond.
+BEYOND = 0.01
 #: Boxes are looked for of graphs up to this size.
 CLOSE = 400
-#: Values of a lattice that are tried, from the least to the greatest.
-LEVELS = 17
 
 
 def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
@@ -40,10 +41,10 @@ def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
     out: list[Diagnostic] = []
     spent = cuts = 0
     for s in looked_at:
-        spent += len(order(s.nodes, within))
-        cuts += s.what == "apart"
-        if spent > MOST_NODES or (s.what == "apart" and cuts > MOST_CUTS):
-            continue
+        size, cut = len(order(s.nodes, within)), s.what == "apart"
+        if spent + size > MOST_NODES or cuts + cut > MOST_CUTS:
+            continue  # smaller ones may follow
+        spent, cuts = spent + size, cuts + cut
         if (d := _LOOKS[s.what](s, found, bindings)) is not None:
             out.append(d)
     return [
@@ -288,17 +289,12 @@ def _pores(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
     replaced = flatten(substitute([walls], stand_in)[0])
     if any(n not in bindings for n in order(replaced, within) if n.op in SLOTS and n not in stand_in.values()):
         return None
-    values = np.stack(
-        [
-            np.broadcast_to(NumpyField(Formula(replaced, {**bindings, **level}), "f64", 1).at(points), len(points))
-            for share in np.linspace(0, 1, LEVELS)
-            for level in [{p: _between(r, share) for p, r in zip(stand_in.values(), ranges, strict=True)}]
-        ]
-    )
-    # what it might do between two values that were tried is no more than it does from one to the next
-    sure = np.abs(values).min(axis=0) > np.abs(np.diff(values, axis=0)).max(axis=0)
-    solid = bool((values < 0).all() and sure.all())
-    if not solid and not ((values > 0).all() and sure.all()):
+    # samples do not reach the very ends of a range
+    ends = [(r.min() - BEYOND * np.ptp(r), r.max() + BEYOND * np.ptp(r)) for r in ranges]
+    levels = {p: interval(*end) for p, end in zip(stand_in.values(), ends, strict=True)}
+    found_there = enclose(Formula(replaced, {**bindings, **levels}), at_points(points, EXACT))[0].range
+    solid = bool((found_there.hi < 0).all())
+    if (not solid and not (found_there.lo > 0).all()) or bool(found_there.nan.any()):
         return None
     low, high = min(float(r.min()) for r in ranges), max(float(r.max()) for r in ranges)
     return _warning(
@@ -308,10 +304,6 @@ def _pores(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
         f"the lattice runs from {low:.2g} to {high:.2g}",
         "its values are raw, not mm: " + ("take less" if solid else "take more, or check the sign"),
     )
-
-
-def _between(values: Points, share: float) -> float:
-    return float((1 - share) * values.min() + share * values.max())
 
 
 def _seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:

@@ -63,7 +63,7 @@ def _empty(name: str, formula: Formula, span: Span) -> PoreError:
     place = ", ".join(f"{v:.4g}" for v in points[at])
     return fail(
         "E103",
-        f"`{name}` holds no material: its field is above 0 everywhere within 100 m",
+        f"`{name}` holds no material: its field is nowhere below 0 within 100 m",
         span,
         label=f"the least that samples found is {found[at]:.4g}, at ({place})",
         hint="solid is negative: check the sign or the offset, and that shapes which are intersected meet",

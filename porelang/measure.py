@@ -1,11 +1,11 @@
 """What a part measures: volume, porosity, area, components, topology, each with an error.
 
 Volumes, the porosity and the area are found from the fields themselves (`porelang.tasks.numbers`), not from a mesh.
-The Euler number and the components are counted among samples at the voxel; their errors are the change from a voxel 1.5
-times as large, and infinite (JSON: null) where the samples miss so much of the part that nothing can be counted among
-them. A count with an error is not certain. Pieces of solid and closed voids are described one by one (`pieces`). The
-share of the void that is open errs by the voxel: twice the change is what is left (Richardson, order 1), or the chance
-of voxels at its edge.
+The Euler number is that of the mesh, without the crumbs that sampling makes, and the components are counted among
+samples at the voxel; their errors are the change from a voxel 1.5 times as large, and infinite (JSON: null) where the
+samples miss so much of the part that nothing can be counted among them. A count with an error is not certain. Pieces of
+solid and closed voids are described one by one (`pieces`). The share of the void that is open errs by the voxel: twice
+the change is what is left (Richardson, order 1), or the chance of voxels at its edge.
 """
 
 from __future__ import annotations
@@ -25,12 +25,14 @@ from porelang.field import Backend, Bounds, checked_bounds, make_field, number_t
 from porelang.formula import Formula
 from porelang.ir import Node, node, order
 from porelang.ir import within as below
+from porelang.mesh.crumbs import settle
 from porelang.mesh.grid import chosen_voxel
 from porelang.mesh.part import Placed, grid_of, surface_of
+from porelang.mesh.solid import Solid
 from porelang.mesh.surface import Surface
 from porelang.mesh.walls import RESOLUTION
 from porelang.ops import kind
-from porelang.pieces import Pieces, pieces_of, sampled
+from porelang.pieces import Pieces, pieces_of, refuse_too_many, sampled
 from porelang.program import Design, Program
 
 _COARSER = 1.5
@@ -86,6 +88,11 @@ def measure(
                    hint="solid is negative: widen --bounds")  # fmt: skip
     _refuse_infinite(design, name, extent.outer)
     h = chosen_voxel(max(box.size), voxel, RESOLUTION if voxel is None and resolution is None else resolution)
+    formulas = [design.formula(r) for r in (root, envelope)]
+    dtype = number_type(formulas[0], extent.outer, h, backend, dtype)
+    fields = [make_field(f, design.program.ranges, backend, dtype) for f in formulas]
+    grids = [grid_of(design, name, s, None, bounds) for s in (h, _COARSER * h)]
+    refuse_too_many(extent.outer, h)  # before anything is computed
     inside, whole, share, surface = (
         design.number(n)
         for n in (
@@ -95,19 +102,14 @@ def measure(
             node("area", root),
         )
     )
-    formulas = [design.formula(r) for r in (root, envelope)]
     read = set(design.reads(root, envelope, *design.program.graph.checks))  # not what only another output reads
-    dtype = number_type(formulas[0], extent.outer, h, backend, dtype)
-    fields = [make_field(f, design.program.ranges, backend, dtype) for f in formulas]
     around = part_box(formulas[1]) or box
     fine, coarse = (_counts(fields[0], fields[1], around, s) for s in (h, _COARSER * h))
     pieces, voids = pieces_of(fields[0], extent.outer, h, _COARSER * h)
     # an envelope that is found from the part holds all of it
     all_of_it = inside if within is None else design.number(node("volume", root))
     there = all_of_it.value > all_of_it.error
-    surfaces = [
-        _surface(there, design, name, grid_of(design, name, s, None, bounds), backend, dtype) for s in (h, _COARSER * h)
-    ]
+    surfaces = [_surface(there, design, name, grid, backend, dtype) for grid in grids]
     seen = abs(surfaces[0].volume - all_of_it.value) <= max(_MISSED * all_of_it.value, all_of_it.error)
     unsure = 0.0 if seen else math.inf
     # what the box of the bounds may be too large by is an error of all that is relative to it
@@ -127,6 +129,7 @@ def measure(
         "euler": surfaces[0].euler,
         "pieces": _listed(pieces, seen),
         "voids": _listed(voids, seen),
+        "closed_voids": voids.count,
         "error": {
             "bounds": extent.error,
             "volume": inside.error,
@@ -162,9 +165,10 @@ class _Meshed:
 def _surface(
     there: bool, design: Design, name: str | None, placed: Placed, backend: Backend, dtype: Dtype
 ) -> Surface | _Meshed:
-    """The surface at a voxel; nothing at all where no sample meets a part that is known to be `there`."""
+    """The surface at a voxel, without crumbs; nothing at all where no sample meets a part that is `there`."""
     try:
-        return surface_of(design, name, placed, backend, dtype)
+        found = surface_of(design, name, placed, backend, dtype)
+        return settle(found, placed.grid, Solid(design.of(name), placed.cut)).surface
     except PoreError as error:
         if not there or error.diagnostics[0].code != "E111":
             raise

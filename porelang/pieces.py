@@ -48,11 +48,6 @@ class Pieces:
     count: int
     described: tuple[Piece, ...]
 
-    @property
-    def certain(self) -> bool:
-        """Whether there are as many as are counted."""
-        return len(self.described) == self.count and all(p.certain for p in self.described)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Found:
@@ -76,6 +71,13 @@ def sampled(part: Field, box: Box, voxel: float) -> tuple[NDArray[np.bool_], lis
 
     Errors: E114.
     """
+    refuse_too_many(box, voxel)
+    axes = [np.arange(lo - 1.5 * voxel, hi + 2 * voxel, voxel) for lo, hi in zip(box.lo, box.hi, strict=True)]
+    return np.asarray(part.on_grid(axes).all() < 0), axes
+
+
+def refuse_too_many(box: Box, voxel: float) -> None:
+    """Refuse a voxel (mm) of which a box holds too many. Errors: E114."""
     nodes = float(np.prod([s / voxel + 3.5 for s in box.size]))
     if nodes > MOST_NODES:
         raise fail(
@@ -83,8 +85,6 @@ def sampled(part: Field, box: Box, voxel: float) -> tuple[NDArray[np.bool_], lis
             f"a voxel of {voxel:g} mm makes {nodes:.2g} samples, too many to count components among",
             hint=f"use a voxel of {1.1 * (box.volume / MOST_NODES) ** (1 / 3):.2g} mm or more",
         )
-    axes = [np.arange(lo - 1.5 * voxel, hi + 2 * voxel, voxel) for lo, hi in zip(box.lo, box.hi, strict=True)]
-    return np.asarray(part.on_grid(axes).all() < 0), axes
 
 
 def _solid(solid: NDArray[np.bool_], axes: list[NDArray[np.float64]], voxel: float) -> _Found:

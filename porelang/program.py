@@ -26,6 +26,7 @@ from porelang.extents import part_extent
 from porelang.formula import Bindings, Formula
 from porelang.html import brief, table, title
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, param, within
+from porelang.once import alone
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, settle
 from porelang.source import Source, Span
@@ -109,6 +110,8 @@ class Program(Doors):
                 "the program has several outputs, and none is called `part`",
                 hint=f"choose one of {', '.join(self.outputs)} with --out NAME",
             )
+        if not isinstance(name, str):
+            raise fail("E100", f"{name!r:.60} is no name of an output", hint='it is a text, as in "part"')
         if name not in self.outputs:
             near = suggest(name, self.outputs)
             hint = f"did you mean `{near}`?" if near else f"it has {', '.join(self.outputs) or 'none'}"
@@ -192,6 +195,8 @@ class Program(Doors):
         if name is None:
             return {}
         known = self.elaborated.presets
+        if not isinstance(name, str):
+            raise fail("E088", f"{name!r:.60} is no name of a preset", hint='it is a text: preset="fine"')
         if name not in known:
             near = suggest(name, known)
             hint = f"its presets are {', '.join(known)}" if known else 'it has none; `preset "fine": w = 6mm` is one'
@@ -258,13 +263,15 @@ def _remembered(
 ) -> _Made:
     """What was made for these values, made now if need be; the few that were asked for last are remembered."""
     key = struct.pack(f"{len(values)}d", *values.values())  # -0 is not 0
-    with lock:
-        found = known.pop(key, None)
-    found = found or make()
-    with lock:
-        known[key] = found
-        if len(known) > _REMEMBERED:
-            del known[next(iter(known))]
+    with alone((id(known), key)):
+        with lock:
+            found = known.get(key)
+        found = found or make()
+        with lock:
+            known.pop(key, None)
+            known[key] = found  # the last that was asked for
+            if len(known) > _REMEMBERED:
+                del known[next(iter(known))]
     return found
 
 

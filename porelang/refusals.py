@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from porelang.analysis.box import extent_of, unbounded_axes
-from porelang.analysis.sampled import about_the_origin, holds_anything, unending
+from porelang.analysis.sampled import about_the_origin, holds_anything, unending, unstretched
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic, Label, PoreError
 from porelang.elaborate.advice import as_solid, joins
@@ -278,8 +278,9 @@ def _larger_cells(design: Design, name: str) -> list[Diagnostic]:
     """A warning for each lattice of which the part does not hold half a period in any direction."""
     program = design.program
     size = max(design.bounds(name).size)
-    found: list[Diagnostic] = []
-    for n in order(program.outputs[name].nodes, within):
+    found: dict[Span, Diagnostic] = {}  # a choice among lattices names one period for several
+    bindings: Bindings = {param(k): v for k, v in design.settings.items()}
+    for n in unstretched(program.outputs[name].nodes, bindings):
         span, period = program.elaborated.lattices.get(n, (None, None))
         if span is None or period is None:
             continue
@@ -287,8 +288,8 @@ def _larger_cells(design: Design, name: str) -> list[Diagnostic]:
         if w > 2 * size:
             message = f"the period of {w:g} mm is more than twice the part, which is {size:.3g} mm at most"
             hint = "the period is the edge of a cell in mm, not a number of cells"
-            found.append(Diagnostic("W225", message, span, "not half a cell fits in", (), hint, None, "warning"))
-    return found
+            found[span] = Diagnostic("W225", message, span, "not half a cell fits in", (), hint, None, "warning")
+    return list(found.values())
 
 
 def _broken_end(name: str, shown: str, span: Span, found: Diagnostic) -> Diagnostic:

@@ -88,7 +88,7 @@ FANS = ["cube(10) & (sin(50*x) * sin(50*y) * sin(50*z))", "cube(10) & (sin(47*x)
 
 
 @pytest.mark.parametrize("text", FANS)
-def test_vertices_within_cells_are_in_the_middle_of_their_fans(text: str) -> None:
+def test_a_sheet_beside_a_fan_leaves_it_whole(text: str) -> None:
     """Also where another sheet of the surface passes the cell, whose triangles come first: their mean was of none."""
     design = porelang.compile(text).design()
     for resolution in range(22, 34):

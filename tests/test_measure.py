@@ -10,7 +10,11 @@ import pytest
 
 import porelang
 from porelang.cli import main
+from porelang.diagnostics import PoreError
 from porelang.measure import measure
+from porelang.mesh.made import make
+from porelang.mesh.part import grid_of, surface_of
+from porelang.program import Design
 from porelang.refusals import refusals
 
 
@@ -62,6 +66,43 @@ def test_a_shell_of_schwarz_p_has_two_voids() -> None:
     found = report("shell(schwarz_p(30), 0.4) & box([58, 58, 58])")
     assert found["void_components"] == 2
     assert found["solid_components"] == 1
+
+
+def test_the_euler_number_is_that_of_the_part_and_not_of_its_crumbs() -> None:
+    """A ball cuts the sheet at sharp angles, where sampling leaves specks: 27 of them here, each of which counts 2."""
+    design = porelang.compile("shell(gyroid(10), 0.6) & sphere(15)").design()
+    raw = surface_of(design, None, grid_of(design, resolution=100))
+    found = measure(design, resolution=100)
+    mesh = make(design, resolution=100)
+    assert len(raw.pieces.volume) > 1 == mesh.facts["components"]
+    assert found["euler"] == mesh.surface.euler != raw.euler
+    assert abs(found["euler"] + 230) <= 10 + found["error"]["euler"] < 30
+
+
+@pytest.mark.parametrize("resolution", [41, 64])
+def test_the_euler_number_of_a_sheet_of_schwarz_p(resolution: int) -> None:
+    """One side in two periods a side is 8 balls joined by 12 bars (2 * (8 - 12)), whose 24 further bars end at the box:
+    so the sheet between the sides has -8 - 24, and the wall, on both of its faces, twice that."""
+    found = report("schwarz_p(10) |> shell(0.6) & cube(20)", resolution=resolution)
+    assert (found["euler"], found["error"]["euler"]) == (-64, 0)
+
+
+@pytest.mark.slow
+def test_voids_beyond_those_that_are_described_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "cube(30) \\ repeat(sphere(1), 5, counts=[5, 5, 5])"
+    path = tmp_path / "holes.pore"
+    path.write_text(text)
+    assert main(["measure", str(path), "--resolution", "100", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["closed_voids"], found["void_components"], len(found["voids"])) == (125, 125, 100)
+    assert main(["measure", str(path), "--resolution", "100"]) == 0
+    assert "and 25 yet smaller ones that are only counted" in capsys.readouterr().out
+
+
+def test_a_voxel_that_is_too_fine_is_refused_before_anything_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Design, "number", lambda *_: pytest.fail("a number was found first"))
+    with pytest.raises(PoreError, match="too fine"):
+        report("sphere(10)", resolution=None, voxel=0.001)
 
 
 def test_pieces_and_envelopes() -> None:

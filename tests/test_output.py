@@ -91,7 +91,7 @@ def test_every_command_refuses_what_is_no_file_before_it_computes(
     pipe(tmp_path / "pipe")
     out = tmp_path / f"out{ending}"
     out.symlink_to("pipe")
-    monkeypatch.setattr("porelang.program.make_field", None)  # nothing is evaluated
+    monkeypatch.setattr("porelang.doors.make_field", None)  # nothing is evaluated
     assert main([command, str(source), "-o", str(out), *more]) == 2
     assert "E113" in capsys.readouterr().err
     assert out.is_symlink()

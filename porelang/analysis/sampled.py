@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from porelang.analysis.backwards import UNIVERSE
 from porelang.backends.numpy import NumpyField
 from porelang.formula import Bindings, Formula
-from porelang.ir import SLOTS, Node, order, within
+from porelang.ir import SLOTS, Node, node, order, within
 from porelang.rewrites import flatten
 
 Points = NDArray[np.float64]
@@ -45,6 +45,31 @@ def number(n: Node, bindings: Bindings) -> float | None:
     at = None if n.axes else sampler([n], bindings)
     value = np.nan if at is None else float(at(np.zeros((1, 3)))[0][0])
     return value if np.isfinite(value) else None
+
+
+def unstretched(roots: Sequence[Node], bindings: Bindings) -> list[Node]:
+    """The nodes below roots that are seen in their own mm: through no `at` but such as move and turn."""
+    out: dict[Node, None] = {}
+    todo = list(roots)
+    while todo:
+        n = todo.pop()
+        if n in out:
+            continue
+        out[n] = None
+        if n.op != "at":
+            todo += within(n)
+        elif _keeps_lengths(n.args[1:], bindings):
+            todo.append(n.args[0])
+    return list(out)
+
+
+def _keeps_lengths(point: Sequence[Node], bindings: Bindings) -> bool:
+    """Whether a place depends on the point as by a rotation and a translation, wherever samples look."""
+    at = sampler([node("d", c, value=axis) for c in point for axis in range(3)], bindings)
+    if at is None:
+        return False
+    slopes = np.stack(at(about_the_origin()[::100]), -1).reshape(-1, 3, 3)
+    return bool(np.allclose(slopes @ slopes.transpose(0, 2, 1), np.eye(3), atol=1e-6))
 
 
 def about_the_origin() -> Points:

@@ -18,6 +18,7 @@ from porelang.compiler import MOST_DIAGNOSTICS, try_compile
 from porelang.diagnostics import PoreError
 from porelang.doubts import idle_cuts, off_step
 from porelang.files import read_source
+from porelang.program import Design
 from porelang.refusals import endless, refusals, structural_faults
 from porelang.syntax.parse import MOST
 
@@ -26,6 +27,7 @@ def check(options: Namespace) -> int:
     """`pore check`: all diagnostics, the `check` statements included."""
     source = read_source(options.file)
     program, found = try_compile(source)
+    design: Design | None = None
     report.say([d for d in found if d.severity == "error" or not options.quiet])
     if program is not None:  # what was found so far is said first: a check may have to measure the whole part
         try:
@@ -53,9 +55,9 @@ def check(options: Namespace) -> int:
         if waiting and not options.quiet:
             them = "it" if waiting == 1 else "them"
             report.note(f"{report.plural(waiting, 'check')} about whole fields left out: --measure looks at {them}")
-    if program is not None and not options.quiet and not found:
+    if design is not None and not options.quiet and not found:
         try:
-            axes = endless(program.design(dict(options.settings)))
+            axes = endless(design)
         except PoreError:
             axes = ""
         if axes:

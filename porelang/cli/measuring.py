@@ -63,7 +63,8 @@ def _text(path: str, found: dict[str, Any]) -> str:
         more = f"({found['envelope']})" if key == "envelope_volume" else ""
         lines.append(f"  {name:<16} {_with_error(found[key], found['error'][key], unit)} {more}".rstrip())
     for key, (name, what) in _LISTED.items():
-        if told := _largest(found[key], what, least=2 if key == "pieces" else 1):
+        several = found["solid_components"] if key == "pieces" else found["closed_voids"]
+        if told := _largest(found[key], several, what, least=2 if key == "pieces" else 1):
             lines.append(f"  {name:<16} {told}")
     lines.extend(f"  {text} = {r['value']:.6g} +- {r['error']:.2g}" for text, r in found["reduced"].items())
     lines.append(f"  counted at a voxel of {found['voxel']:.4g} mm; certain is what one 1.5 times as large counts too")
@@ -79,8 +80,8 @@ def _with_error(value: float, error: float, unit: str) -> str:
     return f"{value:.6g} +- {error:.2g} {unit}".rstrip()
 
 
-def _largest(found: list[dict[str, Any]], what: str, least: int) -> str:
-    """The largest of some pieces, if there are at least so many that are certain."""
+def _largest(found: list[dict[str, Any]], several: int, what: str, least: int) -> str:
+    """The largest of `several` pieces, of which those that are `found` are described, if so many are certain."""
     certain = [piece for piece in found if piece["certain"]]
     unsure = len(found) - len(certain)
     if len(certain) < least:
@@ -88,6 +89,8 @@ def _largest(found: list[dict[str, Any]], what: str, least: int) -> str:
     shown = "; ".join(_piece(p) for p in certain[:_SHOWN])
     more = f"; and {len(certain) - _SHOWN} smaller ones (--json lists them)" if len(certain) > _SHOWN else ""
     doubt = f"; {unsure} more are not certain at this voxel" if unsure else ""
+    rest = several - len(found)
+    doubt += f"; and {rest} yet smaller ones that are only counted" if rest > 0 else ""
     return f"{len(certain)}{what}: {shown}{more}{doubt}"
 
 

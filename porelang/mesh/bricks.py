@@ -30,14 +30,13 @@ class Brick:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """The bricks to be sampled, and whether any that was ruled out is void, or solid.
+    """The bricks to be sampled, and whether any that was ruled out is void.
 
     `nearest` is the brick among those ruled out where the field comes closest to a surface by its enclosure.
     """
 
     bricks: list[Brick]
     void: bool
-    solid: bool
     nearest: Brick | None
 
 
@@ -51,22 +50,21 @@ def split(layers: Layers, size: int, enclose: Enclose | None = None) -> Plan:
     # Alike, so that there are none of a few cells: 134 cells make two bricks of 67.
     sides = -(-cells // np.maximum(1, np.rint(cells / size).astype(np.int64)))
     if enclose is None:
-        return Plan(_bricks(_tile(np.zeros((1, 3), np.int64), cells[None], sides)), False, False, None)
+        return Plan(_bricks(_tile(np.zeros((1, 3), np.int64), cells[None], sides)), False, None)
     few = np.prod(-(-cells // sides)) <= FEW
     blocks = _tile(np.zeros((1, 3), np.int64), cells[None], sides if few else COARSER * sides)
-    void = solid = False
+    void = False
     nearest, least = None, np.inf
     for step in (None,) if few else (sides, None):
         kept, low, high = _sift(layers, blocks, enclose)
         void |= bool((low[~kept] > 0).any())
-        solid |= bool((high[~kept] < 0).any())
         distance = np.where(kept, np.inf, np.minimum(np.abs(low), np.abs(high)))
         if distance.size and distance.min() < least:
             least, nearest = distance.min(), _bricks(blocks[distance.argmin()][None])[0]
         blocks = blocks[kept]
         if step is not None:
             blocks = _tile(blocks[:, 0], blocks[:, 1] - 1, step)
-    return Plan(_bricks(blocks), void, solid, nearest)
+    return Plan(_bricks(blocks), void, nearest)
 
 
 def _tile(lo: Ints, hi: Ints, sides: Ints) -> Ints:

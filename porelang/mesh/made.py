@@ -93,10 +93,10 @@ def make(
     # The mesh is judged as it will be written: rims that are cut sharp give back what a coarse voxel lost.
     coarse = Coarse(spacing, simplify, held)
     doubts = volume_doubts(design, name, bounds, surface.volume, part, coarse, force)
+    if not doubts:  # of a mesh that lost much of its volume no more is said
+        doubts += lost_doubts(design, name, raw, surface, placed.grid, part)
     doubts += rounding_doubts(design.of(name), whole, spacing, backend, dtype)
     doubts += torn_doubts(design, name, settled, placed.grid)
-    if not doubts:
-        doubts += lost_doubts(design, name, raw, surface, placed.grid, part)
     if refined:
         crossing = crossed(surface)
         facts["crossed"] = int(crossing.sum())

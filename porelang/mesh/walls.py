@@ -34,11 +34,6 @@ class Chosen:
     wall: float | None
     wanted: float
 
-    @property
-    def enough(self) -> bool:
-        """Whether the voxel holds the walls."""
-        return self.voxel <= self.wanted
-
 
 def chosen(part: Solid) -> Chosen:
     """The voxel for a part in its box: RESOLUTION samples along the longest side, or as fine as its thinnest walls ask

@@ -47,7 +47,7 @@ def write_slices(
     layers_folder(folder)  # what is refused is refused before anything is computed
     formula = design.of(name)
     box = checked_bounds(bounds) if bounds is not None else _box_of(design, formula, name, step)
-    stack = stack_of(box, step, pixel or step)
+    stack = stack_of(box, step, step if pixel is None else pixel)
     dtype = number_type(formula, box, stack.pixel, backend, dtype)
     field = make_field(formula, design.program.ranges, backend, dtype)
     exact = _between_samples(formula, dtype) if form == "svg" else None
