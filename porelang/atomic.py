@@ -12,7 +12,7 @@ import errno
 import os
 import secrets
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -30,12 +30,17 @@ _KINDS = (
 _pending: dict[object, tuple[int, Callable[[], None]]] = {}
 
 
-def destination(path: str | Path) -> Path:
+def destination(path: str | Path, reads: Iterable[str | Path] = ()) -> Path:
     """The regular file that output to `path` makes or replaces: `path` without links.
 
-    Errors: E113 for what is there and no such file, for a file or folder that is read-only, for no folder at all.
+    Errors: E113 for what is there and no such file, for a file or folder that is read-only, for no folder at all, and
+    for a file that what is written is made from, by whatever name: one of those that are read.
     """
     target, found = followed(path)
+    for source in reads:
+        if _is_same(found, source):
+            raise fail("E113", f"cannot write {path}: it is `{source}`, which is read for it",
+                       hint="choose another name")  # fmt: skip
     if found is not None and stat.S_ISDIR(found.st_mode):
         raise fail("E113", f"cannot write {path}: it is a folder", hint=f"name a file: {Path(path) / 'part.stl'}")
     if found is not None and not stat.S_ISREG(found.st_mode):
@@ -52,6 +57,13 @@ def destination(path: str | Path) -> Path:
         raise fail("E113", f"cannot write {path}: the folder {target.parent} is read-only",
                    hint="choose a folder that you may write to")  # fmt: skip
     return target
+
+
+def _is_same(found: os.stat_result | None, path: str | Path) -> bool:
+    try:
+        return found is not None and os.path.samestat(found, os.stat(path))
+    except (OSError, ValueError):  # a program may come from no file
+        return False
 
 
 def followed(path: str | Path) -> tuple[Path, os.stat_result | None]:

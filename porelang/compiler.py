@@ -136,6 +136,7 @@ def _compiled(
                 out,
                 {name: structure.get(name, out.params[name].default) for name in out.structure},
                 partial(_again, source, used, folder),
+                used,
             )
     except PoreError as error:
         span = Span(source, 0, 0)

@@ -43,7 +43,7 @@ class Program(Doors):
     """A program without errors. `warnings` says what is doubtful; `graph` is what the rewrites make of `written`.
 
     `structure` are the params that something is counted or picked by, fixed at a value each; `again` makes the program
-    anew from its texts for other values, or for these wherever it is unpickled.
+    anew from its texts for other values, or for these wherever it is unpickled; `used` are those of the files it uses.
     """
 
     source: Source
@@ -55,6 +55,7 @@ class Program(Doors):
     elaborated: Elaborated
     structure: Mapping[str, float]
     again: Callable[[Mapping[str, float]], Program]
+    used: Mapping[str, Source]
     # the designs asked for last, so that what one has found is not found again at the next call
     _designs: dict[bytes, Design] = dataclasses.field(default_factory=dict, init=False, repr=False)
     _variants: dict[bytes, Program] = dataclasses.field(default_factory=dict, init=False, repr=False)
@@ -82,6 +83,12 @@ class Program(Doors):
     def ranges(self) -> dict[str, tuple[float, float]]:
         """The range of every param in base units."""
         return {name: (info.low, info.high) for name, info in self.params.items()}
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The files that it comes from: its own (or the name of its text), those that it uses, and its data."""
+        data = (n.value[1] for n in order(self.graph.roots) if n.op in READERS and isinstance(n.value, tuple))
+        return tuple(dict.fromkeys([self.source.name, *(s.name for s in self.used.values()), *map(str, data)]))
 
     @cached_property
     def places(self) -> dict[Node, Span]:

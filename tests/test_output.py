@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
 import pytest
 
 from porelang import atomic
@@ -203,3 +204,43 @@ def test_destination_gives_the_file_that_will_be_written(tmp_path: Path) -> None
     (tmp_path / "real").mkdir()
     (tmp_path / "folder").symlink_to("real")
     assert destination(tmp_path / "folder" / "a.stl") == tmp_path / "real" / "a.stl"
+
+
+@pytest.mark.parametrize("way", ["by its name", "through a link", "under another name"])
+@pytest.mark.parametrize("command", ["mesh", "render", "eval"])
+def test_what_is_read_is_not_replaced(
+    command: str, way: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A program that was called `part.stl`, a link to one, the points: they would be gone."""
+    ending = {"mesh": ".stl", "render": ".png", "eval": ".npy"}[command]
+    source, points = tmp_path / "a.pore", tmp_path / "points.npy"
+    source.write_text(BALL)
+    np.save(points, np.zeros((1, 3)))
+    read = points if command == "eval" else source
+    out = tmp_path / f"out{ending}"
+    if way == "by its name":
+        read = read.rename(out)
+        points, source = (out, source) if command == "eval" else (points, out)
+    elif way == "through a link":
+        out.symlink_to(read)
+    else:
+        out.hardlink_to(read)
+    before = read.read_bytes()
+    more = ["--points", str(points)] if command == "eval" else []
+    assert main([command, str(source), "--output", str(out), *more]) == 2
+    assert "which is read for it" in capsys.readouterr().err
+    assert read.read_bytes() == before
+
+
+def test_used_files_and_data_are_not_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    used, data, source = tmp_path / "lib.pore", tmp_path / "heat.npz", tmp_path / "a.pore"
+    used.write_text("let r = 5")
+    np.savez(data, heat=np.zeros((2, 2, 2)), origin=[0, 0, 0], spacing=1.0)
+    source.write_text(f'use "lib.pore" as lib\nsphere(lib.r) + load("{data}", "heat")')
+    for read in (used, data):
+        out = tmp_path / "out.stl"
+        out.symlink_to(read)
+        assert main(["mesh", str(source), "-o", str(out)]) == 2
+        assert "which is read for it" in capsys.readouterr().err
+        out.unlink()
+    assert used.read_text() == "let r = 5"

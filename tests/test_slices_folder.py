@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import stat
@@ -59,8 +60,13 @@ def test_a_folder_with_anything_else_in_it_is_left_alone(layers: Path) -> None:
     kept(layers, "layer_9999.png")
     (layers / "layer_9999.png").unlink()
     (layers / "layer_0001.png").unlink()
-    (layers / "layer_0001.png").symlink_to("/etc/hostname")
+    (layers / "layer_0001.png").symlink_to(layers / "layer_0002.png")
     kept(layers, "layer_0001.png")
+    (layers / "layer_0001.png").unlink()
+    (layers / "layer_0001.png").write_bytes(b"a photograph")  # of somebody who did not know what the folder is
+    with pytest.raises(PoreError, match=r"`layer_0001.png` in .* was changed after it was written"):
+        again(layers)
+    assert (layers / "layer_0001.png").read_bytes() == b"a photograph"
     (layers / "layer_0001.png").unlink()  # a layer that is missing is no hindrance
     again(layers)
     assert json.loads((layers / "layers.json").read_text())["layers"] == 6
@@ -70,12 +76,15 @@ def test_a_folder_with_anything_else_in_it_is_left_alone(layers: Path) -> None:
 @pytest.mark.parametrize(
     "manifest",
     [
-        b'{"layers": 1, "format": "png", "files": ["photo.jpg"]}',
-        b'{"layers": 1, "format": "png", "files": ["../photo.jpg"]}',
-        b'{"layers": 2, "format": "png", "files": ["layer_0000.png"]}',
-        b'{"layers": 1, "format": "svg", "files": ["layer_0000.png"]}',
-        b'{"layers": 1, "format": "png", "files": "layer_0000.png"}',
-        b'{"layers": 1, "format": "png", "files": [["layer_0000.png"]]}',
+        b'{"layers": 1, "format": "png", "files": ["photo.jpg"], "sha256": [""]}',
+        b'{"layers": 1, "format": "png", "files": ["../photo.jpg"], "sha256": [""]}',
+        b'{"layers": 2, "format": "png", "files": ["layer_0000.png"], "sha256": [""]}',
+        b'{"layers": 1, "format": "png", "files": ["layer_0000.png"], "sha256": []}',
+        b'{"layers": 1, "format": "png", "files": ["layer_0000.png"], "sha256": [null]}',
+        b'{"layers": 1, "format": "png", "files": ["layer_0000.png"]}',
+        b'{"layers": 1, "format": "svg", "files": ["layer_0000.png"], "sha256": [""]}',
+        b'{"layers": 1, "format": "png", "files": "layer_0000.png", "sha256": [""]}',
+        b'{"layers": 1, "format": "png", "files": [["layer_0000.png"]], "sha256": [""]}',
         b'["layer_0000.png"]',
         b"[" * 100_000,
         b"\xff\xfe",
@@ -192,8 +201,10 @@ def test_old_layers_or_new_ones_are_there_after_a_kill_at_any_moment(layers: Pat
                 with replace_folder(layers) as draft:
                     for k in range(3):
                         (draft / f"layer_000{k}.png").write_bytes(b"new")
-                    new = {**files(draft), "layers.json": b'{"layers": 3, "format": "png", "files": %s}'
-                           % json.dumps(sorted(files(draft))).encode()}  # fmt: skip
+                    listed = sorted(files(draft))
+                    digests = [hashlib.sha256(b"new").hexdigest()] * 3
+                    manifest = {"layers": 3, "format": "png", "files": listed, "sha256": digests}
+                    new = {**files(draft), "layers.json": json.dumps(manifest).encode()}
                     (draft / "layers.json").write_bytes(new["layers.json"])
                     steps(patch, at)
             except Killed:

@@ -320,11 +320,12 @@ def test_drafts_of_runs_that_were_killed_are_counted_and_cleared(
 SWAP = """
 import json, sys
 from pathlib import Path
-from porelang.slices.folder import MANIFEST, replace_folder
+from porelang.slices.folder import MANIFEST, digest_of, replace_folder
 for _ in range(40):
     with replace_folder(Path(sys.argv[1])) as draft:
         (draft / "layer_0000.png").write_bytes(b"layer")
-        (draft / MANIFEST).write_text(json.dumps({"layers": 1, "format": "png", "files": ["layer_0000.png"]}))
+        made = {"files": ["layer_0000.png"], "sha256": [digest_of(draft / "layer_0000.png")]}
+        (draft / MANIFEST).write_text(json.dumps({"layers": 1, "format": "png", **made}))
 """
 
 

@@ -29,7 +29,7 @@ def evaluate(options: Namespace) -> int:
     """Values of an output at points. Errors: E104 for points that are none, and what `Program.field` rejects."""
     design = bound(options)
     if options.output:
-        destination(options.output)
+        destination(options.output, [*design.program.files, options.points])
         if not options.output.endswith(".npy"):
             raise fail("E112", f"{options.output}: values are written as .npy", hint="end the name with .npy")
     backend, dtype = machine(options, "f64")

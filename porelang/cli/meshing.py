@@ -35,6 +35,7 @@ def mesh(options: Namespace) -> int:
     if options.voxel is not None and options.resolution is not None:
         raise fail("E108", "--voxel and --resolution say the same thing twice", hint="give one of them")
     design = bound(options)
+    destination(options.output, design.program.files)
     if broken := broken_checks(design, measure=True):
         raise PoreError(broken)
     _refuse_too_fine(design, options)

@@ -30,6 +30,7 @@ def render(options: Namespace) -> int:
         **{o: getattr(options, o) for o in _WISHES}, several=options.bodies or len(set(named)) > 1
     )  # what contradicts itself is refused before the program is read
     design = bound(options)
+    destination(options.output, design.program.files)
     if broken := broken_checks(design):
         raise PoreError(broken)
     names = bodies_of(design.program) if options.bodies else named or None

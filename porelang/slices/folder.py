@@ -1,4 +1,4 @@
-"""The folder of layers: replaced as a whole, and only if every file in it is one that we have written.
+"""The folder of layers: replaced as a whole, and only if every file in it is one that we have written, as we have.
 
 A new folder is filled under a hidden name. Then the old one is renamed aside, the new one renamed in, and the old one's
 files are deleted one by one. A run that is killed in between leaves the old layers whole under their hidden name: the
@@ -13,7 +13,7 @@ import os
 import re
 import stat
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -111,13 +111,17 @@ def _refuse_others(path: str | Path, folder: Path) -> None:
     try:
         if read_only(os.stat(folder), folder):
             raise fail("E113", f"the folder `{path}` is read-only", hint="name a new folder")
-        ours = set(_listed(folder))
+        digests = _listed(folder)
+        ours = set(digests)
         with os.scandir(folder) as entries:
             found = sorted(entries, key=lambda e: e.name)
         others = [e.name for e in found if e.name not in ours or not e.is_file(follow_symlinks=False)]
         if others:
             more = f" and {len(others) - 1} more" if len(others) > 1 else ""
             raise fail("E113", f"the folder `{path}` holds other things than layers: `{others[0]}`{more}", hint=_NEW)
+        changed = next((e.name for e in found if not _is_as_listed(folder, e.name, digests)), None)
+        if changed is not None:
+            raise fail("E113", f"`{changed}` in the folder `{path}` was changed after it was written", hint=_NEW)
         kept = [e.name for e in found if not e.stat(follow_symlinks=False).st_mode & stat.S_IWUSR]
         if kept:
             raise fail("E113", f"`{kept[0]}` in the folder `{path}` is read-only", hint="name a new folder")
@@ -125,27 +129,40 @@ def _refuse_others(path: str | Path, folder: Path) -> None:
         raise unwritable(path, error) from None
 
 
-def _listed(folder: Path) -> list[str]:
-    """The files that a folder's manifest lists, and last the manifest; none where it has none, or one not of ours."""
+def _listed(folder: Path) -> dict[str, str]:
+    """The files that a folder's manifest lists, with their SHA-256, and last the manifest with none; none at all where
+    there is no manifest, or one not of ours."""
     manifest = folder / MANIFEST
     try:
         found = os.lstat(manifest)
         if not stat.S_ISREG(found.st_mode) or found.st_size > _LARGEST:
-            return []
-        names = _names(json.loads(manifest.read_bytes()))
+            return {}
+        files = _files(json.loads(manifest.read_bytes()))
     except (OSError, ValueError, RecursionError):
-        return []
-    return [*names, MANIFEST] if names else []
+        return {}
+    return files | {MANIFEST: ""} if files else {}
 
 
-def _names(manifest: Any) -> list[str]:
-    """The names in a manifest: `layer_0007.png` and its like, as many as there are layers. Paths are none of ours."""
+def _files(manifest: Any) -> dict[str, str]:
+    """The files in a manifest: `layer_0007.png` and its like, as many as there are layers. Paths are none of ours."""
     match manifest:
-        case {"layers": int(count), "format": "png" | "svg" as form, "files": list(files)}:
+        case {"layers": int(count), "format": "png" | "svg" as form, "files": list(files), "sha256": list(digests)}:
             plain = re.compile(rf"layer_[0-9]{{4,}}\.{form}")
-            if len(files) == count and all(isinstance(f, str) and plain.fullmatch(f) for f in files):
-                return files
-    return []
+            texts = all(isinstance(text, str) for text in (*files, *digests))
+            if texts and len(files) == len(digests) == count and all(map(plain.fullmatch, files)):
+                return dict(zip(files, digests, strict=True))
+    return {}
+
+
+def _is_as_listed(folder: Path, name: str, digests: Mapping[str, str]) -> bool:
+    """Whether a file is what was written: of the manifest itself nobody knows."""
+    return name == MANIFEST or digest_of(folder / name) == digests[name]
+
+
+def digest_of(path: Path) -> str:
+    """The SHA-256 of a file's content."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _aside(target: Path) -> Path:
@@ -167,7 +184,7 @@ def _settle(target: Path) -> None:
     aside = _aside(target)
     if aside.is_dir() and not aside.is_symlink():
         if target.exists():
-            _remove(aside, _listed(aside))
+            _remove(aside, list(_listed(aside)))
         else:
             os.rename(aside, target)
 

@@ -17,7 +17,7 @@ from porelang.field import Backend, Bounds, checked_bounds, make_field, number_t
 from porelang.formula import Formula
 from porelang.program import Design
 from porelang.progress import activity, tell
-from porelang.slices.folder import MANIFEST, layers_folder, replace_folder
+from porelang.slices.folder import MANIFEST, digest_of, layers_folder, replace_folder
 from porelang.slices.outline import At, area_of, outlines
 from porelang.slices.stack import SLACK, Band, Format, Stack, layers, stack_of
 
@@ -54,10 +54,12 @@ def write_slices(
     digits = max(4, len(str(len(stack.z))))
     with replace_folder(folder) as draft, activity(SLICING):
         areas: list[float] = []
+        digests: list[str] = []
         files = [f"layer_{k:0{digits}}.{form}" for k in range(len(stack.z))]
         for k, bands in layers(field, stack, frame=form == "svg"):
             path = draft / files[k]
             areas.append(_svg(path, bands, stack, k, exact) if form == "svg" else _png(path, bands, stack))
+            digests.append(digest_of(path))
             tell(k + 1, len(stack.z))
         if not any(areas):
             raise fail(
@@ -72,6 +74,7 @@ def write_slices(
             "pixel": stack.pixel,
             "bounds": [list(box.lo), list(box.hi)],
             "files": files,
+            "sha256": digests,
             "z": [float(v) for v in stack.z],
             "area": areas,
             "volume": float(np.array(areas) @ stack.thickness),
