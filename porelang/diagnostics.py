@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Any, Literal
 
@@ -86,7 +87,7 @@ class PoreError(Exception):
         self.diagnostics: tuple[Diagnostic, ...] = (
             (diagnostics,) if isinstance(diagnostics, Diagnostic) else tuple(diagnostics)
         )
-        super().__init__("\n\n".join(render(d) for d in self.diagnostics))
+        super().__init__("\n\n".join(render(_in_python(d)) for d in self.diagnostics))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (PoreError, (self.diagnostics,))
@@ -109,7 +110,7 @@ class PoreWarning(UserWarning):
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         self.diagnostic = diagnostic
-        super().__init__(render(diagnostic))
+        super().__init__(render(_in_python(diagnostic)))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (PoreWarning, (self.diagnostic,))
@@ -127,6 +128,26 @@ def warn(found: Iterable[Diagnostic]) -> None:
 def fail(code: str, message: str, span: Span | None = None, **more: Any) -> PoreError:
     """A `PoreError` with one diagnostic, to be raised."""
     return PoreError(Diagnostic(code, message, span, **more))
+
+
+#: An option of a command as it stands in a text, with its value if it is a number, a number type or the like.
+_OPTION = re.compile(
+    r"(?<![\w`-])--([a-z]+)(?: (\d[\w.]*|numpy|glsl|none|NAME|[xyz]=\d\w*|x0,y0,z0,x1,y1,z1))?(?![\w-])"
+)
+_FLAGS = frozenset({"force"})
+
+
+def _in_python(d: Diagnostic) -> Diagnostic:
+    """A diagnostic in the words of Python: `voxel="0.4mm"` for `--voxel 0.4mm`. Commands print what is in it."""
+    message, label, hint = (_OPTION.sub(_keyword, text) for text in (d.message, d.label, d.hint))
+    return replace(d, message=message, label=label, hint=hint)
+
+
+def _keyword(option: re.Match[str]) -> str:
+    name, value = option.groups()
+    if value is None:
+        return f"{name}=True" if name in _FLAGS else f"`{name}`"
+    return f"{name}={value}" if value == "NAME" else f'{name}="{value}"'
 
 
 def suggest(name: str, known: Iterable[str]) -> str | None:

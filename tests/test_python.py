@@ -7,6 +7,7 @@ import json
 import os
 import pickle
 import pydoc
+import re
 import subprocess
 import sys
 import threading
@@ -79,6 +80,21 @@ def test_what_is_set_of_a_design_is_set_besides() -> None:
     assert program.design(n=3).bounds(r=6).hi == pytest.approx((6, 46, 1), abs=1e-6)
     with pytest.raises(PoreError, match="has no param `m`"):
         design.mesh(m=3)
+
+
+def test_options_are_named_as_python_has_them() -> None:
+    """What is proposed can be pasted: it mends the mesh."""
+    program = porelang.compile("gyroid(10) |> shell(0.3) & sphere(10)")
+    with pytest.raises(PoreError) as caught:
+        program.mesh(voxel=2)
+    assert not re.search(r"--[a-z]", str(caught.value))
+    assert "force=True" in str(caught.value)
+    proposed = re.search(r'voxel="([\d.]+mm)"', str(caught.value))
+    assert proposed is not None
+    assert program.mesh(voxel=proposed[1]).is_watertight
+    assert "--voxel" in caught.value.diagnostics[0].hint, "of what programs print it is told as commands have it"
+    with pytest.warns(PoreWarning, match='simplify="20mm" is larger than the part'):
+        porelang.compile("sphere(5)").mesh(simplify="20mm")
 
 
 # ---- what is shown --------------------------------------------------------------------------------------------------
