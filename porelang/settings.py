@@ -33,6 +33,8 @@ def settle(params: Mapping[str, ParamInfo], given: Mapping[str, Setting]) -> dic
 
 
 def _number(info: ParamInfo, setting: Setting) -> float:
+    if isinstance(setting, np.ndarray) and not setting.shape:  # a number of NumPy's, as its functions give them
+        setting = setting.item()
     if info.choices and not info.numbers:
         return _choice(info, setting)
     if not isinstance(setting, str | int | float | np.number):

@@ -1,0 +1,79 @@
+"""Units that the language has not, and units that stand without a number: what they are here."""
+
+from __future__ import annotations
+
+import re
+
+from porelang.diagnostics import Diagnostic, Edit, suggest
+from porelang.source import Span
+from porelang.units import ELSEWHERE, SPELT, UNITS, WITHOUT, converted
+
+#: What divides or multiplies a unit: `/cm^3` of `2.7 g/cm^3`.
+_REST = re.compile(rf"(?:\s*[/*]\s*(?:{'|'.join(sorted({*UNITS, *ELSEWHERE, *WITHOUT} - {'%'}))})\b(?:\^-?\d)?)+")
+_KNOWN = f"the units are {', '.join(UNITS)}"
+
+
+def is_unit(word: str) -> bool:
+    """Whether a word is a unit, here or elsewhere."""
+    return word in UNITS or word in SPELT or word in ELSEWHERE or word in WITHOUT
+
+
+def unknown_unit(whole: Span, digits: str, place: Span) -> Diagnostic:
+    """What to say of a number with a unit that there is not: `whole` are both, `place` the unit."""
+    unit, text = place.text, place.source.text
+    message = f"`{unit}` is not a unit"
+    if is_bound(unit, text):
+        hint = f"for a product write `{digits}*{unit}`; {_KNOWN}"
+        return Diagnostic("E002", message, place, hint=hint, edit=Edit(whole, f"{digits}*{unit}"))
+    if unit in ELSEWHERE:
+        ours = converted(float(digits), unit)
+        return Diagnostic("E002", message, place, hint=f"write `{ours}`; {_KNOWN}", edit=Edit(whole, ours))
+    if unit in WITHOUT:
+        rest = _REST.match(text, place.end)
+        end = rest.end() if rest else place.end
+        hint = f"{_without(unit)}: write the number alone, `{digits}`; {_KNOWN}"
+        return Diagnostic("E002", message, place, hint=hint, edit=Edit(Span(whole.source, whole.start, end), digits))
+    near = SPELT.get(unit) or suggest(unit, UNITS)
+    if near is not None:
+        hint, ours = f"did you mean `{digits}{near}`?", digits + near
+        return Diagnostic("E002", message, place, hint=hint, edit=Edit(whole, ours))
+    return Diagnostic("E002", message, place, hint=_KNOWN)
+
+
+def _without(unit: str) -> str:
+    return f"there is no unit of {WITHOUT[unit]}"
+
+
+def unit_alone(name: str, span: Span) -> Diagnostic | None:
+    """What to say of a name that nothing has and that is a unit: `0.3/mm`. A single letter may be any name, unless it
+    stands beside an operator that joins it to a number."""
+    if len(name) == 1 and not re.search(r"[\d.)]\w*\s*[*/]\s*$", span.source.text[: span.start]):
+        return None
+    ours = SPELT.get(name, name)
+    if ours in UNITS:
+        hint, edit = f"a unit has a number: write `1{ours}`, as in `0.3 / 1{ours}`", Edit(span, f"1{ours}")
+    elif name in ELSEWHERE:
+        hint, edit = f"it is `{converted(1, name)}`; {_KNOWN}", Edit(span, converted(1, name))
+    elif name in WITHOUT:
+        return Diagnostic("E030", f"`{name}` is not a unit of Pore", span, "nothing is called this",
+                          hint=f"{_without(name)}: leave it out; {_KNOWN}")  # fmt: skip
+    else:
+        return None
+    what = "is a unit, and stands without a number" if ours in UNITS else "is not a unit of Pore"
+    return Diagnostic("E030", f"`{name}` {what}", span, "nothing is called this", hint=hint, edit=edit)
+
+
+def of_a_number(name: str, argument: Span) -> str:
+    """A unit that is called, `deg(30)` or `mm(a)`, as a number with that unit; "" where it is none."""
+    ours = SPELT.get(name, name)
+    text = argument.text
+    if re.fullmatch(r"(\d+\.?\d*|\.\d+)", text):
+        return f"{text}{ours}" if ours in UNITS else converted(float(text), name) if name in ELSEWHERE else ""
+    one = f"1{ours}" if ours in UNITS else converted(1, name) if name in ELSEWHERE else ""
+    return one and (f"({text} * {one})" if text.isidentifier() else f"(({text}) * {one})")
+
+
+def is_bound(name: str, text: str) -> bool:
+    """Whether a text binds a name somewhere, or the language does."""
+    binding = rf"\b(?:let|param|def|for|as)\s+{name}\b|[(,]\s*{name}\s*[:,)=]|(?<![\w.]){name}\s*=>"
+    return name in ("x", "y", "z", "pi", "tau") or re.search(binding, text) is not None
