@@ -76,7 +76,7 @@ def undecided_checks(design: Design, measure: bool = True) -> list[Diagnostic]:
         if (not measure and _slow(root)) or design.decided(root) is not None:
             continue
         check = program.elaborated.checks[i]
-        label = ", ".join(_numbers_of(design, i))
+        label = ", ".join(_numbers_of(design, i, least=0.0))
         hint = "leave a margin larger than the error"
         holds = (
             "holds for what was found, but might not"
@@ -88,12 +88,13 @@ def undecided_checks(design: Design, measure: bool = True) -> list[Diagnostic]:
     return found
 
 
-def _numbers_of(design: Design, i: int) -> list[str]:
-    """What the sides of a check's comparisons are, each with its error, and the numbers found from fields in them."""
+def _numbers_of(design: Design, i: int, least: float = 5e-5) -> list[str]:
+    """What the sides of a check's comparisons are, and the numbers found from fields in them, each with its error if
+    that is more than `least` of it."""
     program = design.program
-    out = [f"`{text}` is {_with_error(found)}" for text, found in _sides(design, i)]
+    out = [f"`{text}` is {_with_error(found, least)}" for text, found in _sides(design, i)]
     numbers = design.own_numbers(program.graph.checks[i])
-    return out + sorted(f"{program.numbers[n]} is {_with_error(r)}" for n, r in numbers.items())
+    return out + sorted(f"{program.numbers[n]} is {_with_error(r, least)}" for n, r in numbers.items())
 
 
 def _sides(design: Design, i: int) -> list[tuple[str, Reduced]]:
@@ -147,11 +148,10 @@ def late_doubts(design: Design) -> list[Diagnostic]:
     return doubtful_contracts(late, program.elaborated.contracts, solids, formula.bindings)
 
 
-def _with_error(found: Reduced) -> str:
-    """A number found from fields, as many figures of it as its error leaves; with that where it shows in four."""
-    if not found.error > 5e-5 * abs(found.value):
-        return f"{found.value:.4g}"
-    figures = 4
-    if 0 < found.error < abs(found.value):
-        figures = max(4, 1 + math.ceil(math.log10(abs(found.value) / found.error)))
-    return f"{found.value:.{figures}g} +- {found.error:.1g}"
+def _with_error(found: Reduced, least: float) -> str:
+    """A number found from fields: as many figures of it as its error leaves, four where that is too small to tell."""
+    value, error = found.value, found.error
+    if not error > least * abs(value):
+        return f"{value:.4g}"
+    figures = 1 + math.ceil(math.log10(abs(value) / error)) if 0 < error < abs(value) else 4
+    return f"{value:.{max(4, figures)}g} +- {error:.1g}"

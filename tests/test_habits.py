@@ -116,6 +116,7 @@ WRITTEN = {
     # units of elsewhere, and units as names and functions
     "let a = 0.3/mm\nsphere(1 / a)": "let a = 0.3/1mm\nsphere(1 / a)",
     "sphere(5*mm)": "sphere(5*1mm)",
+    "let k = 3N/m\nsphere(2)": "let k = 3N/1m\nsphere(2)",
     "let p0 = 5bar\nsphere(3mm * p0 / p0)": "let p0 = 0.5MPa\nsphere(3mm * p0 / p0)",
     "let p0 = 5 bar\nsphere(3mm * p0 / p0)": "let p0 = 0.5MPa\nsphere(3mm * p0 / p0)",
     "let p0 = 1000psi\nsphere(3mm * p0 / p0)": "let p0 = 6894.75729kPa\nsphere(3mm * p0 / p0)",
@@ -233,6 +234,10 @@ TOLD = {
     "noise(5)": ("E037", "not there"),
     "trim(cube(5), sphere(2))": ("E037", "`a & b`"),
     "let rho = 2 / kg\nsphere(rho)": ("E030", "no unit of mass"),
+    "let k = 2.7*g/1cm^3\nsphere(2)": ("E030", "no unit of mass"),
+    "cylinder(5, 2*h)": ("E030", "bind it first"),
+    "sphere(turn)": ("E030", "bind it first"),
+    "sphere(3 * m)": ("E030", "as a unit it has a number, `1m`"),
     "ring(sphere(2), N)": ("E030", "bind it first"),
     "cube(9) & infill": ("E030", "bind it first"),
 }

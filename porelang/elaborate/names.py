@@ -13,6 +13,7 @@ from porelang.diagnostics import Diagnostic, Edit, Label, suggest
 from porelang.source import Span
 from porelang.syntax import habits, tree
 from porelang.syntax.measures import of_a_number, unit_alone
+from porelang.units import UNITS
 
 COORDINATES = ("x", "y", "z", "p")
 Binding = tree.Param | tree.Let | tree.Def | tree.Use | tree.Out
@@ -142,7 +143,7 @@ def _recast(d: Diagnostic, name: str, call: tree.Call | tree.Member | None) -> D
         return replace(d, edit=Edit(prefix, "")) if habits.NAMES.get(name) == habits.NO_PREFIX else d
     if call is None or not call.arguments or any(a.name for a in call.arguments):
         return d
-    if len(call.arguments) == 1 and (ours := of_a_number(name, call.arguments[0].span)):
+    if d.code != "E037" and len(call.arguments) == 1 and (ours := of_a_number(name, call.arguments[0].span)):
         return replace(
             d, message=f"`{name}` is a unit, and no function", hint=f"write `{ours}`", edit=Edit(call.span, ours)
         )
@@ -247,7 +248,8 @@ def unknown_name(name: str, span: Span, visible: Iterable[str], called: bool = F
             f"unknown name `{name}`",
             span,
             label="nothing is called this",
-            hint=f"bind it first: `let {name} = ...` or `param {name} = ... in lo..hi`",
+            hint=f"bind it first: `let {name} = ...` or `param {name} = ... in lo..hi`"
+            + (f"; as a unit it has a number, `1{name}`" if name in UNITS else ""),
         )
     return Diagnostic(
         "E030",

@@ -9,13 +9,9 @@ from porelang.source import Span
 from porelang.units import ELSEWHERE, SPELT, UNITS, WITHOUT, converted
 
 #: What divides or multiplies a unit: `/cm^3` of `2.7 g/cm^3`.
-_REST = re.compile(rf"(?:\s*[/*]\s*(?:{'|'.join(sorted({*UNITS, *ELSEWHERE, *WITHOUT} - {'%'}))})\b(?:\^-?\d)?)+")
+_ANY = "|".join(sorted({*UNITS, *ELSEWHERE, *WITHOUT} - {"%"}))
+_REST = re.compile(rf"(?:\s*[/*]\s*(?:{_ANY})\b(?:\^-?\d)?)+")
 _KNOWN = f"the units are {', '.join(UNITS)}"
-
-
-def is_unit(word: str) -> bool:
-    """Whether a word is a unit, here or elsewhere."""
-    return word in UNITS or word in SPELT or word in ELSEWHERE or word in WITHOUT
 
 
 def unknown_unit(whole: Span, digits: str, place: Span) -> Diagnostic:
@@ -44,12 +40,29 @@ def _without(unit: str) -> str:
     return f"there is no unit of {WITHOUT[unit]}"
 
 
+#: Units that are no likely names of anything else.
+_CLEAR = frozenset({"mm", "cm", "um", "deg", "kN", "Pa", "kPa", "MPa", "GPa"})
+
+
 def unit_alone(name: str, span: Span) -> Diagnostic | None:
-    """What to say of a name that nothing has and that is a unit: `0.3/mm`. A single letter may be any name, unless it
-    stands beside an operator that joins it to a number."""
-    if len(name) == 1 and not re.search(r"[\d.)]\w*\s*[*/]\s*$", span.source.text[: span.start]):
-        return None
+    """What to say of a name that nothing has and that is a unit: `0.3/mm`.
+
+    It has to stand where a unit does, beside `*` or `/`; a word that may well be a name behind a number, and a single
+    letter beside another unit: in `2 * h` it is a height that was forgotten.
+    """
+    before, after = span.source.text[: span.start], span.source.text[span.end :]
     ours = SPELT.get(name, name)
+    beside_a_unit = re.search(rf"(?<![A-Za-z_])(?:{_ANY})(?:\^-?\d)?\s*[*/]\s*$", before) or re.match(
+        rf"\s*[*/]\s*[\d.]*(?:{_ANY})\b", after
+    )
+    if ours in _CLEAR:
+        fits = re.search(r"[*/]\s*$", before) or re.match(r"\s*[*/^]", after)
+    elif len(name) == 1:
+        fits = beside_a_unit
+    else:
+        fits = beside_a_unit or re.search(r"(?<![A-Za-z_])[\d.]+\s*[*/]\s*$", before)
+    if not fits:
+        return None
     if ours in UNITS:
         hint, edit = f"a unit has a number: write `1{ours}`, as in `0.3 / 1{ours}`", Edit(span, f"1{ours}")
     elif name in ELSEWHERE:
@@ -69,8 +82,9 @@ def of_a_number(name: str, argument: Span) -> str:
     text = argument.text
     if re.fullmatch(r"(\d+\.?\d*|\.\d+)", text):
         return f"{text}{ours}" if ours in UNITS else converted(float(text), name) if name in ELSEWHERE else ""
-    one = f"1{ours}" if ours in UNITS else converted(1, name) if name in ELSEWHERE else ""
-    return one and (f"({text} * {one})" if text.isidentifier() else f"(({text}) * {one})")
+    if ours not in _CLEAR:
+        return ""
+    return f"({text} * 1{ours})" if text.isidentifier() else f"(({text}) * 1{ours})"
 
 
 def is_bound(name: str, text: str) -> bool:
