@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+import porelang
 from porelang.compiler import try_compile
 from porelang.diagnostics import Diagnostic, Edit, render
 from porelang.elaborate.names import PLANNED
@@ -129,6 +130,7 @@ WRITTEN = {
     "rotate(cube(3), [0,0,1], deg(30))": "rotate(cube(3), [0,0,1], 30deg)",
     "let a = 30\nrotate(cube(3), [0,0,1], deg(a))": "let a = 30\nrotate(cube(3), [0,0,1], (a * 1deg))",
     "sphere(mm(5))": "sphere(5mm)",
+    "sphere(2 in)": "sphere(2in)",
     # axes and decimals as they are written elsewhere
     'rotate(cube(3), "z", 45deg)': "rotate(cube(3), [0, 0, 1], 45deg)",
     'rotate(cube(3), axis="-X", angle=45deg)': "rotate(cube(3), axis=[-1, 0, 0], angle=45deg)",
@@ -339,6 +341,14 @@ def test_a_param_that_is_wrong_itself_is_known_to_presets() -> None:
     found = errors(text)
     assert [d.code for d in found] == ["E080", "E087", "E085"]
     assert found[1].hint == "the params are w"
+
+
+def test_a_setting_in_numbers_of_percent_is_told_how_it_is_written() -> None:
+    program = porelang.compile("param a = 60% in 10%..90%\nsphere(5 * a)")
+    with pytest.raises(porelang.PoreError, match="write `70%`"):
+        program.design(a=70)
+    with pytest.raises(porelang.PoreError, match="choose from 10% to 90%"):
+        program.design(a=95)
 
 
 def test_conversions_are_those_of_the_units() -> None:

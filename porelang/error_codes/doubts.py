@@ -99,7 +99,8 @@ DOUBTS = (
         "W220",
         "a name that nothing reads",
         "A shape that was to be cut out and was forgotten, or what is left of an earlier version. What only an\n"
-        "option names (`--within`, `--field`) begins with `_`: nothing is said about such names, nor about a def.",
+        "option names (`--within`, `--field`), or Python, begins with `_`: nothing is said about such names, nor\n"
+        "about a def.",
         "let hole = cylinder(5, 40)\nsphere(10)",
         "let hole = cylinder(5, 40)\nsphere(10) \\ hole",
     ),

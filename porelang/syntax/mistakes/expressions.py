@@ -206,6 +206,10 @@ def misplaced(f: Failure) -> Diagnostic | None:
     if kind == "DOTS":
         hint = "a range stands after `in` of a param, and as an argument of a call"
         return f.error("E013", "a range cannot stand here", hint=hint)
+    inch = kind == "IN" and f.before.type == "NUMBER" and f.before.text[-1] in "0123456789."
+    if inch and f.tokens[f.at + 1].type not in VALUE_START:
+        edit = Edit(Span(f.before.span.source, f.before.span.end, f.found.span.start), "")
+        return f.error("E002", "a unit touches its number", hint=f"write `{f.before.text}in`", edit=edit)
     if kind == "IN":
         return f.error(
             "E029", "`in` cannot stand here", hint="it belongs to `param w = 30 in 10..60` and `[for i in range(3): i]`"
