@@ -48,7 +48,8 @@ def mesh(
         keep_checks(design)
     limits: Bounds | None = read("bounds", bounds, values.box)
     made = make(design, name, spacing, resolution, limits, backend, dtype, smooth, sharp, deviation, force)
-    warn([*made.doubts, *doubtful_numbers(design, *design.program.roots(name))])
+    open_checks = undecided_checks(design) if check else []
+    warn([*open_checks, *made.doubts, *doubtful_numbers(design, *design.program.roots(name))])
     return made.surface.to_trimesh()
 
 
@@ -100,7 +101,7 @@ def slices(
         keep_checks(design)
     found = write_slices(design, folder, apart, name=name, form=format, pixel=pixel, bounds=limits,
                          backend=backend, dtype=dtype)  # fmt: skip
-    doubts = layer_doubts(design, name, limits, found["volume"])
+    doubts = [*(undecided_checks(design) if check else []), *layer_doubts(design, name, limits, found["volume"])]
     warn([*doubts, *doubtful_numbers(design, *design.program.roots(name))])
     return Layers(folder, found)
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from porelang.analysis.enclose import enclose
+import math
+
 from porelang.contracts import doubtful_contracts
 from porelang.data import Reduced
 from porelang.diagnostics import Diagnostic
 from porelang.formula import Formula
-from porelang.interval import interval
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, within
 from porelang.ops import TASK_TABLE
 from porelang.program import Design, Program
+from porelang.rewrites import flatten
 
 
 def _slow(root: Node) -> bool:
@@ -39,11 +40,12 @@ def find_searches(design: Design) -> None:
 
 
 def failed_checks(design: Design, measure: bool = True) -> list[int]:
-    """The `check` statements that do not hold, by their index; those about whole fields only if `measure`."""
+    """The `check` statements that do not hold for any value that their numbers may have, by their index; those about
+    whole fields only if `measure`."""
     return [
         i
         for i, root in enumerate(design.program.graph.checks)
-        if (measure or not _slow(root)) and not design.holds(root)
+        if (measure or not _slow(root)) and design.decided(root) is False
     ]
 
 
@@ -57,32 +59,61 @@ def broken_checks(design: Design, measure: bool = False) -> list[Diagnostic]:
     for i in failed_checks(design, measure):
         check, root = program.elaborated.checks[i], program.graph.checks[i]
         params = sorted({str(n.value) for n in order([root], within) if n.op == "param"})
-        numbers = _own(design, root)
-        label = ", ".join(sorted(_told(program.numbers[n], design.number(n)) for n in numbers)) or "does not hold"
+        label = ", ".join(_numbers_of(design, i)) or "does not hold"
         with_these = ", ".join(f"{name} = {program.params[name].shown(design.settings[name])}" for name in params)
         label += f" with {with_these}" if params else ""
         found.append(Diagnostic("E068", check.message, check.span, label, check.others))
     return found
 
 
-def undecided_checks(design: Design) -> list[Diagnostic]:
-    """A warning for each `check` that holds, but would not for other numbers within the errors of those it found."""
+def undecided_checks(design: Design, measure: bool = True) -> list[Diagnostic]:
+    """A warning for each `check` that the errors of its numbers leave open: it may hold or not.
+
+    Those about whole fields are looked at only if `measure`.
+    """
     program, found = design.program, []
-    failed = set(failed_checks(design))
     for i, root in enumerate(program.graph.checks):
-        numbers = {n: design.number(n) for n in _own(design, root)}
-        if not numbers or i in failed:
+        if (not measure and _slow(root)) or design.decided(root) is not None:
             continue
-        ranges = {n: interval(r.value - r.error, r.value + r.error) for n, r in numbers.items()}
-        if bool((enclose(design.formula(root).bind(ranges))[0].range.lo < 1).any()):
-            check = program.elaborated.checks[i]
-            label = ", ".join(
-                sorted(f"{program.numbers[n]} is {r.value:.6g} +- {r.error:.1g}" for n, r in numbers.items())
-            )
-            hint = "leave a margin larger than the error"
-            said = f"this check holds, but within the error of its numbers it might not: {check.message}"
-            found.append(Diagnostic("W203", said, check.span, label, check.others, hint, severity="warning"))
+        check = program.elaborated.checks[i]
+        label = ", ".join(_numbers_of(design, i, least=0.0))
+        hint = "leave a margin larger than the error"
+        holds = (
+            "holds for what was found, but might not"
+            if design.holds(root)
+            else "does not hold for what was found, but might"
+        )
+        said = f"not certain: this check {holds} within the error: {check.message}"
+        found.append(Diagnostic("W203", said, check.span, label, check.others, hint, severity="warning"))
     return found
+
+
+def _numbers_of(design: Design, i: int, least: float = 5e-5) -> list[str]:
+    """What the sides of a check's comparisons are, and the numbers found from fields in them, each with its error if
+    that is more than `least` of it."""
+    program = design.program
+    out = [f"`{text}` is {_with_error(found, least)}" for text, found in _sides(design, i)]
+    numbers = design.own_numbers(program.graph.checks[i])
+    return out + sorted(f"{program.numbers[n]} is {_with_error(r, least)}" for n, r in numbers.items())
+
+
+def _sides(design: Design, i: int) -> list[tuple[str, Reduced]]:
+    """The sides of a check's comparisons that are made of numbers found from fields, each as it is written."""
+    elaborated, out = design.program.elaborated, dict[str, Reduced]()
+    todo = [elaborated.checks[i].condition]
+    while todo:
+        n = todo.pop()
+        chain = elaborated.conditions.get(n)
+        compared = n.args[0] if n.op == "not" and n.args[0].op == "eq" else n
+        if chain is None or compared.op not in ("lt", "le", "eq"):
+            todo += reversed(n.args if n.op in ("and", "or", "not") else ())
+            continue
+        spans = (chain.first.span, chain.rest[0][1].span)
+        for span, side in zip(spans[::-1] if chain.rest[0][0].startswith(">") else spans, compared.args, strict=True):
+            (flat,) = flatten(side)
+            if flat.op not in NUMBERS and design.own_numbers(flat):
+                out[" ".join(span.text.split())] = design.valued(flat)
+    return list(out.items())
 
 
 def doubtful_numbers(design: Design, *roots: Node) -> list[Diagnostic]:
@@ -117,13 +148,10 @@ def late_doubts(design: Design) -> list[Diagnostic]:
     return doubtful_contracts(late, program.elaborated.contracts, solids, formula.bindings)
 
 
-def _own(design: Design, root: Node) -> list[Node]:
-    """The numbers that stand in a check itself, of the branches that are taken."""
-    read = set(design.reads(root))
-    return [n for n in order([root], within) if n in read and n.op in NUMBERS]
-
-
-def _told(text: str, found: Reduced) -> str:
-    """A number found from fields, with its error where that shows in four figures."""
-    error = f" +- {found.error:.1g}" if found.error > 5e-5 * abs(found.value) else ""
-    return f"{text} is {found.value:.4g}{error}"
+def _with_error(found: Reduced, least: float) -> str:
+    """A number found from fields: as many figures of it as its error leaves, four where that is too small to tell."""
+    value, error = found.value, found.error
+    if not error > least * abs(value):
+        return f"{value:.4g}"
+    figures = 1 + math.ceil(math.log10(abs(value) / error)) if 0 < error < abs(value) else 4
+    return f"{value:.{max(4, figures)}g} +- {error:.1g}"

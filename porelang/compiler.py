@@ -30,12 +30,13 @@ from porelang.syntax.parse import parse
 #: Nobody reads more; the first are the likeliest causes.
 MOST_DIAGNOSTICS = 100
 #: What a statement that cannot be read was about to bind: `let a`, `use ... as a`, also with another language's word
-#: (`module a`, `float a`, `import ... as a`) or with none (`a = 5`, `a(x) = 5`).
+#: (`module a`, `float a`, `import ... as a`), with any other (`number a = 5`) or with none (`a = 5`, `a(x) = 5`).
 _WORDS = "|".join(
     ["let", "def", "param", "out", *(word for word, ours in OTHER_WORDS.items() if ours not in ("use", ""))]
 )
 _BINDING = re.compile(
-    rf"^[ \t]*(?:(?:(?:{_WORDS})|.*\bas)[ \t]+(\w+)|(\w+)[ \t]*(?:\([^()\n]*\)[ \t]*)?:?=(?![=>]))", re.MULTILINE
+    rf"^[ \t]*(?:(?:(?:{_WORDS})|.*\bas)[ \t]+(\w+)|(?:\w+[ \t]+)?(\w+)[ \t]*(?:\([^()\n]*\)[ \t]*)?:?=(?![=>]))",
+    re.MULTILINE,
 )
 #: What is no program, though it is a text.
 _FILE = re.compile(r"\s*[^\n]*\.pore\s*")

@@ -6,6 +6,7 @@ doubt without one is left to be checked with the values in use.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -14,12 +15,14 @@ from numpy.typing import NDArray
 from porelang.analysis.box import part_box
 from porelang.analysis.enclose import boxes, enclose
 from porelang.backends.numpy import NumpyField
-from porelang.diagnostics import Diagnostic
+from porelang.diagnostics import Diagnostic, Edit
 from porelang.elaborate.results import ParamInfo, Requirement
+from porelang.elaborate.tasks import A_SHARE
 from porelang.formula import Bindings, Formula, ranges
 from porelang.ir import SLOTS, Node, Stage, node, order, param, within
 from porelang.ops import TABLE
 from porelang.rewrites import Graph
+from porelang.source import Span
 
 #: Where a part has no end, contracts are looked at within this distance of the origin, in mm.
 NEAR = 200.0
@@ -49,6 +52,9 @@ def broken_requirements(
             row = int(np.argmin(holds))
             setting = ", ".join(f"`{i.name}` = {i.shown(samples[i.name][row])}" for i in used)
             always = "" if holds.any() else ", nor with any other setting tried"
+            hint, edit = "narrow the param's range, or change the formula", None
+            if r.message.endswith(A_SHARE) and len(used) == 1:
+                hint, edit = _in_percent(used[0]) or (hint, None)
             found.append(
                 Diagnostic(
                     "E086",
@@ -56,10 +62,38 @@ def broken_requirements(
                     r.span,
                     "broken for some settings",
                     r.others,
-                    "narrow the param's range, or change the formula",
+                    hint,
+                    edit,
                 )
             )
-    return found
+    return [d for d in found if not any(_follows(d, other) for other in found)]
+
+
+def _follows(d: Diagnostic, other: Diagnostic) -> bool:
+    """Whether what is said of a whole call has its cause in one of its arguments, of which the same is said."""
+    a, b = d.span, other.span
+    if a is None or b is None or a.source is not b.source or d.message.split()[0] != other.message.split()[0]:
+        return False
+    return a.start <= b.start and b.end <= a.end and (a.start, a.end) != (b.start, b.end)
+
+
+#: What follows the name of a param that is declared with plain numbers.
+_NUMBER = r"\s*(\d+\.?\d*)\s*"
+_PLAIN = re.compile(rf"(\s*=){_NUMBER}(in){_NUMBER}\.\.{_NUMBER}(?:(step){_NUMBER})?(?=[\"#\n]|$)")
+
+
+def _in_percent(info: ParamInfo) -> tuple[str, Edit | None] | None:
+    """How to declare a porosity that was declared by numbers of percent: the words, and the edit."""
+    if info.dimension is not None or not 1 < info.default <= 100 or info.high > 100:
+        return None
+    text = info.span.source.text
+    found = _PLAIN.match(text, info.span.end)
+    if found is None:
+        return f"a porosity of {info.default:g} % is written `{info.default:g}%`: declare the param in percent", None
+    _, default, _, low, high, _, step = found.groups()
+    ours = f" = {default}% in {low}%..{high}%" + (f" step {step}%" if step else "")
+    end = found.start() + len(found[0].rstrip())
+    return f"write `param {info.name}{ours}`", Edit(Span(info.span.source, info.span.end, end), ours)
 
 
 def _settings(used: Sequence[ParamInfo]) -> dict[str, NDArray[np.float64]]:

@@ -14,6 +14,8 @@ from typing import Any, Literal
 
 from porelang.analysis.box import Box
 from porelang.backends.numpy import Dtype
+from porelang.data import Reduced
+from porelang.diagnostics import fail
 from porelang.field import Backend, Bounds, Field, make_field
 from porelang.picture import Picture
 from porelang.settings import Setting
@@ -63,6 +65,26 @@ class Doors(ABC):
         """The box that holds an output's solid, in mm. Errors: E102 where it has no end, E103 where it is empty."""
         box: Box = self.design(settings, preset=preset, **more).extent(name).outer
         return box
+
+    def number(
+        self, name: str, /, settings: Settings | None = None, preset: str | None = None, **more: Setting
+    ) -> Reduced:
+        """An output or a `let` that is one number, in base units, with its error: the true value lies within
+        `value +- error`. Errors: E100 where nothing is called so, or it varies in space.
+
+        >>> import porelang
+        >>> program = porelang.compile("let d = 4 * volume(sphere(3)) / area(sphere(3))\\nsphere(3)")
+        >>> found = program.number("d")
+        >>> abs(found.value - 4) <= found.error < 0.01
+        True
+        """
+        asked = self.design(settings, preset=preset, **more)
+        (root, *others) = asked.program.field_roots(name)
+        if others or root.axes:
+            what = "a vector" if others else "a field: it varies in space"
+            raise fail("E100", f"`{name}` is {what}", hint=f'ask for its values: `field("{name}")`')
+        found: Reduced = asked.valued(root)
+        return found
 
     def mesh(
         self,
@@ -233,6 +255,6 @@ class Doors(ABC):
 @cache
 def options() -> frozenset[str]:
     """The options of all that can be asked."""
-    asked = (Doors.field, Doors.bounds, Doors.mesh, Doors.measure, Doors.slices, Doors.render)
+    asked = (Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.slices, Doors.render)
     every = frozenset(option for one in asked for option in signature(one).parameters)
     return every - {"self", "name", "more"}

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from porelang.analysis.enclose import EXACT, at_points, enclose
 from porelang.analysis.sampled import MOST, about_the_origin, inside_of, number, sampler
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic, Edit, Label
+from porelang.elaborate.bare import value_of
 from porelang.elaborate.results import Elaborated, ParamInfo, Suspicion
 from porelang.formula import Bindings, Formula
 from porelang.interval import interval
@@ -41,7 +43,7 @@ def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
     out: list[Diagnostic] = []
     spent = cuts = 0
     for s in looked_at:
-        size, cut = len(order(s.nodes, within)), s.what == "apart"
+        size, cut = len(order(s.nodes, within)), s.what in ("apart", "empty")
         if spent + size > MOST_NODES or cuts + cut > MOST_CUTS:
             continue  # smaller ones may follow
         spent, cuts = spent + size, cuts + cut
@@ -86,7 +88,7 @@ def _figures(value: float) -> str:
 def _length(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     lattice, length = s.nodes[:2]
     said = s.argument or s.span
-    text = _value_span(said).text
+    text = value_of(said).text
     slope = _slope(lattice, bindings)
     mm = number(length, bindings)
     message = f"`{text}` is a length, and the values of a raw lattice are not in mm"
@@ -110,7 +112,7 @@ def _length(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic |
             instead = raw
             hint = f"the raw number for {_figures(mm)} mm is about {raw} here; {porous}"
         if s.argument is not None:
-            edit = Edit(_value_span(said), instead)
+            edit = Edit(value_of(said), instead)
     return _warning("W212", message, said, label, hint, edit=edit)
 
 
@@ -255,14 +257,50 @@ def _is_idle(s: Suspicion, settings: Mapping[str, float]) -> bool:
 def _idle(s: Suspicion, found: Elaborated, values: Mapping[str, float]) -> Diagnostic:
     done = "takes nothing away" if s.name == "\\" else "leaves nothing"
     bindings: Bindings = {param(name): value for name, value in values.items()}
+    hint, edit = "check where the second lies, and its unit", None
+    if s.beside is not None and _meet(replace(s, nodes=(s.beside[1], s.nodes[1])), values):
+        whole, text = s.beside[0], s.span.source.text
+        ours = f"({text[whole.start : s.span.start].rstrip()}) {text[s.span.start : whole.end]}"
+        shown = f"write `{ours}`" if len(ours) < 80 and "\n" not in ours else "put the union into brackets"
+        hint, edit = f"`\\` binds more tightly than `|`, and cuts the last alone: {shown}", Edit(whole, ours)
     return _warning(
         "W223",
         f"`{s.name}` {done} here{_with(s.nodes, found.params, values)}: the two solids do not meet",
         s.span,
         _gap(*(part_box(Formula(flatten(n), bindings)) for n in _cut(s))),
-        "check where the second lies, and its unit",
+        hint,
         () if s.argument is None else (Label(s.argument, "the second"),),
+        edit,
     )
+
+
+def _empty(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    """Whether an inward offset leaves nothing, with the params as they are and at each end of a range."""
+    made, body = s.nodes
+    defaults = {name: info.default for name, info in found.params.items()}
+    if not all(_holds_nothing(made, values) for values in (defaults, *_ends(s, found, defaults))):
+        return None
+    points, at = inside_of(body, bindings), sampler([body], bindings)
+    if points is None or at is None or not len(points):
+        return None
+    deep = -float(at(points)[0].min())
+    return _warning(
+        "W227",
+        f"`{' '.join(s.span.text.split())}` leaves nothing{_with(s.nodes, found.params)}",
+        s.span,
+        f"no point of it lies more than about {_figures(deep)} mm below its surface",
+        f"take away less than {_figures(deep)} mm, or check the unit",
+    )
+
+
+def _holds_nothing(solid: Node, settings: Mapping[str, float]) -> bool:
+    """Whether a solid is empty: samples find none of it, and then it is proven."""
+    bindings: Bindings = {param(name): value for name, value in settings.items()}
+    at = sampler([solid], bindings)
+    if at is None or bool((at(about_the_origin())[0] < 0).any()) or inside_of(solid, bindings) is not None:
+        return False
+    flat = flatten(solid)
+    return len(order(flat)) <= CLOSE and part_box(Formula(flat, bindings)) is None
 
 
 def _gap(a: Box | None, b: Box | None) -> str:
@@ -319,7 +357,7 @@ def _seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | N
             hint = f"take a whole multiple of the period: {_figures(times)} x {period:g} = {times * period:g}"
             if s.argument is not None and re.fullmatch(r"(?:\w+\s*=\s*)?[\d.]+\s*(?:mm)?", s.argument.text):
                 unit = "mm" if s.argument.text.endswith("mm") else ""
-                edit = Edit(_value_span(s.argument), f"{times * period:g}{unit}")
+                edit = Edit(value_of(s.argument), f"{times * period:g}{unit}")
     return _warning(
         "W218",
         f"`{s.name}` leaves a seam: after a full turn of {full:g} mm the lattice does not meet itself",
@@ -366,6 +404,7 @@ _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | No
     "total": _total,
     "copies": _copies,
     "apart": _apart,
+    "empty": _empty,
     "pores": _pores,
     "seam": _seam,
 }
@@ -387,7 +426,8 @@ def _unread(found: Elaborated) -> list[Diagnostic]:
             hint = (
                 f"use it, or leave it out; call it `_{u.name}` if only an option names it, as in `--within _{u.name}`"
             )
-            hint = "use it, or leave it out" if u.fixed else hint
+            if u.fixed:
+                hint = f'use it, or leave it out; call it `_{u.name}` if only Python asks for it: `number("_{u.name}")`'
         out.append(_warning("W220", message, u.span, "bound here, and not used", hint))
     return out
 
@@ -417,12 +457,6 @@ def off_step(params: Mapping[str, ParamInfo], values: Mapping[str, float], defau
 
 
 # ---- texts ----------------------------------------------------------------------------------------------------------
-
-
-def _value_span(argument: Span) -> Span:
-    """The value of an argument that may have its name before it."""
-    name = re.match(r"\w+\s*=(?!=)\s*", argument.text)
-    return Span(argument.source, argument.start + (name.end() if name else 0), argument.end)
 
 
 def _warning(

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 from porelang.diagnostics import Diagnostic, fail
 from porelang.source import Source
 from porelang.syntax import tree
 from porelang.syntax.parse import LARGEST, parse
+
+#: What the program is called that standard input has.
+STANDARD_INPUT = "<stdin>"
 
 
 def read_source(path: str | Path) -> Source:
@@ -39,15 +43,30 @@ def read_source(path: str | Path) -> Source:
         raise fail(
             "E105", f"`{path}` cannot be read: {error.strerror or error}", hint="check its permissions"
         ) from None
+    return _decoded(str(path), data)
+
+
+def read_standard_input() -> Source:
+    """The text that standard input has. Errors: E105, E106, E028, as of a file."""
+    try:
+        data = sys.stdin.buffer.read(4 * LARGEST + 1) if sys.stdin is not None else None
+    except (OSError, ValueError) as error:  # the latter where it was closed
+        raise fail("E105", f"standard input cannot be read: {error}", hint="name a .pore file") from None
+    if data is None:
+        raise fail("E105", "there is no standard input", hint="name a .pore file")
+    return _decoded(STANDARD_INPUT, data)
+
+
+def _decoded(name: str, data: bytes) -> Source:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise fail(
             "E106",
-            f"`{path}` is no text: byte {error.start} is not UTF-8",
+            f"`{name}` is no text: byte {error.start} is not UTF-8",
             hint="save it as UTF-8",
         ) from None
-    return Source(str(path), text)
+    return Source(name, text)
 
 
 def load_used(path: str, user: Source) -> tuple[tree.File, list[Diagnostic]]:

@@ -23,7 +23,7 @@ from porelang.data import Reduced
 from porelang.diagnostics import PoreError, fail, suggest
 from porelang.field import Backend, Bounds, checked_bounds, make_field, number_type
 from porelang.formula import Formula
-from porelang.ir import Node, node, order
+from porelang.ir import NUMBERS, TASKS, Node, node, order
 from porelang.ir import within as below
 from porelang.mesh.crumbs import settle
 from porelang.mesh.grid import chosen_voxel
@@ -142,7 +142,22 @@ def measure(
             "euler": abs(surfaces[0].euler - surfaces[1].euler) + unsure,
         },
         "reduced": {text: _told(design.number(n)) for n, text in design.program.numbers.items() if n in read},
+        "numbers": {text: _told(design.valued(n)) for text, n in _made_of(design.program, read).items()},
     }
+
+
+def _made_of(program: Program, read: set[Node]) -> dict[str, Node]:
+    """The flat roots of lets and outputs that are made of numbers found from fields, by name: of those found anyway."""
+    named = {name: program.named(name) for name, let in program.elaborated.lets.items() if not let.node.axes}
+    named |= {name: roots[0] for name, roots in program.graph.outputs.items() if len(roots) == 1}
+    out: dict[str, Node] = {}
+    for name, root in named.items():
+        if root is None or root.axes or kind(root) != "real":
+            continue
+        asked = [n for n in order([root], below) if n.op in TASKS]
+        if asked and all(n in read and n.op in NUMBERS for n in asked):
+            out[name] = root
+    return out
 
 
 def _refuse_infinite(design: Design, name: str | None, box: Box) -> None:

@@ -15,7 +15,10 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Any, TypeVar
 
+import numpy as np
+
 from porelang.analysis.box import Extent
+from porelang.analysis.enclose import enclose
 from porelang.data import Data, Reduced
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest, warn
 from porelang.doors import Doors, Settings, options
@@ -25,6 +28,7 @@ from porelang.elaborate.values import Scalar, Vector
 from porelang.extents import part_extent
 from porelang.formula import Bindings, Formula
 from porelang.html import brief, table, title
+from porelang.interval import interval
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, param, within
 from porelang.once import alone
 from porelang.rewrites import Graph, flatten
@@ -357,11 +361,40 @@ class Design(Doors):
         """What a task of the flat graph finds, whether or not contracts hold that are about it."""
         return find(n, self._with_files([n]), self.program.places)
 
-    def number(self, n: Node) -> Reduced:
-        """The number that a task finds, with its error."""
-        found = self.task(n)
+    def number(
+        self, name: str | Node, /, settings: Settings | None = None, preset: str | None = None, **more: Setting
+    ) -> Reduced:
+        """An output or a `let` that is one number; or the number that a task finds. With its error."""
+        if not isinstance(name, Node):
+            return super().number(name, settings, preset, **more)
+        found = self.task(name)
         assert isinstance(found, Reduced)
         return found
+
+    def valued(self, root: Node) -> Reduced:
+        """The value of a flat root that is one number, and how far it may be off: for all values that the numbers which
+        it reads may have within their errors. Errors: those of its tasks."""
+        if root.op in NUMBERS:
+            return self.number(root)
+        formula = self.formula(root)
+        value, numbers = float(formula.numbers[0]), self.own_numbers(root)
+        if all(not r.error for r in numbers.values()):
+            return Reduced(value, 0.0)
+        reach = enclose(formula.bind(_ranges(numbers)))[0].range
+        return Reduced(value, max(float(np.max(reach.hi)) - value, value - float(np.min(reach.lo))))
+
+    def own_numbers(self, root: Node) -> dict[Node, Reduced]:
+        """The numbers found from fields that stand in a root itself, of the branches that are taken."""
+        read = set(self.reads(root))
+        return {n: self.number(n) for n in order([root], within) if n in read and n.op in NUMBERS}
+
+    def decided(self, root: Node) -> bool | None:
+        """Whether a condition holds for all values that its numbers may have; None where their errors leave it open."""
+        numbers = self.own_numbers(root)
+        if all(not r.error for r in numbers.values()):
+            return self.holds(root)
+        reach = enclose(self.formula(root).bind(_ranges(numbers)))[0].range
+        return True if bool((reach.lo >= 1).all()) else False if bool((reach.hi < 1).all()) else None
 
     def keep_contracts(self) -> None:
         """Refuse what breaks a contract about settings and numbers, whatever output reads them. Errors: E064."""
@@ -416,6 +449,10 @@ class Design(Doors):
 
 
 _SETTINGS_HINT = 'they are names and values: settings={"w": 25}, or w=25'
+
+
+def _ranges(numbers: Mapping[Node, Reduced]) -> Bindings:
+    return {n: interval(r.value - r.error, r.value + r.error) for n, r in numbers.items()}
 
 
 def _about(root: Node) -> list[Node]:

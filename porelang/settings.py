@@ -33,6 +33,8 @@ def settle(params: Mapping[str, ParamInfo], given: Mapping[str, Setting]) -> dic
 
 
 def _number(info: ParamInfo, setting: Setting) -> float:
+    if isinstance(setting, np.ndarray) and not setting.shape:  # a number of NumPy's, as its functions give them
+        setting = setting.item()
     if info.choices and not info.numbers:
         return _choice(info, setting)
     if not isinstance(setting, str | int | float | np.number):
@@ -61,6 +63,9 @@ def _number(info: ParamInfo, setting: Setting) -> float:
     slack = 1e-12 * max(abs(info.low), abs(info.high))
     if not info.low - slack <= value <= info.high + slack:
         text = f"`{info.name}` = {_with_unit(value, info)} lies outside its range"
+        if info.written == "%" and info.low <= value / 100 <= info.high:
+            said = f"{value:g} is {100 * value:g}%"
+            raise fail("E085", text, info.span, label=f"declared as {info.range}", hint=f"{said}: write `{value:g}%`")
         raise _outside(info, text, f"{_with_unit(info.low, info)} to {_with_unit(info.high, info)}")
     return min(max(value, info.low), info.high)
 

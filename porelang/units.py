@@ -89,3 +89,58 @@ UNITS = {
         Unit("%", RATIO, 0.01),
     )
 }
+
+#: Our units by the words that others have for them.
+SPELT = {
+    **dict.fromkeys(("inch", "inches"), "in"),
+    **dict.fromkeys(("degree", "degrees"), "deg"),
+    **dict.fromkeys(("radian", "radians"), "rad"),
+    **dict.fromkeys(("millimeter", "millimetre", "millimeters", "millimetres"), "mm"),
+    **dict.fromkeys(("micron", "microns", "micrometer", "micrometre"), "um"),
+    **dict.fromkeys(("turns", "rev", "revs"), "turn"),
+}
+#: A pound-force on a square inch, in Pa (NIST SP 811, B.8: 4.448 221 615 260 5 N and 25.4 mm, exactly).
+_PSI = 4.4482216152605e6 / 25.4**2
+#: Units of elsewhere: how many of one of ours each is, and of which.
+ELSEWHERE: dict[str, tuple[float, str]] = {
+    "nm": (1e-6, "mm"),
+    "dm": (100, "mm"),
+    "km": (1e6, "mm"),
+    **dict.fromkeys(("ft", "foot", "feet"), (304.8, "mm")),
+    **dict.fromkeys(("yd", "yard"), (914.4, "mm")),
+    **dict.fromkeys(("mil", "mils", "thou"), (0.0254, "mm")),
+    **{f"{u}2": (scale**2, "mm^2") for u, scale in (("mm", 1.0), ("cm", 10.0), ("m", 1e3), ("in", 25.4))},
+    **{f"{u}3": (scale**3, "mm^3") for u, scale in (("mm", 1.0), ("cm", 10.0), ("m", 1e3), ("in", 25.4))},
+    **dict.fromkeys(("L", "l", "liter", "litre", "liters", "litres"), (1e6, "mm^3")),
+    **dict.fromkeys(("dl", "dL"), (1e5, "mm^3")),
+    **dict.fromkeys(("cl", "cL"), (1e4, "mm^3")),
+    **dict.fromkeys(("ml", "mL", "cc", "ccm"), (1e3, "mm^3")),
+    "bar": (0.1, "MPa"),
+    **dict.fromkeys(("mbar", "hPa"), (0.1, "kPa")),
+    "atm": (0.101325, "MPa"),
+    "psi": (0.001 * _PSI, "kPa"),
+    "ksi": (0.001 * _PSI, "MPa"),
+    "TPa": (1e3, "GPa"),
+    "mN": (1e-3, "N"),
+    "MN": (1e3, "kN"),
+    "lbf": (4.4482216152605, "N"),
+    "kgf": (9.80665, "N"),
+    **dict.fromkeys(("gon", "grad", "grads"), (0.9, "deg")),
+    "arcmin": (1 / 60, "deg"),
+    "arcsec": (1 / 3600, "deg"),
+}  # fmt: skip
+#: What has no unit in the language.
+WITHOUT = {
+    **dict.fromkeys(("g", "kg", "mg", "t", "lb", "lbs", "oz", "gram", "grams", "tonne"), "mass"),
+    **dict.fromkeys(("s", "sec", "ms", "min", "h", "hr", "Hz", "kHz"), "time"),
+    **dict.fromkeys(("K", "C", "degC", "degF"), "temperature"),
+    **dict.fromkeys(("J", "kJ", "W", "kW", "mW"), "energy"),
+    **dict.fromkeys(("A", "mA", "V", "mV", "ohm"), "electricity"),
+}
+
+
+def converted(count: float, unit: str) -> str:
+    """So many of a unit of elsewhere, as the language writes it."""
+    factor, ours = ELSEWHERE[unit]
+    number = f"{count * factor:.9g}"
+    return f"({number} * 1{ours})" if "^" in ours and number != "1" else f"{number}{ours}"

@@ -314,6 +314,23 @@ def test_points_from_standard_input() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "-0.765\n", "")
 
 
+def test_the_program_from_standard_input(tmp_path: Path) -> None:
+    done = process("check", "-", input="sphere(5) & y9\n")
+    assert done.returncode == 1
+    assert "--> <stdin>:1:13" in done.stderr
+    assert "<stdin>: 1 error" in done.stderr
+    for words in (
+        ["measure", "-", "--resolution", "8"],
+        ["mesh", "-", "-o", str(tmp_path / "a.obj"), "--voxel", "1mm"],
+    ):
+        assert process(*words, input="sphere(5)\n").returncode == 0
+    assert "# program <stdin>" in (tmp_path / "a.obj").read_text(encoding="ascii")
+    for twice in (["eval", "-", "--points", "-"], ["watch", "-", "--", "mesh", "-o", "a.stl"]):
+        refused = process(*twice, input="sphere(5)\n")
+        assert refused.returncode == 2
+        assert "E108" in refused.stderr
+
+
 @pytest.mark.parametrize(
     ("content", "says"),
     [

@@ -80,6 +80,26 @@ DOUBTED = [
     ("translate(sphere(3), [20 * sin(45), 0, 0])", "W214"),
     ("twist(box([20, 20, 60]), 90)", "W214"),
     ("union([for i in range(7): rotate(box([30, 5, 5]), [0, 0, 1], 360 / 7 * i)])", "W214"),
+    ("rotate(box([10, 20, 30]), [0, 0, 1], degrees(30))", "W214"),
+    ("let a = degrees(30)\nrotate(box([10, 20, 30]), [0, 0, 1], a)", "W214"),
+    ("rotate(box([10, 20, 30]), [0, 0, 1], degrees(30deg))", "W214"),
+    ("let a = degrees(pi / 6)\nrotate(box([10, 20, 30]), [0, 0, 1], a)", "W214"),
+    ("param a = 30deg in 0deg..90deg\nrotate(box([10, 20, 30]), [0, 0, 1], -degrees(a))", "W214"),
+    ("param a = 30 in 0..90\nrotate(box([10, 20, 30]), [0, 0, 1], angle=degrees(a))", "W214"),
+    ("sphere(9) - sin(degrees(atan2(y, x)))", "W214"),
+    # shares and numbers of percent
+    ('let env = cube(20)\ncheck porosity(env \\ sphere(5), env) < 70, "open"\nenv', "W226"),
+    ('let env = cube(20)\ncheck 30 < 1 - porosity(env \\ sphere(5), env), "dense"\nenv', "W226"),
+    ('param a = 60% in 10%..90%\ncheck a < 70, "open"\nsphere(5 * a)', "W226"),
+    ('param a = 60% in 10%..90%\nlet most = 70\ncheck a <= most, "open"\nsphere(5 * a)', "W226"),
+    ('let env = cube(9)\nparam most = 70 in 50..80\ncheck porosity(env, env) < most, "open"\nenv', "W226"),
+    ("offset(gyroid(5), solve(t => porosity(offset(gyroid(5), t), cube(9)), 70, -1..1)) & cube(9)", "W226"),
+    # offsets that leave nothing
+    ("let core = gyroid(8) |> shell(0.5) & offset(box([80, 40, 6]), -8mm)\nbox([9, 9, 9]) | core", "W227"),
+    ("param t = 4mm in 3.5mm..6mm\ncube(3) | offset(box([80, 40, 6]), -t)", "W227"),
+    ("union([cube(3), offset(cylinder(2, 40), -2.5mm)])", "W227"),
+    # a cut that binds more tightly than the union before it
+    ("let skin = translate(sphere(3), [20, 0, 0])\nsphere(9) | skin \\ cylinder(1, 30)", "W223"),
     # copies that are cut
     ("ring(capsule([5, 0, 0], [15, 10, 0], 1), 8)", "W215"),
     ("cylinder(4, 4) | ring(translate(box([4, 10, 2]), [0, 9, 0]), 7)", "W215"),  # not on the side of +x
@@ -134,6 +154,27 @@ DOUBTED = [
 ]
 
 RIGHT = [
+    # numbers of degrees, as numbers and as what they were made of
+    "rotate(box([10, 20, 30]), [0, 0, 1], degrees(30deg) * 1deg)",
+    "rotate(box([10, 20, 30]), [0, 0, 1], radians(degrees(30deg)))",
+    "sphere(degrees(30deg))",
+    'param a = 30deg in 0deg..90deg\ncheck degrees(a) < 91, "a quarter"\nrotate(box([10, 20, 30]), [0, 0, 1], a)',
+    "sphere(9) - degrees(atan2(y, x)) / 100",
+    # shares, and numbers that are none
+    'let env = cube(20)\ncheck porosity(env \\ sphere(5), env) < 70%, "open"\nenv',
+    'let env = cube(20)\ncheck porosity(env \\ sphere(5), env) <= 1, "open"\nenv',
+    'let env = cube(20)\ncheck 100 * porosity(env \\ sphere(5), env) < 70, "open"\nenv',
+    'let env = cube(20)\ncheck volume(env \\ sphere(5)) > 70, "there"\nenv',
+    'param a = 60% in 10%..250%\ncheck a < 2, "stretched"\nsphere(5 * a)',
+    'param a = 0.6 in 0.1..0.9\ncheck a < 70, "any number"\nsphere(5 * a)',
+    "param a = 60% in 10%..90%\nsphere(if a < 50% then 4 else 5)",
+    # offsets that leave something, now or with a param at an end of its range
+    "offset(box([80, 40, 6]), -2.9mm)",
+    "param t = 4mm in 1mm..6mm\ncube(3) | offset(box([80, 40, 6]), -t)",
+    "union([for i in range(4): offset(sphere(5), -2 * i)])",
+    "offset(gyroid(9), -0.5) & cube(20)",
+    # a cut of the last of a union, which is the one that is meant
+    "sphere(10) | cylinder(5, 40) \\ cylinder(4, 42)",
     # walls that read two lattices, of which the one is great where the other is small
     "(gyroid(10) - gyroid(7) + 0.5) & cube(40)",
     "(gyroid(10) + diamond(7) - 0.5) & cube(40)",
@@ -236,7 +277,35 @@ def test_an_edit_mends_what_it_is_for(text: str, code: str) -> None:
 
 
 def test_most_doubts_of_the_text_come_with_an_edit() -> None:
-    assert {code for _, code in EDITED} >= {"W212", "W213", "W214", "W215", "W216", "W217", "W218"}
+    assert {code for _, code in EDITED} >= {"W212", "W213", "W214", "W215", "W216", "W217", "W218", "W223", "W226"}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("degrees(30)", "30deg"),
+        ("angle=degrees(30)", "angle=30deg"),
+        ("degrees(pi / 6)", "pi / 6"),
+        ("degrees(30deg)", "30deg"),
+        ("-degrees(30deg)", "-30deg"),
+        ("degrees(30 + 15)", "(30 + 15) * 1deg"),
+    ],
+)
+def test_a_number_of_degrees_becomes_the_angle_that_it_is_of(wrong: str, right: str) -> None:
+    text = f"rotate(box([10, 20, 30]), [0, 0, 1], {wrong})"
+    (d,) = said(text)
+    assert d.edit is not None
+    assert text[: d.edit.span.start] + d.edit.text + text[d.edit.span.end :] == text.replace(wrong, right)
+
+
+def test_an_offset_that_leaves_nothing_says_how_thick_the_solid_is() -> None:
+    (d,) = said("cube(9) | offset(box([80, 40, 6]), -8mm)")
+    assert float(re.findall(r"about ([\d.]+) mm", d.label)[0]) == pytest.approx(3, rel=0.01)
+
+
+def test_parentheses_are_shown_only_where_they_mend_the_cut() -> None:
+    (d,) = said("sphere(9) | translate(sphere(3), [20, 0, 0]) \\ translate(sphere(1), [40, 0, 0])")
+    assert d.edit is None  # it meets neither
 
 
 # ---- what is right as it is -----------------------------------------------------------------------------------------

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+import porelang
 from porelang.compiler import try_compile
 from porelang.diagnostics import Diagnostic, Edit, render
 from porelang.elaborate.names import PLANNED
 from porelang.elaborate.prelude import prelude_scope
 from porelang.source import Source
 from porelang.syntax import habits
+from porelang.units import ELSEWHERE, UNITS, WITHOUT, converted
 
 
 def errors(text: str) -> list[Diagnostic]:
@@ -111,6 +113,39 @@ WRITTEN = {
     "out sphere(5)": "out part = sphere(5)",
     'check(5 > 3, "five")\nsphere(4)': 'check 5 > 3, "five"\nsphere(4)',
     "[sphere(5), cube(9)]": "union([sphere(5), cube(9)])",
+    "slider w = 8 in 5..12\ngyroid(w) & cube(9)": "param w = 8 in 5..12\ngyroid(w) & cube(9)",
+    # units of elsewhere, and units as names and functions
+    "let a = 0.3/mm\nsphere(1 / a)": "let a = 0.3/1mm\nsphere(1 / a)",
+    "sphere(5*mm)": "sphere(5*1mm)",
+    "let k = 3N/m\nsphere(2)": "let k = 3N/1m\nsphere(2)",
+    "let p0 = 5bar\nsphere(3mm * p0 / p0)": "let p0 = 0.5MPa\nsphere(3mm * p0 / p0)",
+    "let p0 = 5 bar\nsphere(3mm * p0 / p0)": "let p0 = 0.5MPa\nsphere(3mm * p0 / p0)",
+    "let p0 = 1000psi\nsphere(3mm * p0 / p0)": "let p0 = 6894.75729kPa\nsphere(3mm * p0 / p0)",
+    "sphere(1ft)": "sphere(304.8mm)",
+    "let v = 2L\nsphere(v / 1mm^2)": "let v = (2000000 * 1mm^3)\nsphere(v / 1mm^2)",
+    "let v = 3 ml\nsphere(v / 1mm^2)": "let v = (3000 * 1mm^3)\nsphere(v / 1mm^2)",
+    "let s = 5N/mm2\nsphere(3mm * s / s)": "let s = 5N/1mm^2\nsphere(3mm * s / s)",
+    "let rho = 2.7 g/cm^3\nsphere(rho)": "let rho = 2.7\nsphere(rho)",
+    "let rho = 7.85g/cm^3\nsphere(rho)": "let rho = 7.85\nsphere(rho)",
+    "rotate(cube(3), [0,0,1], deg(30))": "rotate(cube(3), [0,0,1], 30deg)",
+    "let a = 30\nrotate(cube(3), [0,0,1], deg(a))": "let a = 30\nrotate(cube(3), [0,0,1], (a * 1deg))",
+    "sphere(mm(5))": "sphere(5mm)",
+    "sphere(2 in)": "sphere(2in)",
+    # axes and decimals as they are written elsewhere
+    'rotate(cube(3), "z", 45deg)': "rotate(cube(3), [0, 0, 1], 45deg)",
+    'rotate(cube(3), axis="-X", angle=45deg)': "rotate(cube(3), axis=[-1, 0, 0], angle=45deg)",
+    "rotate(cube(3), z, 45deg)": "rotate(cube(3), [0, 0, 1], 45deg)",
+    "torus(9,65, 1,2)": "torus(9.65, 1.2)",
+    # percent
+    "shell(gyroid(5), shell_to_porosity(gyroid(5), 70, cube(9))) & cube(9)": (
+        "shell(gyroid(5), shell_to_porosity(gyroid(5), 70%, cube(9))) & cube(9)"
+    ),
+    'param phi = 70 in 50..85 step 5 "open"\ngyroid(5) + to_porosity(gyroid(5), phi, cube(9)) & cube(9)': (
+        'param phi = 70% in 50%..85% step 5% "open"\ngyroid(5) + to_porosity(gyroid(5), phi, cube(9)) & cube(9)'
+    ),
+    # words that are called
+    "polar_array(sphere(2), 6)": "ring(sphere(2), 6)",
+    "strut([0,0,0], [1,2,3], 2)": "capsule([0,0,0], [1,2,3], 2)",
     # joints and calls
     "sphere(5) and cube(8)": "sphere(5) & cube(8)",
     "sphere(5) union cube(8)": "sphere(5) | cube(8)",
@@ -189,6 +224,24 @@ TOLD = {
     "sphere(1,000)": ("E040", "`1000`"),
     "x = 3\nsphere(5)": ("E019", "choose another name"),
     'sphere("ten")': ("E060", "E060"),
+    "fillet(cube(9), 2)": ("E037", "`round=2mm`"),
+    "cube(9) |> chamfer(2)": ("E037", "`plane(normal, d)`"),
+    "array(sphere(2), 5)": ("E037", "`repeat("),
+    "tube(5, 4, 9)": ("E037", "`cylinder(R, h) \\ cylinder(r, h)`"),
+    "spline([0,0,0], [1,1,1])": ("E037", "`polyline("),
+    "bend(cube(9), 3)": ("E037", "`polar(f, turn)`"),
+    "sphere(remap(x, 0, 9, 1, 2))": ("E037", "`mix(lo, hi, ramp(x, a, b))`"),
+    "hexagon(5)": ("E037", "`regular_polygon(6, r)`"),
+    'text("a", 5)': ("E037", "no letters"),
+    "noise(5)": ("E037", "not there"),
+    "trim(cube(5), sphere(2))": ("E037", "`a & b`"),
+    "let rho = 2 / kg\nsphere(rho)": ("E030", "no unit of mass"),
+    "let k = 2.7*g/1cm^3\nsphere(2)": ("E030", "no unit of mass"),
+    "cylinder(5, 2*h)": ("E030", "bind it first"),
+    "sphere(turn)": ("E030", "bind it first"),
+    "sphere(3 * m)": ("E030", "as a unit it has a number, `1m`"),
+    "ring(sphere(2), N)": ("E030", "bind it first"),
+    "cube(9) & infill": ("E030", "bind it first"),
 }
 
 
@@ -210,6 +263,8 @@ def test_the_word_of_pore_is_told(text: str) -> None:
         "import parts as q\nq.a & sphere(5)",
         "f(r) = 2*r\nsphere(f(3))",
         "var w := 5\nsphere(w)",
+        "slider w = 8 in 5..12\ngyroid(w)",
+        "number w = 8\ngyroid(w)",
     ],
 )
 def test_a_name_whose_statement_is_rejected_is_not_called_unknown(text: str) -> None:
@@ -250,6 +305,61 @@ def test_no_word_of_another_program_is_one_of_pore() -> None:
     known = prelude_scope().visible()
     assert not (habits.NAMES.keys() - PLANNED) & known
     assert {habits.ours(word) for word in habits.NAMES} - {""} <= known
+    assert not habits.CALLED.keys() & (known | habits.NAMES.keys())
+    assert {habits.ours(word, called=True) for word in habits.CALLED} - {""} <= known
+
+
+#: What hints show, with the letters of their forms bound.
+FORMS = [
+    "mix(2, 3, ramp(x, 0, 9))",
+    "cylinder(5, 9) \\ cylinder(4, 9)",
+    "blend(extrude(circle(5), 9), extrude(rect(5, 6), 9), z, 3)",
+    "(sphere(5) @ [x / (2 + z / 9), y / (2 + z / 9), z])",
+    "octahedron(5) & plane([0, 0, -1])",
+    "polar(box([9, 9, 9]), 40)",
+    "prism(6, 3, 9)",
+    "repeat(sphere(2), 9, counts=[4, 4, 1])",
+    "sphere(9) - ramp(length(p - [10, 0, 0]), 0, 20)",
+    'shell(sphere(9), 1mm, side="inside")',
+]
+
+
+@pytest.mark.parametrize("text", FORMS)
+def test_the_forms_that_hints_show_are_programs(text: str) -> None:
+    assert not errors(text)
+
+
+def test_what_one_param_breaks_is_told_once_where_it_is() -> None:
+    (found,) = errors("param wall = 2mm in 1mm..20mm\ncylinder(10mm - wall, 20mm)")
+    assert found.code == "E086"
+    assert found.span is not None
+    assert found.span.text == "10mm - wall"
+
+
+def test_a_param_that_is_wrong_itself_is_known_to_presets() -> None:
+    text = 'param w = 4mm in 5mm..10mm\npreset "coarse": cell = 9mm\npreset "fine": w = 3mm\ngyroid(w) & cube(20)'
+    found = errors(text)
+    assert [d.code for d in found] == ["E080", "E087", "E085"]
+    assert found[1].hint == "the params are w"
+
+
+def test_a_setting_in_numbers_of_percent_is_told_how_it_is_written() -> None:
+    program = porelang.compile("param a = 60% in 10%..90%\nsphere(5 * a)")
+    with pytest.raises(porelang.PoreError, match="write `70%`"):
+        program.design(a=70)
+    with pytest.raises(porelang.PoreError, match="choose from 10% to 90%"):
+        program.design(a=95)
+
+
+def test_conversions_are_those_of_the_units() -> None:
+    """By their definitions: a foot is 12 in, a litre 1 dm3, a bar 1e5 Pa; 1 psi is 6894.757 Pa (NIST SP 811)."""
+    assert converted(1, "ft") == f"{12 * 25.4:g}mm"
+    assert converted(1, "bar") == "0.1MPa"
+    assert converted(1, "psi") == "6.89475729kPa"
+    assert converted(1, "mm2") == "1mm^2"
+    assert not (ELSEWHERE.keys() | WITHOUT.keys()) & UNITS.keys()
+    for unit in ELSEWHERE:
+        assert not errors(f"let a = {converted(2, unit)}\nsphere(if a > a then 1 else 2)")
 
 
 def test_a_habit_is_told_once_with_how_often_it_was_seen() -> None:

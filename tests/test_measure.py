@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import porelang
@@ -200,6 +202,46 @@ def test_a_check_that_its_error_does_not_decide_is_said(capsys: pytest.CaptureFi
     path.write_text(path.read_text().replace("0.0002", "0.01"))
     assert main(["check", str(path), "--measure"]) == 0
     assert "W203" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("limit", "status", "code"), [("0.2999", 0, "W203"), ("0.3001", 0, "W203"), ("0.31", 1, "E068"), ("0.29", 0, "")]
+)
+def test_a_check_is_open_on_either_side_of_its_limit(
+    limit: str, status: int, code: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """A ball of 10 mm has 0.3 mm2 of surface to a mm3; neither its area nor its volume is known exactly."""
+    path = tmp_path / "part.pore"
+    path.write_text(f'let body = sphere(10)\ncheck area(body) / volume(body) > {limit} / 1mm, "too little"\nbody\n')
+    assert main(["check", str(path), "--measure"]) == status
+    said = capsys.readouterr().err
+    assert set(re.findall(r"(?:W|E)\d{3}", said)) == ({code} if code else set())
+    assert main(["mesh", str(path), "-o", str(tmp_path / "a.stl"), "--resolution", "40"]) == status
+    assert (tmp_path / "a.stl").exists() == (status == 0)
+    if code:  # what is compared, and not only its parts
+        assert code in capsys.readouterr().err
+        value, error = map(float, re.findall(r"`area\(body\) / volume\(body\)` is ([\d.]+) \+- ([\d.e-]+)", said)[0])
+        assert abs(value - 0.3) <= error < 0.003
+    if code == "W203":
+        assert abs(value - float(limit)) <= error
+
+
+def test_a_number_that_a_program_computes_is_asked_for_by_name() -> None:
+    """The hydraulic diameter 4 V / A of a ball is 4/3 of its radius."""
+    program = porelang.compile("param r = 3mm in 1mm..9mm\nlet _d = 4 * volume(sphere(r)) / area(sphere(r))\nsphere(r)")
+    for asked, r in ((program, 3), (program.design(r=6), 6)):
+        found = asked.number("_d")
+        assert abs(found.value - 4 * r / 3) <= found.error < 0.01 * r
+    found = program.number("_d", r=np.array(7.0))
+    assert abs(found.value - 28 / 3) <= found.error < 0.07
+    exact = porelang.compile("param r = 3mm in 1mm..9mm\nlet k = 2 * r\nsphere(k)").number("k", settings={"r": "4mm"})
+    assert (exact.value, exact.error) == (8, 0)
+    for name in ("part", "q"):
+        with pytest.raises(porelang.PoreError, match="E100"):
+            program.number(name)
+    halved = porelang.compile("let d = volume(sphere(3)) / 2\nsphere(d / 1mm^2 / 10)")
+    told = halved.measure(resolution=16)["numbers"]["d"]
+    assert abs(told["value"] - 18 * np.pi) <= told["error"]
 
 
 def test_numbers_of_one_text_are_told_apart(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

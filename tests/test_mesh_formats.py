@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 import trimesh
 
+import porelang
 from porelang.diagnostics import PoreError
 from porelang.mesh import Grid, Surface, extract, write
 from porelang.mesh.export import WRITERS
+from porelang.mesh.part import notes_of
 
 NOTES = {"program": 'a "quoted" <name> & é.pore', "sha256": "ab" * 32, "param.w": "30.0"}
 CORE = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
@@ -114,6 +116,12 @@ def test_notes_are_comments_where_a_format_has_no_other_place(part, tmp_path, en
     text = path.read_bytes()[:2000]
     assert b"param.w 30.0\n" in text
     assert b"long two\\nlines\n" in text
+
+
+def test_a_name_whose_bytes_are_no_text_is_written_in_plain_letters(part, tmp_path):
+    design = porelang.compile("sphere(5)", name="folder/a\udcff.pore").design()
+    path = write(part, tmp_path / "part.obj", notes_of(design, None))
+    assert b"# program a\\xff.pore\n" in path.read_bytes()[:200]
 
 
 def test_a_mesh_too_fine_for_32_bits_is_refused_as_glb(part, tmp_path):

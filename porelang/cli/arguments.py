@@ -129,7 +129,10 @@ COMMANDS: dict[str, Command] = {
 #: What `argparse` is told of each option, but for `type`, `choices` and `required`, which are ours: its own words for
 #: what it misses differ from one Python to the next.
 OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
-    "file": (("file",), {"metavar": "FILE", "required": True, "help": "the program, a .pore file"}),
+    "file": (
+        ("file",),
+        {"metavar": "FILE", "required": True, "help": "the program, a .pore file; - reads standard input"},
+    ),
     "words": (
         ("words",),
         {"metavar": "COMMAND", "help": "a command with its options, without the file: mesh -o a.stl"},

@@ -14,10 +14,10 @@ from porelang.checks import (
     unmeasured_checks,
 )
 from porelang.cli import report
+from porelang.cli.loading import source_of
 from porelang.compiler import MOST_DIAGNOSTICS, try_compile
 from porelang.diagnostics import PoreError
 from porelang.doubts import idle_cuts, off_step
-from porelang.files import read_source
 from porelang.program import Design
 from porelang.refusals import endless, refusals, structural_faults
 from porelang.syntax.parse import MOST
@@ -25,7 +25,7 @@ from porelang.syntax.parse import MOST
 
 def check(options: Namespace) -> int:
     """`pore check`: all diagnostics, the `check` statements included."""
-    source = read_source(options.file)
+    source = source_of(options)
     program, found = try_compile(source)
     design: Design | None = None
     report.say([d for d in found if d.severity == "error" or not options.quiet])
@@ -39,9 +39,9 @@ def check(options: Namespace) -> int:
             broken = off_step(program.params, design.settings)
             broken += structural_faults(program, options.measure)
             broken += refusals(design, options.measure)
-            broken += broken_checks(design, options.measure)
+            broken += [*broken_checks(design, options.measure), *undecided_checks(design, options.measure)]
             if options.measure:
-                broken += [*undecided_checks(design), *late_doubts(design)]
+                broken += late_doubts(design)
                 broken += doubtful_numbers(design, *read_by(program))
                 broken += idle_cuts(program.elaborated, design.settings)
         except PoreError as error:
@@ -66,5 +66,5 @@ def check(options: Namespace) -> int:
         errors = sum(d.severity == "error" for d in found)
         warnings = report.plural(len(found) - errors, "warning")
         first = "the first " if len(found) in (MOST, MOST_DIAGNOSTICS) else ""
-        report.note(f"{options.file}: {first}{report.plural(errors, 'error')}, {warnings}")
+        report.note(f"{source.name}: {first}{report.plural(errors, 'error')}, {warnings}")
     return report.status(found)

@@ -27,6 +27,8 @@ AT_ONCE = 2**16
 
 def evaluate(options: Namespace) -> int:
     """Values of an output at points. Errors: E104 for points that are none, and what `Program.field` rejects."""
+    if options.file == options.points == "-":
+        raise fail("E108", "standard input can be read only once", hint="write the points to a file, and name that")
     design = bound(options)
     if options.output:
         destination(options.output, [*design.program.files, options.points])

@@ -8,13 +8,19 @@ from porelang.cli import report
 from porelang.compiler import try_compile
 from porelang.diagnostics import PoreError
 from porelang.doubts import off_step
-from porelang.files import read_source
+from porelang.files import read_source, read_standard_input
 from porelang.program import Design, Program
+from porelang.source import Source
+
+
+def source_of(options: Namespace) -> Source:
+    """The text of the program that a command names; `-` is standard input. Errors: those of reading."""
+    return read_standard_input() if options.file == "-" else read_source(options.file)
 
 
 def load(options: Namespace) -> Program:
     """The program of a command, its warnings said. Errors: all that is wrong with it."""
-    program, found = try_compile(read_source(options.file))
+    program, found = try_compile(source_of(options))
     if program is None:
         raise PoreError(found)
     if not getattr(options, "quiet", False):

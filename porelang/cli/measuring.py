@@ -46,7 +46,7 @@ def measure(options: Namespace) -> int:
     if options.json:
         report.put(found | {"failed_checks": [d.to_json() for d in broken]})
     else:
-        print(_text(options.file, found))
+        print(_text(design.program.source.name, found))
     report.say(broken)
     if not options.quiet:
         asked = [*design.program.roots(options.out), *design.program.graph.checks]

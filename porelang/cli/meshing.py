@@ -8,7 +8,7 @@ from argparse import Namespace
 from typing import Any
 
 from porelang.atomic import destination
-from porelang.checks import broken_checks, doubtful_numbers
+from porelang.checks import broken_checks, doubtful_numbers, undecided_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
@@ -45,7 +45,7 @@ def mesh(options: Namespace) -> int:
         design, options.out, options.voxel, options.resolution, options.bounds, backend, dtype,
         options.smooth, options.sharp, options.simplify, options.force, folder=folder,
     )  # fmt: skip
-    doubts = [*made.doubts, *doubtful_numbers(design, *design.program.roots(options.out))]
+    doubts = [*undecided_checks(design), *made.doubts, *doubtful_numbers(design, *design.program.roots(options.out))]
     report.say([] if options.quiet else doubts)
     write(made.surface, options.output, notes_of(design, options.out))
     seconds = round(time.perf_counter() - start, 3)

@@ -76,7 +76,8 @@ def glsl(options: Namespace) -> int:
 
 def notation(options: Namespace) -> int:
     """`pore notation`: the steps of the program as the paper writes them."""
-    found = steps(bound(options).program)
+    program = bound(options).program
+    found = steps(program)
     if options.json:
         report.put(
             [{"line": s.span.line, "step": s.text, "notation": s.notation, "dimension": s.dimension} for s in found]
@@ -84,7 +85,7 @@ def notation(options: Namespace) -> int:
     for s in found if not options.json else ():
         print(f"{s.notation:<24} {s.dimension:<12} {s.text}")
     if not found:
-        report.note(f"{options.file}: none of the ten modifications is used")
+        report.note(f"{program.source.name}: none of the ten modifications is used")
     return 0
 
 

@@ -6,7 +6,7 @@ import time
 from argparse import Namespace
 from typing import Any
 
-from porelang.checks import broken_checks, doubtful_numbers
+from porelang.checks import broken_checks, doubtful_numbers, undecided_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
@@ -51,7 +51,7 @@ def slices(options: Namespace) -> int:
             report.note(f"\nstopped after {done} of {of or 'all'} layers: nothing is written to {options.output}")
         raise
     doubts = layer_doubts(design, options.out, options.bounds, found["volume"])
-    doubts += doubtful_numbers(design, *design.program.roots(options.out))
+    doubts += [*undecided_checks(design), *doubtful_numbers(design, *design.program.roots(options.out))]
     report.say([] if options.quiet else doubts)
     seconds = round(time.perf_counter() - start, 3)
     if options.json:

@@ -43,6 +43,8 @@ def watch(options: Namespace) -> int:
     chosen = parse(argv)
     if getattr(chosen, "points", None) == "-":
         raise fail("E108", "standard input can be read only once", hint="write the points to a file, and name that")
+    if options.file == "-":
+        raise fail("E108", "standard input is no file that is saved", hint="name the .pore file to watch")
     read_source(options.file)  # a slip of the name is told, not waited for
     named = [chosen.points] if getattr(chosen, "points", None) else []
     written = os.path.abspath(chosen.output) if getattr(chosen, "output", None) else ""

@@ -8,9 +8,10 @@ from itertools import pairwise, permutations
 
 from porelang.diagnostics import Edit, suggest
 from porelang.elaborate import suspect
+from porelang.elaborate.bare import value_of
 from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import KINDS
-from porelang.elaborate.values import Function, Given, Poison, Scalar, Value
+from porelang.elaborate.values import Function, Given, Poison, Scalar, Text, Value
 from porelang.source import Span
 from porelang.syntax import habits, tree
 
@@ -140,20 +141,48 @@ def is_number(text: str) -> bool:
 def too_many(function: Function, arguments: Sequence[Given]) -> tuple[str, Edit | None]:
     """What to write where there are more arguments than parameters."""
     told = _one_by_one(function, arguments)
-    return told if told[0] or len(arguments) != len(function.parameters) + 1 else _decimal_comma(arguments)
+    return told if told[0] else _decimal_comma(arguments, len(arguments) - len(function.parameters))
 
 
-def _decimal_comma(arguments: Sequence[Given]) -> tuple[str, Edit | None]:
-    """What to write for `5,5mm`, which reads as two arguments."""
-    for a, b in pairwise(arguments):
-        touch = a.span.source is b.span.source and Span(a.span.source, a.span.end, b.span.start).text == ","
-        if touch and a.span.text.isdigit() and is_number(b.span.text):
-            joined = f"{a.span.text}.{b.span.text}"
-            hint = f"a comma parts arguments; with a decimal point it is `{joined}`"
-            if re.fullmatch(r"\d{3}[A-Za-z]*", b.span.text):
-                return f"{hint}, without separators `{a.span.text}{b.span.text}`", None
-            return hint, Edit(a.span.to(b.span), joined)
-    return "", None
+def _decimal_comma(arguments: Sequence[Given], extra: int) -> tuple[str, Edit | None]:
+    """What to write for `5,5mm`, which reads as two arguments; `extra` is how many there are too many."""
+    joined, pairs, i = [], [], 0
+    while i < len(arguments):
+        a, b = arguments[i], arguments[i + 1] if i + 1 < len(arguments) else None
+        if b is not None and _one_number(a.span, b.span):
+            joined.append(f"{a.span.text}.{b.span.text}")
+            pairs.append((a, b))
+            i += 1
+        else:
+            joined.append(a.span.text)
+        i += 1
+    if not pairs or len(pairs) != extra:
+        return "", None
+    (a, b), many = pairs[0], len(pairs) > 1
+    first, last = arguments[0].span, arguments[-1].span
+    if many and (first.source is not last.source or last.end < first.start):  # the first was handed on by `|>`
+        return "a comma parts arguments; decimals have a point", None
+    ours = ", ".join(joined) if many else f"{a.span.text}.{b.span.text}"
+    hint = f"a comma parts arguments; with a decimal point it is `{ours}`"
+    if not many and re.fullmatch(r"\d{3}[A-Za-z]*", b.span.text):
+        return f"{hint}, without separators `{a.span.text}{b.span.text}`", None
+    return hint, Edit(first.to(last) if many else a.span.to(b.span), ours)
+
+
+def _one_number(a: Span, b: Span) -> bool:
+    """Whether two arguments are written as one number with a comma: nothing else is between them."""
+    touch = a.source is b.source and Span(a.source, a.end, b.start).text == ","
+    return touch and a.text.isdigit() and is_number(b.text)
+
+
+def axis(value: Value, place: Span) -> str:
+    """The vector along an axis that is named, `"z"`, `"-x"` or `z`; "" for any other argument."""
+    text = value.value if isinstance(value, Text) else value_of(place).text
+    found = re.fullmatch(r"([+-]?)\s*([xyzXYZ])", text.strip())
+    if found is None:
+        return ""
+    one = "-1" if found[1] == "-" else "1"
+    return f"[{', '.join(one if a == found[2].lower() else '0' for a in 'xyz')}]"
 
 
 def _one_by_one(function: Function, arguments: Sequence[Given]) -> tuple[str, Edit | None]:

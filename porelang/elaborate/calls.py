@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 from porelang.diagnostics import Edit, Label
 from porelang.elaborate import advice, operators, suspect
+from porelang.elaborate.bare import value_of
 from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import KINDS, Kind
 from porelang.elaborate.natures import note
@@ -228,6 +229,8 @@ def _coerce(
         hint = f"a vector has three numbers: `{place.text}.x`, or `length({place.text})`"
     elif isinstance(value, Text) and declared[0].name in _NUMBERS and advice.is_number(value.value):
         hint, edit = "a number stands without quotes", Edit(place, value.value)
+    elif declared[0].name == "vector" and (along := advice.axis(value, place)):
+        hint, edit = f"a direction is a vector: write `{along}`", Edit(value_of(place), along)
     elif code == "E060" and isinstance(value, Scalar) and not value.node.axes:
         hint = {"point": f"a point is `[{place.text}, 0, 0]`", "list": f"a list is `[{place.text}]`"}.get(
             declared[0].name, ""

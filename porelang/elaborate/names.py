@@ -12,6 +12,8 @@ from dataclasses import fields, is_dataclass, replace
 from porelang.diagnostics import Diagnostic, Edit, Label, suggest
 from porelang.source import Span
 from porelang.syntax import habits, tree
+from porelang.syntax.measures import of_a_number, unit_alone
+from porelang.units import UNITS
 
 COORDINATES = ("x", "y", "z", "p")
 Binding = tree.Param | tree.Let | tree.Def | tree.Use | tree.Out
@@ -111,8 +113,9 @@ def resolve(
                 elif item.name not in visible and item.span in texts:
                     missing[item.name] = (_text(texts[item.span]), [])
                 elif item.name not in visible:
-                    found = unknown_name(item.name, item.span, visible | local)
-                    missing[item.name] = (_recast(found, item.name, around.get(item.span)), [])
+                    call = around.get(item.span)
+                    found = unknown_name(item.name, item.span, visible | local, isinstance(call, tree.Call))
+                    missing[item.name] = (_recast(found, item.name, call), [])
                 continue
             stack.extend(reversed(list(_parts(item, local))))
     return uses, [_with_places(d, places) for d, places in missing.values()]
@@ -140,6 +143,10 @@ def _recast(d: Diagnostic, name: str, call: tree.Call | tree.Member | None) -> D
         return replace(d, edit=Edit(prefix, "")) if habits.NAMES.get(name) == habits.NO_PREFIX else d
     if call is None or not call.arguments or any(a.name for a in call.arguments):
         return d
+    if d.code != "E037" and len(call.arguments) == 1 and (ours := of_a_number(name, call.arguments[0].span)):
+        return replace(
+            d, message=f"`{name}` is a unit, and no function", hint=f"write `{ours}`", edit=Edit(call.span, ours)
+        )
     values = call.arguments[0].span.to(call.arguments[-1].span).text
     if name == "vec3" and len(call.arguments) == 3:
         return replace(d, edit=Edit(call.span, f"[{values}]"))
@@ -204,10 +211,10 @@ def _parts(item: object, local: frozenset[str]) -> Iterator[tuple[object, frozen
                 yield child, local
 
 
-def unknown_name(name: str, span: Span, visible: Iterable[str]) -> Diagnostic:
-    """The diagnostic for a name that means nothing."""
-    if (theirs := habits.hint(name)) and name != "mesh":
-        ours = habits.ours(name)
+def unknown_name(name: str, span: Span, visible: Iterable[str], called: bool = False) -> Diagnostic:
+    """The diagnostic for a name that means nothing, which is called or not."""
+    if (theirs := habits.hint(name, called)) and name != "mesh":
+        ours = habits.ours(name, called)
         return Diagnostic(
             "E037",
             f"`{name}` is not a word of Pore",
@@ -216,6 +223,8 @@ def unknown_name(name: str, span: Span, visible: Iterable[str]) -> Diagnostic:
             hint=theirs,
             edit=Edit(span, ours) if ours else None,
         )
+    if (alone := unit_alone(name, span)) is not None:
+        return alone
     if name in PLANNED:
         return Diagnostic(
             "E030",
@@ -239,7 +248,8 @@ def unknown_name(name: str, span: Span, visible: Iterable[str]) -> Diagnostic:
             f"unknown name `{name}`",
             span,
             label="nothing is called this",
-            hint=f"bind it first: `let {name} = ...` or `param {name} = ... in lo..hi`",
+            hint=f"bind it first: `let {name} = ...` or `param {name} = ... in lo..hi`"
+            + (f"; as a unit it has a number, `1{name}`" if name in UNITS else ""),
         )
     return Diagnostic(
         "E030",

@@ -8,6 +8,7 @@ from typing import TypeGuard
 
 from porelang.diagnostics import Label
 from porelang.elaborate import advice, dimensions, suspect
+from porelang.elaborate.bare import degrees, share_and_percent
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import (
     POISON,
@@ -214,8 +215,10 @@ def apply(ctx: Context, row: Op, arguments: Sequence[Value], places: Sequence[Sp
     out = lift(lambda *n: node(row.name, *n), numbers, dimension, row.result == "bool")
     if row.name in suspect.COMPARING:
         suspect.length_on_lattice(ctx, numbers, places, span, out)
+        if row.result == "bool":
+            share_and_percent(ctx, numbers, places)
     elif row.units == "angle":
-        suspect.degrees(ctx, numbers[0], places[0], row.name)
+        degrees(ctx, numbers[0], places[0], row.name)
     if row.domain != "all numbers" and isinstance(out, Scalar) and out.node.stage is Stage.CONST:
         value = ctx.constant(out.node)
         if value is not None and not math.isfinite(value):

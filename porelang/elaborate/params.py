@@ -32,6 +32,7 @@ from porelang.units import Dimension
 def declare(ctx: Context, s: tree.Param, scope: Scope, prefix: str) -> Value:
     """The value of a param's name, after noting the param itself."""
     name = prefix + s.name
+    ctx.declared.append(name)
     if s.choices:
         return _choice(ctx, s, scope, name)
     assert s.low is not None
@@ -71,15 +72,6 @@ def declare(ctx: Context, s: tree.Param, scope: Scope, prefix: str) -> Value:
             s.low.span.to(s.high.span),
             label="the lower end comes first",
         )
-    if not low <= default <= high:
-        return ctx.error(
-            "E080",
-            f"the default of `{s.name}` lies outside its range",
-            s.default.span,
-            label=f"{default:g} is not in {low:g}..{high:g}",
-            others=(Label(s.low.span.to(s.high.span), "its range"),),
-            hint="widen the range or change the default",
-        )
     if step and not 0 < step[0] <= high - low and s.step is not None:
         return ctx.error(
             "E081",
@@ -92,6 +84,15 @@ def declare(ctx: Context, s: tree.Param, scope: Scope, prefix: str) -> Value:
     ctx.found.params[name] = ParamInfo(
         name, default, low, high, step_size, (), (), dimension, s.doc, s.name_span, fixed is not None
     )
+    if not low <= default <= high:
+        return ctx.error(
+            "E080",
+            f"the default of `{s.name}` lies outside its range",
+            s.default.span,
+            label=f"{default:g} is not in {low:g}..{high:g}",
+            others=(Label(s.low.span.to(s.high.span), "its range"),),
+            hint="widen the range or change the default",
+        )
     return Scalar(param(name) if fixed is None else const(fixed), dimension)
 
 

@@ -72,8 +72,10 @@ def _no_param(ctx: Context, setting: tree.Setting, scope: Scope) -> None:
     bound = scope.find(setting.name)
     if isinstance(bound, Poison):  # a param that is wrong itself has been told
         return
-    near = suggest(setting.name, ctx.found.params)
-    hint = f"did you mean `{near}`?" if near else f"the params are {', '.join(ctx.found.params) or 'none'}"
+    near = suggest(setting.name, ctx.declared)
+    hint = f"did you mean `{near}`?" if near else f"the params are {', '.join(ctx.declared)}"
+    if not ctx.declared:
+        hint = f"`param {setting.name} = ... in lo..hi` declares one"
     if bound is not None:
         hint = f"what is set from outside is a param: `param {setting.name} = ... in lo..hi`"
     ctx.error(

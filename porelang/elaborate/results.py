@@ -170,17 +170,19 @@ class Suspicion:
     "total": the two solids that are added or subtracted. "copies": a body, its copies, and the size of their cells
     (none, or three nodes). "apart": two solids of which one is cut by the other. "pores": a lattice that was made into
     walls, and what they are cut with. "seam": a lattice that meets itself along y, after how many mm, and what is made
-    of it. `argument` is the place that an edit would change, `name` the function or the operator, `instead` what might
-    stand there, `period` that of the lattice.
+    of it. "empty": an inward offset, and its body.
+    `argument` is the place that an edit would change, `name` the function or the operator, `instead` what might
+    stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """
 
-    what: Literal["length", "total", "copies", "apart", "pores", "seam"]
+    what: Literal["length", "total", "copies", "apart", "pores", "seam", "empty"]
     span: Span
     nodes: tuple[Node, ...]
     argument: Span | None = None
     name: str = ""
     instead: str = ""
     period: Node | None = None
+    beside: tuple[Span, Node] | None = None
 
 
 @dataclass(frozen=True, slots=True)

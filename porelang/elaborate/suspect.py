@@ -6,12 +6,12 @@ copies are cut) is noted as a `Suspicion`, and looked at when the program is who
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from porelang.diagnostics import Edit, Label
+from porelang.elaborate.bare import DEGREES, degrees, doubt, short, value_of
 from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import Kind
 from porelang.elaborate.natures import nature
@@ -22,30 +22,11 @@ from porelang.source import Span
 from porelang.syntax import tree
 from porelang.units import LENGTH
 
-#: Bare angles from here on are doubted: nobody asks for one and a half turns in radians, and 10 degrees are common.
-DEGREES_FROM = 10.0
 _COPIES = re.compile(r"(\w+)(?:, in cells of (\w+))?")
 _CLOSES = re.compile(r"(\w+) along y after (\w+)")
-_NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)(?![\w.%])")
 #: Operations that want both sides in one unit.
 COMPARING = frozenset({"add", "sub", "min", "max", "lt", "le", "eq"})
-_NAMED = re.compile(r"\w+\s*=(?!=)\s*")
 _SETS = ("&", "|", "\\")
-
-
-def _doubt(
-    ctx: Context,
-    code: str,
-    message: str,
-    span: Span,
-    label: str,
-    hint: str,
-    others: tuple[Label, ...] = (),
-    edit: Edit | None = None,
-) -> None:
-    """Say a warning, once for a place: a list may come by it a hundred times."""
-    if ctx.first_doubt(code, span):
-        ctx.error(code, message, span, label, others, hint, edit, "warning")
 
 
 # ---- numbers --------------------------------------------------------------------------------------------------------
@@ -78,41 +59,6 @@ def length_on_lattice(ctx: Context, numbers: Sequence[Value], places: Sequence[S
             total = (length.node, made.node) if isinstance(made, Scalar) and made.node.op in ("add", "sub") else ()
             ctx.suspect(Suspicion("length", spot, (field.node, asked, *total), said, period=found.period))
             return
-
-
-def degrees(ctx: Context, value: Value, place: Span, called: str, rate: bool = False) -> None:
-    """Doubt a bare number that stands for an angle and is far beyond a turn."""
-    if place.source.prelude or not isinstance(value, Scalar) or value.dimension is not None or value.node.axes:
-        return
-    n = value.node
-    info = ctx.found.params.get(str(n.value)) if n.op == "param" else None
-    number = ctx.constant(n) if info is None or info.choices else info.default
-    if not isinstance(number, float) or not DEGREES_FROM <= abs(number) < math.inf:
-        return
-    whole = _value_of(place)
-    text = whole.text
-    numbers = [m for m in _NUMBER.finditer(text) if float(m[1]) >= DEGREES_FROM]
-    large = {float(m[1]) for m in numbers}
-    # 0.7 * i is what spreads things out in radians, sin(12.9898 * i) what makes up random numbers
-    as_degrees = number * 4 % 1 == 0 and (any(v * 2 % 1 == 0 for v in large) or not re.search(r"\d", text))
-    if re.search(r"\b(pi|tau|rad|turn)\b", text) or not (as_degrees or large & {180.0, 360.0}):
-        return
-    label, edit = f"{number / math.tau:.3g} turns", None
-    if rate:
-        hint = f"write the turn and the length it takes: `{number:g}deg / 10mm`"
-        _doubt(ctx, "W214", f"`{called}` turns by {number:g} rad/mm", place, f"{label} in every mm", hint)
-        return
-    if n.op == "param":
-        hint = f"declare the param in degrees, `{number:g}deg in ...`, or write `{text} * 1deg`"
-        edit = Edit(whole, f"{text} * 1deg")
-    elif len(numbers) == 1:
-        hint = f"write `{numbers[0][1]}deg`"
-        at = whole.start + numbers[0].start()
-        edit = Edit(Span(whole.source, at, at + len(numbers[0][1])), f"{numbers[0][1]}deg")
-    else:
-        instead = f"{text} * 1deg" if text.isidentifier() else f"({text}) * 1deg"
-        hint, edit = f"write `{instead}`", Edit(whole, instead)
-    _doubt(ctx, "W214", f"`{called}` of {number:g} radians; are these degrees?", place, label, hint, edit=edit)
 
 
 # ---- solids ---------------------------------------------------------------------------------------------------------
@@ -149,6 +95,8 @@ def cut(ctx: Context, op: str, a: tuple[Value, Span], b: tuple[Value, Span], mad
         walls = known is not None and known.raw and not known.plain and value.node.op not in ("max", "min", "select")
         if walls and op == "&":
             ctx.suspect(Suspicion("pores", place, (value.node, other.node)))
+    if op == "|":
+        _beside(ctx, a, b)
     if op == "|" or None in natures or made.node.depends >= UNKNOWN:  # what a `solve` tries may well miss
         return
     first, second = made.node.args
@@ -157,6 +105,35 @@ def cut(ctx: Context, op: str, a: tuple[Value, Span], b: tuple[Value, Span], mad
         ctx.cuts[span] = Suspicion("apart", span, (first, second), b[1], op)
     elif seen is not None and seen.nodes != (first, second):
         ctx.cuts[span] = None
+
+
+def _beside(ctx: Context, a: tuple[Value, Span], b: tuple[Value, Span]) -> None:
+    """Note of `a | b \\ c` what stands beside the cut: it was not cut."""
+    (one, first), (other, last) = a, b
+    if not (isinstance(one, Scalar) and isinstance(other, Scalar)) or other.node.op != "max":
+        return
+    for span, s in ctx.cuts.items():
+        mine = s is not None and s.name == "\\" and s.nodes == other.node.args and span.source is last.source
+        if s is not None and mine and last.start <= span.start < last.end and not last.text.startswith("("):
+            ctx.cuts[span] = replace(s, beside=(first.to(last), one.node))
+
+
+def made_empty(ctx: Context, function: Function, result: Scalar, given: Mapping[str, Given], site: tree.Call) -> None:
+    """Suspect an inward offset that leaves nothing; of places that make several, nothing."""
+    definition, place = function.definition, ctx.users_place(site.span)
+    if function.name != "offset" or definition is None or not definition.span.source.prelude or place != site.span:
+        return
+    body, d = given["a"].value if "a" in given else None, given.get("d")
+    if not isinstance(body, Scalar) or d is None or result.node.depends >= UNKNOWN:
+        return
+    known = nature(ctx.natures, body.node)
+    if known is None or known.raw or known.total is not None:
+        return
+    seen = ctx.cuts.get(place)
+    if place not in ctx.cuts:
+        ctx.cuts[place] = Suspicion("empty", place, (result.node, body.node), d.span, function.name)
+    elif seen is not None and seen.nodes[0] is not result.node:
+        ctx.cuts[place] = None
 
 
 # ---- calls ----------------------------------------------------------------------------------------------------------
@@ -199,7 +176,7 @@ def _swapped(
         hint = f"write `{call}`"
     else:
         edit, hint = None, "exchange the two"
-    _doubt(
+    doubt(
         ctx,
         "W216",
         f"`{function.name}` is given a number for `{plain}` and a solid for `{solid}`; are the two exchanged?",
@@ -218,6 +195,11 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
     if definition is None or not isinstance(result, Scalar):
         return
     given = ctx.given_at.get(site.span, {})
+    if function.name == DEGREES and definition.span.source.prelude and "angle" in given:
+        angle = given["angle"].value
+        if isinstance(angle, Scalar):
+            ctx.in_degrees.setdefault(result.node, angle)
+    made_empty(ctx, function, result, given, site)
     for i, s in enumerate(ctx.found.suspicions):  # only of a sum that is the result it is known where it is solid
         if s.what == "length" and s.span == site.span and s.nodes[2:] and s.nodes[-1] is not result.node:
             ctx.found.suspicions[i] = replace(s, nodes=s.nodes[:2])
@@ -259,14 +241,8 @@ def _instead(definition: tree.Def, given: Mapping[str, Given]) -> str:
     proposed = definition.fact("Instead")
     if proposed is None:
         return ""
-    texts = {name: _value_of(g.span).text for name, g in given.items()}
+    texts = {name: value_of(g.span).text for name, g in given.items()}
     return re.sub(r"\w+", lambda word: texts.get(word[0], word[0]), proposed)
-
-
-def _value_of(argument: Span) -> Span:
-    """The value of an argument that may have its name before it."""
-    named = _NAMED.match(argument.text)
-    return Span(argument.source, argument.start + (named.end() if named else 0), argument.end)
 
 
 # ---- layout ---------------------------------------------------------------------------------------------------------
@@ -291,13 +267,13 @@ def pipe_below_set(ctx: Context, t: tree.Chain) -> None:
     alone = right.first.span
     whole = Span(t.span.source, t.first.span.start, alone.end)
     call = " ".join(right.rest[0][1].span.text.split())
-    _doubt(
+    doubt(
         ctx,
         "W217",
-        f"`|> {call}` takes `{_short(alone.text)}` alone, not what stands before `{at.text}`",
+        f"`|> {call}` takes `{short(alone.text)}` alone, not what stands before `{at.text}`",
         pipe,
         "binds more tightly than the operator above",
-        f"put what it is to take into brackets: `({_short(whole.text)}) |> {call}`",
+        f"put what it is to take into brackets: `({short(whole.text)}) |> {call}`",
         others=(Label(alone, "this is what it takes"),),
         edit=Edit(whole, f"({whole.text})"),
     )
@@ -312,8 +288,3 @@ def _leading(span: Span) -> int | None:
 def bracketed(t: tree.Chain) -> bool:
     """Whether a chain stands in parentheses."""
     return t.span.start < t.first.span.start
-
-
-def _short(text: str) -> str:
-    text = " ".join(text.split())
-    return text if len(text) <= 40 else text[:37] + "..."

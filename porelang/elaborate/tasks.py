@@ -10,7 +10,8 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 
-from porelang.elaborate import operators
+from porelang.elaborate import bare, operators
+from porelang.elaborate.advice import is_number
 from porelang.elaborate.calls import Call, call
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import (
@@ -38,6 +39,8 @@ from porelang.syntax import tree
 from porelang.units import LENGTH, RATIO, Dimension
 
 _HERE = (X, Y, Z)
+#: What a porosity that is asked for has to be.
+A_SHARE = "needs a porosity between 0 and 1"
 
 
 def _field(ctx: Context, value: Value, place: Span, of: str) -> Scalar | None:
@@ -73,16 +76,18 @@ def _number(row: Task) -> Call:
                     )
                 known = ctx.constant(found.node)
                 if isinstance(known, float) and not 0 < known < 1:
+                    percent = f"{place.text}%" if 1 < known < 100 and is_number(place.text) else ""
                     return ctx.error(
                         "E064",
-                        f"`{row.name}` needs a porosity between 0 and 1",
+                        f"`{row.name}` {A_SHARE}",
                         place,
                         label=f"this is {known:g}",
-                        hint="write 50% or 0.5",
+                        hint=f"write `{percent}`" if percent else "write 50% or 0.5",
+                        edit=(place, percent) if percent else None,
                     )
                 if found.node.stage is Stage.UNIFORM:
                     between = node("and", node("lt", ZERO, found.node), node("lt", found.node, ONE))
-                    ctx.require(between, f"`{row.name}` needs a porosity between 0 and 1", place, ())
+                    ctx.require(between, f"`{row.name}` {A_SHARE}", place, ())
             fields.append(found)
         asked = ctx.task(node(row.name, *(f.node for f in fields)), site.span)
         return Scalar(asked, _dimension(row, fields[0].dimension))
@@ -128,6 +133,7 @@ def _solve(ctx: Context, site: tree.Call, values: list[Value], places: list[Span
                 label="this varies in space",
                 hint="reduce it first: `porosity(f, within)`, `mean(f, within)`, ...",
             )
+    bare.share_and_percent(ctx, (value, target), places[:2])
     if None not in (value.dimension, target.dimension) and value.dimension != target.dimension:
         return ctx.error("E062", f"the function gives {value.dimension}, the target is {target.dimension}", places[1])
     asked = node("solve", value.node, target.node, ends.low.node, ends.high.node, value=level)

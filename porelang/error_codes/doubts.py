@@ -1,4 +1,4 @@
-"""W210 to W225: programs that compile, and that a designer almost certainly did not mean."""
+"""W210 to W227: programs that compile, and that a designer almost certainly did not mean."""
 
 from __future__ import annotations
 
@@ -47,7 +47,8 @@ DOUBTS = (
         "W214",
         "radians that look like degrees",
         "A bare number as an angle is in radians: 30 is nearly five turns. Write `30deg`. A twist is an angle for\n"
-        "each mm: `90deg / 50mm`.",
+        "each mm: `90deg / 50mm`. `degrees(a)` makes a number of an angle, to be shown or compared: as an angle that\n"
+        "number would be radians again.",
         "rotate(box([30, 5, 5]), [0, 0, 1], 30)",
         "rotate(box([30, 5, 5]), [0, 0, 1], 30deg)",
     ),
@@ -98,7 +99,8 @@ DOUBTS = (
         "W220",
         "a name that nothing reads",
         "A shape that was to be cut out and was forgotten, or what is left of an earlier version. What only an\n"
-        "option names (`--within`, `--field`) begins with `_`: nothing is said about such names, nor about a def.",
+        "option names (`--within`, `--field`), or Python, begins with `_`: nothing is said about such names, nor\n"
+        "about a def.",
         "let hole = cylinder(5, 40)\nsphere(10)",
         "let hole = cylinder(5, 40)\nsphere(10) \\ hole",
     ),
@@ -124,7 +126,8 @@ DOUBTS = (
         "A cut that takes nothing away, or two solids that have nothing in common: proven from the enclosures of\n"
         "both. Most often one lies elsewhere, or a unit is wrong. With params it is proven for their defaults. Where\n"
         "one of them at an end of its range brings the two together, the cut may be off on purpose: of that, and of\n"
-        "ends of ranges with which a cut does nothing, only `pore check --measure` speaks.",
+        "ends of ranges with which a cut does nothing, only `pore check --measure` speaks. `\\` binds more tightly\n"
+        "than `|`: in `core | skin \\ drains` it is the skin alone that is cut; write `(core | skin) \\ drains`.",
         "cube(20) \\ translate(cylinder(3, 40), [30, 0, 0])",
         "cube(20) \\ translate(cylinder(3, 40), [5, 0, 0])",
     ),
@@ -141,8 +144,25 @@ DOUBTS = (
         "W225",
         "a period larger than the part",
         "The period of a lattice is the edge of its cell in mm, not a number of cells: of a cell that is more than\n"
-        "twice the part, the part holds a single wall, or none. `pore check --measure` compares the two.",
+        "twice the part, the part holds a single wall, or none. `pore check --measure` compares the two, and says\n"
+        "nothing of a period up to twice the part: half a cell may be meant.",
         "",
         "gyroid(5) |> shell(0.3) & cube(20)",
+    ),
+    Code(
+        "W226",
+        "a share that is compared with a number of percent",
+        "A porosity lies from 0 to 1, and so does a param whose range is within 0%..100%: 70 % of it is 0.7, or\n"
+        "`70%`. Compared with 70 it is always less, so that a rule with it says nothing.",
+        'let env = cube(20)\nout part = env \\ sphere(9)\ncheck porosity(part, env) < 70, "at most 70 % open"',
+        'let env = cube(20)\nout part = env \\ sphere(9)\ncheck porosity(part, env) < 70%, "at most 70 % open"',
+    ),
+    Code(
+        "W227",
+        "an offset that leaves nothing",
+        "`offset(f, -d)` takes a layer of d off a solid: of a plate of 6 mm nothing is left from 3 mm on. It is\n"
+        "proven, with the params at their defaults and with each at either end of its range.",
+        "cube(20) | offset(box([80, 40, 6]), -8mm)",
+        "cube(20) | offset(box([80, 40, 6]), -1mm)",
     ),
 )

@@ -102,8 +102,9 @@ PARAMS = (
     Code(
         "W203",
         "a check that its numbers do not decide",
-        "A number found from whole fields has an error. This check holds for the number, but not for all numbers\n"
-        "within its error: `porosity(...) >= 50%` of a part that was made to have 50 %. Leave a margin.",
+        "A number found from whole fields has an error. This check holds for some numbers within the error, and for\n"
+        "others not: `porosity(...) >= 50%` of a part that was made to have 50 %. The message says what was compared,\n"
+        "with its error, and on which side the number itself lies. Nothing is refused for it. Leave a margin.",
         "",
         "",
     ),

@@ -119,7 +119,9 @@ def _counted(surface: Surface) -> Iterator[bytes]:
 
 def _comments(notes: Notes) -> list[str]:
     """Notes as lines of plain ASCII, which is all that a PLY header may hold."""
-    return [f"{name} {ascii(text)[1:-1]}" for name, text in notes.items()]
+    return [
+        f"{name} {text.encode('unicode_escape').decode().replace(chr(92) * 2, chr(92))}" for name, text in notes.items()
+    ]
 
 
 WRITERS: dict[str, Writer] = {

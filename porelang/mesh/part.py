@@ -137,11 +137,16 @@ def refine(
     return Refined(surface, facts)
 
 
+def _printable(name: str) -> str:
+    """A name whose bytes are no text, as they are written elsewhere: `\\xff`."""
+    return "".join(f"\\x{ord(c) & 0xFF:02x}" if "\ud800" <= c <= "\udfff" else c for c in name)
+
+
 def notes_of(design: Design, name: str | None) -> dict[str, str]:
     """What made a mesh, for its file: program, SHA-256 of its text, output, and every param in base units."""
     source = design.program.source
     made = {
-        "program": Path(source.name).name,
+        "program": _printable(Path(source.name).name),
         "sha256": hashlib.sha256(source.text.encode()).hexdigest(),
         "output": design.program.output(name),
     }

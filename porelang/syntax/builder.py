@@ -7,24 +7,17 @@ import re
 from dataclasses import dataclass, replace
 from typing import Any
 
-from porelang.diagnostics import Edit, Label, PoreError, fail, suggest
+from porelang.diagnostics import Edit, Label, PoreError, fail
 from porelang.source import Span
 from porelang.syntax import tree
 from porelang.syntax.failure import new_value
+from porelang.syntax.measures import unknown_unit
 from porelang.syntax.tokens import Token
 from porelang.units import UNITS
 
 _NUMBER = re.compile(r"([0-9.]+(?:[eE][+-]?[0-9]+)?)(.*)")
 _ESCAPE = re.compile(r"\\(.)", re.DOTALL)
 _ESCAPES = {'"': '"', "\\": "\\", "n": "\n"}
-_OTHER_UNITS = {
-    **dict.fromkeys(("inch", "inches"), "in"),
-    **dict.fromkeys(("degree", "degrees"), "deg"),
-    **dict.fromkeys(("radian", "radians"), "rad"),
-    **dict.fromkeys(("millimeter", "millimetre", "millimeters", "millimetres"), "mm"),
-    **dict.fromkeys(("micron", "microns", "micrometer", "micrometre"), "um"),
-    **dict.fromkeys(("turns", "rev", "revs"), "turn"),
-}
 _COMPOSED = (tree.Chain, tree.Unary, tree.If, tree.Lambda)
 
 
@@ -310,29 +303,12 @@ def _number(token: Token) -> tree.Number:
     assert match is not None  # the terminal NUMBER is this and more
     digits, unit = match.groups()
     if unit and unit not in UNITS:
-        raise _unknown_unit(token.span, digits, unit)
+        place = Span(token.span.source, token.span.start + len(digits), token.span.end)
+        raise PoreError(unknown_unit(token.span, digits, place))
     value = float(digits)
     if math.isinf(value) or (unit and math.isinf(value * UNITS[unit].scale)):
         raise fail("E003", "this number is too large", token.span, hint="the largest is about 1.8e308")
     return tree.Number(token.span, value, unit)
-
-
-def _unknown_unit(span: Span, digits: str, unit: str) -> Exception:
-    place = Span(span.source, span.start + len(digits), span.end)
-    known = ", ".join(UNITS)
-    near = _OTHER_UNITS.get(unit) or suggest(unit, UNITS)
-    hint, edit = f"the units are {known}", None
-    if near is not None:
-        hint, edit = f"did you mean `{digits}{near}`?", Edit(span, digits + near)
-    elif _is_bound(unit, span.source.text):
-        hint, edit = f"for a product write `{digits}*{unit}`; {hint}", Edit(span, f"{digits}*{unit}")
-    return fail("E002", f"`{unit}` is not a unit", place, hint=hint, edit=edit)
-
-
-def _is_bound(name: str, text: str) -> bool:
-    """Whether a text binds a name somewhere, or the language does."""
-    binding = rf"\b(?:let|param|def|for|as)\s+{name}\b|[(,]\s*{name}\s*[:,)=]|(?<![\w.]){name}\s*=>"
-    return name in ("x", "y", "z", "pi", "tau") or re.search(binding, text) is not None
 
 
 def _text(token: Token) -> tree.Text:

@@ -71,7 +71,7 @@ NAMES: dict[str, str | tuple[str, str]] = {
     "moved": ("translate", "`translate(f, [1, 2, 3])`"),
     "rotated": ("rotate", "`rotate(f, [0, 0, 1], 45deg)`"),
     "pipe": "write `polyline([a, b, c], r)` for a tube along points",
-    "remap": "write `f @ [u, v, w]`: the field f, evaluated at another point",
+    **dict.fromkeys(("remap", "remap_numbers", "map_range"), "write `mix(lo, hi, ramp(x, a, b))`: a..b becomes lo..hi"),
     **dict.fromkeys(("boolean_union", "unite"), "write `a | b`, or `union([a, b, c])`"),
     **dict.fromkeys(("boolean_subtract",), "write `a \\ b` for a without b"),
     **dict.fromkeys(("boolean_intersect", "intersect"), "write `a & b`, or `intersection([a, b, c])`"),
@@ -82,6 +82,39 @@ NAMES: dict[str, str | tuple[str, str]] = {
     **dict.fromkeys(("schwarz_d", "schwarzD", "schwarz_diamond"), ("diamond", "`diamond(w)`")),
     **dict.fromkeys(("fks", "fischer_koch", "FKS"), ("fischer_koch_s", "`fischer_koch_s(w)`")),
     "mesh": MESHES,
+}  # fmt: skip
+
+_ROUNDED = "`box`, `cylinder` and others take `round=2mm`; `smooth_union(a, b, r)` fills a corner"
+_COPIED = "`repeat(f, w, counts=[4, 4, 1])` copies along the axes, `union([for i in range(6): ...])` in any way"
+_LINES = "`polyline([a, b, c], r)` is a tube along points, `extrude(profile, h)` a profile along z"
+_BUILT_IN = 'it is not there: sample it on a grid elsewhere, and `load("data.npz", "name")` reads it'
+#: Words that are functions elsewhere, and here might be any name: what to write where one is called and means nothing.
+CALLED: dict[str, str | tuple[str, str]] = {
+    **dict.fromkeys(("fillet", "fillets", "rounding"), f"there are no fillets of edges: {_ROUNDED}"),
+    **dict.fromkeys(("chamfer", "bevel"), f"there are no chamfers: cut with a `plane(normal, d)`; {_ROUNDED}"),
+    **dict.fromkeys(("array", "pattern", "linear_array", "linear_pattern", "rectangular_array", "grid"), _COPIED),
+    **dict.fromkeys(("polar_array", "circular_pattern", "polar_pattern", "radial_array"),
+                    ("ring", "`ring(f, n)`: n copies round the z axis")),
+    **dict.fromkeys(("copy", "duplicate", "clone"), f"a name may be used as often as you like; {_COPIED}"),
+    "series": "write `[for i in range(n): start + i * step]`, or `range(start, stop, step)`, which ends before stop",
+    "domain": "a range is `lo..hi`, as in `param w = 30mm in 10mm..60mm`; `ramp(x, lo, hi)` runs from 0 to 1 in it",
+    "loft": "write `blend(extrude(a, h), extrude(b, h), z, r)`: from one to the other along z, within r",
+    **dict.fromkeys(("sweep", "spline", "curve", "bezier", "nurbs"), f"there are no curves: {_LINES}"),
+    "taper": "write `f @ [x / s, y / s, z]` with s a function of z, or `cone(r1, r2, h)`",
+    "bend": "write `polar(f, turn)`: f bent about the z axis, `turn` mm of it to a full turn",
+    **dict.fromkeys(("text", "font"), "there are no letters: make them of `polygon(points)` and `extrude(profile, h)`"),
+    **dict.fromkeys(("voronoi", "noise", "perlin_noise"), _BUILT_IN),
+    **dict.fromkeys(("honeycomb", "hex_grid"), "cut copies of `prism(6, r, h)` out of it: `a \\ union([for ...])`"),
+    **dict.fromkeys(("strut", "beam", "bar", "rod"), ("capsule", "`capsule(a, b, r)`, or `frame(\"bars.json\")`")),
+    **dict.fromkeys(("infill", "lattice"), "write `gyroid(w) |> shell(0.5) & body`, or `shell_to_porosity`"),
+    **dict.fromkeys(("hollow", "hollow_out"), 'write `shell(f, 1mm, side="inside")`: a wall below the surface'),
+    **dict.fromkeys(("tube", "hollow_cylinder", "annulus"), "write `cylinder(R, h) \\ cylinder(r, h)`"),
+    **dict.fromkeys(("cut", "carve"), "write `a \\ b` for a without b"),
+    "trim": "write `a & b` for what is in both, `a \\ b` for a without b",
+    **dict.fromkeys(("hexagon", "hex"), "write `regular_polygon(6, r)`, or `prism(6, r, h)` for a solid"),
+    **dict.fromkeys(("pentagon", "octagon"), "write `regular_polygon(n, r)`, or `prism(n, r, h)` for a solid"),
+    "pyramid": "write `octahedron(r) & plane([0, 0, -1])`, or intersect planes: `plane([0, 1, 1], 5) & ...`",
+    "attractor": "write `ramp(length(p - [10, 0, 0]), 0, 20)`: from 0 at that point to 1 at 20 mm",
 }  # fmt: skip
 
 #: A parameter that a function has not: those that mean the same, of which the first that it has is meant.
@@ -129,15 +162,15 @@ BROKEN = {"scale": "a factor is above 0; `mirror(f, [1, 0, 0])` mirrors at a pla
 MESH_ENDINGS = (".stl", ".obj", ".ply", ".3mf", ".glb", ".gltf", ".off", ".step", ".stp", ".vtp", ".vtk", ".vtu")
 
 
-def hint(word: str) -> str:
-    """What Pore has for a word of another program; nothing for a word that is none."""
-    found = NAMES.get(word, "")
+def hint(word: str, called: bool = False) -> str:
+    """What Pore has for a word of another program, that is called or not; nothing for a word that is none."""
+    found = NAMES.get(word) or (CALLED.get(word, "") if called else "")
     if isinstance(found, str):
         return found
     return f"write {found[1]}"
 
 
-def ours(word: str) -> str:
+def ours(word: str, called: bool = False) -> str:
     """The name that may be put in the place of a word of another program, if there is one."""
-    found = NAMES.get(word, "")
+    found = NAMES.get(word) or (CALLED.get(word, "") if called else "")
     return "" if isinstance(found, str) else found[0]

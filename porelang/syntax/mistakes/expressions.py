@@ -8,8 +8,9 @@ from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.source import Span
 from porelang.syntax import habits
 from porelang.syntax.failure import KEYWORDS, Failure, describe, new_value, reserved
+from porelang.syntax.measures import is_bound, unknown_unit
 from porelang.syntax.tokens import BINARY, CLOSING, OPENING, STATEMENTS, VALUE_START
-from porelang.units import UNITS
+from porelang.units import ELSEWHERE, UNITS, WITHOUT
 
 
 def comparison(f: Failure) -> Diagnostic | None:
@@ -205,6 +206,10 @@ def misplaced(f: Failure) -> Diagnostic | None:
     if kind == "DOTS":
         hint = "a range stands after `in` of a param, and as an argument of a call"
         return f.error("E013", "a range cannot stand here", hint=hint)
+    inch = kind == "IN" and f.before.type == "NUMBER" and f.before.text[-1] in "0123456789."
+    if inch and f.tokens[f.at + 1].type not in VALUE_START:
+        edit = Edit(Span(f.before.span.source, f.before.span.end, f.found.span.start), "")
+        return f.error("E002", "a unit touches its number", hint=f"write `{f.before.text}in`", edit=edit)
     if kind == "IN":
         return f.error(
             "E029", "`in` cannot stand here", hint="it belongs to `param w = 30 in 10..60` and `[for i in range(3): i]`"
@@ -323,6 +328,9 @@ def two_values(f: Failure) -> Diagnostic | None:
     if before.type == "NUMBER" and found.type == "NAME" and found.text in UNITS and before.text[-1] in "0123456789.":
         edit = Edit(Span(before.span.source, before.span.end, found.span.start), "")
         return f.error("E002", "a unit touches its number", hint=f"write `{before.text}{found.text}`", edit=edit)
+    number = before.type == "NUMBER" and before.text[-1] in "0123456789."
+    if number and found.text in {*ELSEWHERE, *WITHOUT} and not is_bound(found.text, found.span.source.text):
+        return unknown_unit(before.span.to(found.span), before.text, found.span)
     if before.text.endswith("%"):
         edit = Edit(before.span, before.text[:-1] + " % ")
         hint = f"`{before.text}` is a percentage; for the remainder write `{before.text[:-1]} % {found.text}`"

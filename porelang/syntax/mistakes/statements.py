@@ -17,7 +17,7 @@ OTHER_WORDS = {
     **dict.fromkeys(("var", "const", "val", "auto", "float", "int", "double", "vec3", "set"), "let"),
     **dict.fromkeys(("function", "fn", "func", "fun", "module", "define"), "def"),
     **dict.fromkeys(("import", "include", "from", "using"), "use"),
-    **dict.fromkeys(("parameter", "input", "uniform"), "param"),
+    **dict.fromkeys(("parameter", "input", "uniform", "slider", "number_slider"), "param"),
     **dict.fromkeys(("output", "export"), "out"),
     **dict.fromkeys(("assert", "require"), "check"),
     "elif": "else if",
