@@ -137,6 +137,15 @@ def test_each_axis_has_its_own_error() -> None:
     assert np.allclose(box, [[-4.45, -9.21, -9.73], [8.27, 4.45, 2.19]], atol=0.01)
 
 
+def test_measures_tell_the_error_of_each_axis() -> None:
+    design = porelang.compile("box([200, 200, 0.05])").design()
+    found = design.measure(resolution=16)
+    errors = found["error"]["bounds_by_axis"]
+    assert found["error"]["bounds"] == max(errors)
+    assert errors[2] < 1e-5
+    assert "bounds_by_axis" not in [name for name, *_ in found.rows()]
+
+
 COVERED = [
     r"cylinder(10, 50) \ cylinder(10, 60)",
     r"sphere(5) \ box([10, 10, 10])",
