@@ -213,6 +213,8 @@ class Report(dict[str, Any]):
         """Each quantity that has an error: its name, value and error, with units."""
         out = []
         for key, error in self.get("error", {}).items():
+            if key == "bounds_by_axis":  # the largest of them is told
+                continue
             unit, value = _UNITS.get(key, ""), self[key]
             if key == "bounds":
                 key, unit = "size", "mm"

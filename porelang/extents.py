@@ -2,43 +2,92 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
-from porelang.analysis.box import Extent, extent_of, reach, unbounded_axes
+from porelang.analysis.backwards import UNIVERSE
+from porelang.analysis.box import Box, Extent, Points, extent_of, reach, unbounded_axes
+from porelang.analysis.sampled import seen, unending
 from porelang.backends.numpy import NumpyField
 from porelang.data import WORLD
-from porelang.diagnostics import PoreError, fail
+from porelang.diagnostics import Diagnostic, Label, PoreError, fail
 from porelang.formula import Formula
 from porelang.source import Span
 
+#: What is said of material without an end.
+AS_FAR = "solid as far as one looks (100 m)"
+#: How much larger than what samples find the bounds are that are proposed.
+_ROOM = 0.1
 
-def part_extent(name: str, formula: Formula, span: Span) -> Extent:
-    """The extent of an output that is called `name` and written at `span`, in mm.
 
-    Errors: E102 where it has no end, E103 where it holds no material, E117 where it lies beyond 100 m.
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """That a part as a whole is one solid cut by another: the operator, `\\` or `&`, its place and that of the second,
+    and the flat root of the first."""
+
+    operator: str
+    span: Span
+    second: Span | None
+    first: Formula
+
+
+def part_extent(name: str, formula: Formula, span: Span, cut: Callable[[], Cut | None] = lambda: None) -> Extent:
+    """The extent of an output that is called `name` and written at `span`, in mm; `cut` tells how it is made.
+
+    Errors: E102 where it has no end or none was proven, E103 where it holds no material, E117 where it lies beyond
+    100 m.
     """
     extent = extent_of(formula)
     if (extent is None or unbounded_axes(extent.outer)) and (end := reach(formula)) is not None:
         raise fail("E117", f"`{name}` lies more than 100 m from the origin, as far as {end:,.0f} mm", span, hint=WORLD)
     if extent is None:
-        raise _empty(name, formula, span)
+        raise _empty(name, formula, span, cut())
     box = extent.outer
     if min(box.size) <= 0:
         flat = ", ".join(axis for axis, size in zip("xyz", box.size, strict=True) if size <= 0)
         raise fail("E103", f"`{name}` holds no material: it has no thickness along {flat}", span, hint="give it some")
-    if axes := unbounded_axes(box):
-        raise fail(
-            "E102",
-            f"`{name}` has no end along {axes}",
-            span,
-            label="solid as far as one looks (100 m)",
-            hint="intersect it with a shape, `... & box([50, 50, 50])`, or pass --bounds x0,y0,z0,x1,y1,z1",
-        )
+    if unbounded_axes(box):
+        raise PoreError([no_end(name, formula, box, span)])
     return extent
 
 
-def _empty(name: str, formula: Formula, span: Span) -> PoreError:
-    """Why a part is empty: the least value of its field that samples find, and where; the number, where it is one."""
+def no_end(name: str, formula: Formula, box: Box, span: Span) -> Diagnostic:
+    """E102 of a part that no end was proven of, within `box`: whether samples find that it has none, or where it seems
+    to end, and the bounds that hold that."""
+    axes = unbounded_axes(box)
+    beyond = unending(formula)
+    found = None if beyond else seen(formula)
+    if found is not None:
+        ends = zip("xyz", *found, strict=True)
+        beyond = ", ".join(axis for axis, lo, hi in ends if max(-lo, hi) >= UNIVERSE)
+    if beyond:
+        hint = "intersect it with a shape, `... & box([50, 50, 50])`, or pass --bounds x0,y0,z0,x1,y1,z1"
+        return Diagnostic("E102", f"`{name}` has no end along {axes if len(beyond) > len(axes) else beyond}", span,
+                          AS_FAR, (), hint)  # fmt: skip
+    said = f"no end of `{name}` was proven along {axes}"
+    if found is None:
+        hint = "pass --bounds x0,y0,z0,x1,y1,z1, the box that holds it, in mm"
+        return Diagnostic("E102", said, span, "samples found none of it", (), hint)
+    far = max(max(-lo, hi) for axis, lo, hi in zip("xyz", *found, strict=True) if axis in axes)
+    bounds = ",".join(f"{v:.10g}" for v in _roomy(*found, box))
+    hint = f"say where it ends, as by --bounds={bounds}, which holds what samples found"
+    return Diagnostic("E102", said, span, f"samples found none of it beyond {far:.3g} mm", (), hint)
+
+
+def _roomy(lo: Points, hi: Points, box: Box) -> list[float]:
+    """Bounds with some room round a box, in round numbers; none beyond `box`."""
+    room = _ROOM * float((hi - lo).max())
+    step = 10.0 ** math.floor(math.log10(room))
+    least, most = np.floor((lo - room) / step) * step, np.ceil((hi + room) / step) * step
+    return [*np.maximum(least, box.lo).tolist(), *np.minimum(most, box.hi).tolist()]
+
+
+def _empty(name: str, formula: Formula, span: Span, cut: Cut | None) -> PoreError:
+    """Why a part is empty: the number that it is everywhere, the cut that leaves nothing of it, or else the least value
+    of its field that samples find, and where."""
     if not formula.root.axes:
         number = float(formula.numbers[0])
         return fail(
@@ -48,6 +97,12 @@ def _empty(name: str, formula: Formula, span: Span) -> PoreError:
             label="the same at every point",
             hint="a solid is a number that varies in space and is negative inside",
         )
+    if cut is not None and cut.operator == "\\" and extent_of(cut.first) is not None:
+        others = () if cut.second is None else (Label(cut.second, "the second"),)
+        return PoreError([
+            Diagnostic("E103", f"`{name}` holds no material: what is cut away is all of it", cut.span,
+                       "the second solid covers the first", others, "make the second smaller, or swap the two")
+        ])  # fmt: skip
     spread = np.random.default_rng(1)
     points = np.concatenate([spread.uniform(-r, r, (4000, 3)) for r in (10, 100, 1000)])
     found = NumpyField(formula).at(points)

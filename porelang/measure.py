@@ -132,6 +132,7 @@ def measure(
         "closed_voids": voids.count,
         "error": {
             "bounds": extent.error,
+            "bounds_by_axis": list(extent.errors),
             "volume": inside.error,
             "envelope_volume": whole.error + loose * whole.value,
             "porosity": share.error + loose * (1 - share.value),

@@ -25,11 +25,11 @@ from porelang.doors import Doors, Settings, options
 from porelang.doubts import off_step
 from porelang.elaborate.results import Elaborated, Listed, Output, ParamInfo, Requirement
 from porelang.elaborate.values import Scalar, Vector
-from porelang.extents import part_extent
+from porelang.extents import Cut, part_extent
 from porelang.formula import Bindings, Formula
 from porelang.html import brief, table, title
 from porelang.interval import interval
-from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, param, within
+from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, node, order, param, within
 from porelang.once import alone
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, settle
@@ -444,8 +444,16 @@ class Design(Doors):
         """How far an output's solid reaches, in mm, and how surely. Errors: those of `bounds`."""
         chosen = self.program.output(name)
         if chosen not in self._extents:
-            self._extents[chosen] = part_extent(chosen, self.of(chosen), self.program.outputs[chosen].span)
+            output = self.program.outputs[chosen]
+            self._extents[chosen] = part_extent(chosen, self.of(chosen), output.span, lambda: self._cut(output))
         return self._extents[chosen]
+
+    def _cut(self, output: Output) -> Cut | None:
+        """Of an output that is one solid cut by another, which, and where that is written."""
+        for s in self.program.elaborated.suspicions:
+            if s.what == "apart" and node("max", *s.nodes) in output.nodes:
+                return Cut(s.name, s.span, s.argument, self.formula(*flatten(s.nodes[0])))
+        return None
 
 
 _SETTINGS_HINT = 'they are names and values: settings={"w": 25}, or w=25'

@@ -11,13 +11,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from porelang.analysis.box import extent_of, unbounded_axes
+from porelang.analysis.box import extent_of, has_ends, unbounded_axes
 from porelang.analysis.sampled import about_the_origin, holds_anything, unending, unstretched
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic, Label, PoreError
 from porelang.elaborate.advice import as_solid, joins
 from porelang.elaborate.results import ParamInfo
 from porelang.elaborate.values import Bool, Scalar, Vector
+from porelang.extents import AS_FAR, no_end
 from porelang.formula import Bindings, Formula
 from porelang.ir import TASKS, order, param, within
 from porelang.program import Design, Program
@@ -67,14 +68,18 @@ def endless(design: Design) -> str:
     seen = order([root], within)
     if not root.axes or any(n.op in TASKS for n in seen) or len(seen) > QUICK:
         return ""
-    return _endless(design.of(name))
+    found = _no_end(design, name, design.of(name))
+    return found.message.rpartition(" along ")[2] if found is not None and found.label == AS_FAR else ""
 
 
-def _endless(formula: Formula) -> str:
-    """The axes along which a field has no end, as meshing would name them; "" where samples find no such material."""
-    found = unending(formula)
-    extent = extent_of(formula) if found else None
-    return found if extent is None else unbounded_axes(extent.outer) or found
+def _no_end(design: Design, name: str, formula: Formula) -> Diagnostic | None:
+    """What meshing would say of an output of which no end is proven."""
+    if not unending(formula) and has_ends(formula):
+        return None
+    extent = extent_of(formula)
+    if extent is None or not unbounded_axes(extent.outer):
+        return None
+    return no_end(name, formula, extent.outer, design.program.outputs[name].span)
 
 
 def _chosen(program: Program) -> str | None:
@@ -120,14 +125,12 @@ def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> li
         if asked:  # of an offset yet to be found it is known that it leaves both solid and void
             bindings: Bindings = {param(k): v for k, v in design.settings.items()} | dict.fromkeys(asked, A_LITTLE)
             sure = output.made and {n.op for n in asked} <= {"to_porosity", "shell_to_porosity"}
-            axes = _endless(Formula(roots, bindings)) if sure else ""
-            return [_no_end(design, name, axes)] if axes else []
+            found = _no_end(design, name, Formula(roots, bindings)) if sure else None
+            return [_as_doubt(found)] if found else []
         formula = design.of(name)
         if (nowhere := _undefined(design, name, formula)) is not None:
             return [nowhere] if output.solid else [replace(nowhere, severity="warning", code="W211")]
-        if axes := _endless(formula):
-            return [_no_end(design, name, axes)] if output.made else []
-        if holds_anything(formula):
+        if holds_anything(formula) and not unending(formula) and has_ends(formula):
             return []
     try:
         design.bounds(name)
@@ -139,8 +142,8 @@ def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> li
             return [replace(found, code="W211", severity="warning")] if name == "part" else []
         if found.code != "E102":
             return [found]
-        if output.made and name == chosen:  # a field has none
-            return [replace(found, code="W210", hint=END_IT, severity="warning")]
+        if name == chosen and (output.made or found.label != AS_FAR):  # a field has none
+            return [_as_doubt(found)]
     return []
 
 
@@ -158,17 +161,10 @@ def _undefined(design: Design, name: str, formula: Formula) -> Diagnostic | None
     )
 
 
-def _no_end(design: Design, name: str, axes: str) -> Diagnostic:
-    return Diagnostic(
-        "W210",
-        f"`{name}` has no end along {axes}",
-        design.program.outputs[name].span,
-        "solid as far as one looks (100 m)",
-        (),
-        END_IT,
-        None,
-        "warning",
-    )
+def _as_doubt(found: Diagnostic) -> Diagnostic:
+    """E102 as `pore check` says it: meshing it takes bounds, and there is nothing wrong with it till then."""
+    hint = END_IT if found.label == AS_FAR else found.hint
+    return replace(found, code="W210", hint=hint, severity="warning")
 
 
 def _no_surface(design: Design, name: str) -> Diagnostic:

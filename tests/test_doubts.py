@@ -148,6 +148,8 @@ DOUBTED = [
     ("", "E100"),
     ("sphere(2) & translate(sphere(2), [10, 0, 0])", "E103"),
     ("offset(cube(20), -15)", "E103"),
+    ("cylinder(40, 10) \\ cylinder(40, 12)", "E103"),
+    ("sphere(5) & ~sphere(5)", "E103"),
     ("gyroid(10) |> shell(0) & cube(40)", "E103"),
     ("gyroid(10) + 3 & cube(10)", "E103"),
     ("param phi = 70 in 50..90\noffset(gyroid(9), to_porosity(gyroid(9), phi, cube(20))) & cube(20)", "E086"),
@@ -431,7 +433,7 @@ def test_the_share_of_a_copy_that_is_lost() -> None:
     ("text", "code"),
     [
         ("param d = 5mm in 1mm..40mm\ncube(20) \\ cylinder(d, 40)", "W222"),
-        ("cylinder(40, 10) \\ cylinder(40, 12)", "W211"),
+        ("sphere(10) & translate(sphere(10), [12, 16, 0])", "W211"),
         # a cut that does nothing now, or with a param at an end of its range
         ("param at = 0mm in 0mm..30mm\ncube(20) \\ translate(sphere(3), [20 - at, 0, 0])", "W223"),
         ("param at = 9mm in 0mm..30mm\ncube(20) \\ translate(sphere(3), [20 - at, 0, 0])", "W223"),

@@ -80,6 +80,124 @@ def moved(corners: Corners, by: tuple[float, float, float]) -> Corners:
 
 
 TILTED = twisted_box((5, 5, 20), math.radians(20), math.radians(90) / 50)
+BANGLE = """
+let a = hypot(x, y) - 32
+let k = atan(y, x) * 3 / 4
+let u = a * cos(k) - z * sin(k)
+let v = a * sin(k) + z * cos(k)
+"""
+
+
+def test_a_turn_by_an_angle_that_varies_keeps_lengths() -> None:
+    """However a twist is written and whatever it is cut with, the part has an end: a turned circle is a torus."""
+    for text in (
+        "circle(3) @ [u, v, 0] & gyroid(5)",
+        "circle(3) @ [u, v, 0] & shell(iwp(5), 3)",
+        "rect(4, 4) @ [u, v, 0] & shell(iwp(5), 3)",
+        "smooth_union(circle(3) @ [u, v, 0], sphere(3), 1)",
+        "rotate(circle(3) @ [-v, u, 0], [1, 2, 3], 40deg)",
+    ):
+        box = porelang.compile(BANGLE + text).bounds()
+        assert np.abs([box.lo, box.hi]).max() < 35.2
+    box = porelang.compile(BANGLE + "circle(3) @ [u, v, 0]").bounds()
+    assert np.allclose(box.hi, (35, 35, 3), atol=1)
+
+
+ENDED = {  # the radius about the z axis, and half the height, that the twisted shape keeps to
+    "twist(rotate(cylinder(2, 4), [0, 1, 0], 30deg), 0.2)": (2.74, math.sqrt(3) + 1),
+    "twist(rotate(cone(2, 1, 4), [0, 1, 0], 30deg), 0.2)": (2.74, math.sqrt(3) + 1),
+    "smooth_union(twist(rotate(box([2, 2, 4]), [1, 0, 0], 20deg), 0.1), sphere(1), 0.5)": (2.3, 2.4),
+    "twist(rotate(twist(rotate(box([2, 2, 4]), [1, 0, 0], 20deg), 0.1), [0, 1, 0], 40deg), 0.2)": (2.9, 2.9),
+    "(twist(rotate(cylinder(2, 4), [0, 1, 0], 30deg), 0.2) | sphere(1)) & gyroid(2)": (2.74, math.sqrt(3) + 1),
+}
+
+
+@pytest.mark.parametrize(("text", "most"), ENDED.items(), ids=list(ENDED))
+def test_what_is_turned_and_then_twisted_has_an_end(text: str, most: tuple[float, float]) -> None:
+    radius, height = most
+    program = porelang.compile(text)
+    box = program.bounds()
+    assert np.abs([box.lo[:2], box.hi[:2]]).max() < 1.1 * radius
+    assert max(-box.lo[2], box.hi[2]) < 1.1 * height
+    points = np.random.default_rng(1).uniform(-4, 4, (100_000, 3))
+    solid = points[program.field()(points) < 0]
+    assert len(solid) > 100
+    assert np.all((solid > box.lo) & (solid < box.hi))
+
+
+def test_each_axis_has_its_own_error() -> None:
+    """A film of 50 um on a plate of 2 m is not 50 um +- 20."""
+    extent = extent_of(Formula.of(porelang.compile("box([2000, 2000, 0.05])").solid()))
+    assert extent is not None
+    assert extent.outer.size[2] == pytest.approx(0.05, abs=1e-12)
+    assert extent.errors[2] < 1e-5
+    # near the true ends where what is known of the formula alone is far larger
+    text = "mirror(torus(3.21, 1.24), [1, 0, 0]) | translate(scale(sphere(2.98), [2, 2, 2]), [2.31, -3.25, -3.77])"
+    box = porelang.compile(text).bounds()
+    assert np.allclose(box, [[-4.45, -9.21, -9.73], [8.27, 4.45, 2.19]], atol=0.01)
+
+
+def test_measures_tell_the_error_of_each_axis() -> None:
+    design = porelang.compile("box([200, 200, 0.05])").design()
+    found = design.measure(resolution=16)
+    errors = found["error"]["bounds_by_axis"]
+    assert found["error"]["bounds"] == max(errors)
+    assert errors[2] < 1e-5
+    assert "bounds_by_axis" not in [name for name, *_ in found.rows()]
+
+
+COVERED = [
+    r"cylinder(10, 50) \ cylinder(10, 60)",
+    r"sphere(5) \ box([10, 10, 10])",
+    r"rotate(cube(10), [1, 2, 3], 20deg) \ rotate(box([10, 12, 10]), [1, 2, 3], 20deg)",
+    r"cone(5, 0, 9) \ cone(5, 0, 9)",
+    r"(gyroid(5) & sphere(10)) \ sphere(10)",
+]
+
+
+@pytest.mark.parametrize("text", COVERED)
+def test_what_is_cut_away_as_a_whole_is_told_so(text: str) -> None:
+    with pytest.raises(porelang.PoreError, match="E103") as refused:
+        porelang.compile(text).bounds()
+    (found,) = refused.value.diagnostics
+    assert found.label == "the second solid covers the first"
+    assert found.span is not None
+    assert found.span.text == "\\"
+    assert found.span.start == text.rindex("\\")
+
+
+@pytest.mark.parametrize(
+    "text", ["gyroid(5) |> shell(0.4)", "hypot(x, y) - 5", "rotate(hypot(x, y) - 5, [1, 2, 3], 0.3)"]
+)
+def test_it_is_said_to_be_solid_far_out_only_where_it_is(text: str) -> None:
+    with pytest.raises(porelang.PoreError, match=r"E102.*has no end along") as refused:
+        porelang.compile(text).bounds()
+    assert refused.value.diagnostics[0].label == "solid as far as one looks (100 m)"
+
+
+#: A box that is turned by an angle which no cosine tells of: its end cannot be proven.
+UNPROVEN = (
+    "let t = 100 * z\nlet c = 1 / sqrt(1 + t^2)\nlet s = t * c\nbox([4, 4, 6]) @ [x * c - y * s, x * s + y * c, z]"
+)
+
+
+@pytest.mark.parametrize("at", [(0, 0, 0), (500, 20, 30)])
+def test_where_no_end_is_proven_bounds_are_proposed_that_hold_the_part(at: Corners) -> None:
+    program = porelang.compile(f"{UNPROVEN.replace('box', 'translate(box', 1)}, {list(at)})")
+    with pytest.raises(porelang.PoreError, match=r"E102.*no end of `part` was proven along x, y") as refused:
+        program.bounds()
+    (found,) = refused.value.diagnostics
+    assert "samples found none of it beyond" in found.label
+    assert found.hint is not None
+    proposed = [float(v) for v in found.hint.partition("--bounds=")[2].partition(" ")[0].strip(",").split(",")]
+    lo, hi = np.array(proposed[:3]) - at, np.array(proposed[3:]) - at
+    assert np.all(lo <= (-2, -2, -3))
+    assert np.all(hi >= (2, 2, 3))
+    assert np.abs([lo, hi]).max() < 4
+    mesh = program.mesh(bounds=proposed, voxel=0.25)
+    assert mesh.volume == pytest.approx(96, rel=0.1)
+
+
 LENS = math.sqrt(100 - 7.5**2)
 #: Programs and the true corners of their parts, by elementary geometry.
 CLOSED: dict[str, Corners] = {

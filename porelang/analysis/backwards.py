@@ -6,7 +6,8 @@ What is the lesser of two is one or the other: both are followed, and the box ho
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,18 +15,20 @@ from numpy.typing import NDArray
 
 from porelang.analysis.enclose import enclose_all
 from porelang.analysis.kin import Kin, Points, members
+from porelang.analysis.turned import solved, turns
 from porelang.data import FARTHEST
 from porelang.formula import Formula
 from porelang.interval import Interval, interval, meet
 from porelang.ir import ZERO, Node, X, Y, Z, is_const, node, substitute
 from porelang.ops import TABLE
-from porelang.tape import AXES, PICK, Tape
+from porelang.tape import PICK, Tape
 
 #: Parts are looked for within this distance of the origin, in mm, along each axis.
 UNIVERSE = FARTHEST
 #: Unions within smooth unions within ... are followed this deep, and clamps (`min(u, 0)`) within each other so deep.
 DEEPEST, CLAMPED = 40, 1
-_TURNS = 4
+_TURNS, _TURNED = 4, 8
+_NEARLY = 1 - 1e-9
 
 #: Boxes (n, 3) .. (n, 3); where lo > hi there is nothing.
 Rough = tuple[Points, Points]
@@ -33,25 +36,40 @@ Rough = tuple[Points, Points]
 
 def rough_boxes(kin: Kin) -> Rough:
     """A box of each solid within the universe: never too small, exact for many plain shapes, infinite for lattices."""
-    return _held(kin, 0.0, DEEPEST, CLAMPED, {})
+    return _held(kin, _Bound(0.0), DEEPEST, CLAMPED, {})
 
 
-#: Boxes that were found, by the root, how large it may be, how deep was looked, and whose numbers these are.
-_Seen = dict[tuple[Node, float, int, int], tuple[Kin, Rough]]
+def surely_void(kin: Kin) -> NDArray[np.bool_]:
+    """Which solids are proven to hold no point where `root < 0`, though there may be some where it is 0: as where a
+    shape is cut by one that covers it, and both end at one surface."""
+    lo, hi = _held(kin, _Bound(0.0, kin.formula.root), DEEPEST, CLAMPED, {})
+    return np.asarray((lo > hi).any(axis=1), np.bool_)
 
 
-def _held(kin: Kin, most: float, depth: int, clamps: int, seen: _Seen) -> Rough:
+@dataclass(frozen=True, slots=True)
+class _Bound:
+    """That `root <= most`; and `below` (a node), if given, is less than `most`."""
+
+    most: float
+    below: Node | None = None
+
+
+#: Boxes that were found, by the root, what is known of it, how deep was looked, and whose numbers these are.
+_Seen = dict[tuple[Node, _Bound, int, int], tuple[Kin, Rough]]
+
+
+def _held(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: _Seen) -> Rough:
     """Boxes of `root <= most`."""
-    key = (kin.formula.root, most, clamps, id(kin.numbers))
+    key = (kin.formula.root, bound, clamps, id(kin.numbers))
     if key not in seen:
-        seen[key] = kin, _found(kin, most, depth, clamps, seen)
+        seen[key] = kin, _found(kin, bound, depth, clamps, seen)
     lo, hi = seen[key][1]
     return lo.copy(), hi.copy()
 
 
-def _found(kin: Kin, most: float, depth: int, clamps: int, seen: _Seen) -> Rough:
-    halves = _halves(kin, most) if clamps else []
-    known, lo, hi = _pushed_back(kin, most, 1 if halves else _TURNS)
+def _found(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: _Seen) -> Rough:
+    halves = _halves(kin, bound) if clamps else []
+    known, lo, hi = _pushed_back(kin, bound, 1 if halves else _TURNS)
     there = np.flatnonzero((lo <= hi).all(axis=1))
     if not len(there):
         return lo, hi
@@ -74,7 +92,7 @@ def _rows(known: Mapping[int, Interval], rows: NDArray[np.intp], count: int) -> 
     return {i: Interval(taken(r.lo), taken(r.hi), taken(r.nan)) for i, r in known.items()}
 
 
-def _pushed_back(kin: Kin, most: float, turns: int) -> tuple[dict[int, Interval], Points, Points]:
+def _pushed_back(kin: Kin, bound: _Bound, times: int) -> tuple[dict[int, Interval], Points, Points]:
     """What is known of every position where `root <= most`, and of the coordinates: pushed back a few times over."""
     count = len(kin)
     formula = kin.of(np.arange(count))
@@ -83,28 +101,43 @@ def _pushed_back(kin: Kin, most: float, turns: int) -> tuple[dict[int, Interval]
     space = [interval(np.full(count, -UNIVERSE), np.full(count, UNIVERSE)) for _ in range(3)]
     known: dict[int, Interval] = {}
     places = [tape.position.get(n) for n in (X, Y, Z)]
-    turned = _mixes_axes(tape)
+    turned = turns(tape)
     gone = np.zeros(count, np.bool_)
-    for _ in range(turns):
-        known = {i: e.range for i, e in enclose_all(formula, space).items()}
-        known[root] = meet(known[root], interval(np.full(count, -np.inf), np.full(count, most)))
+    below = None if bound.below is None else tape.position.get(bound.below)
+    for turn in range(_TURNED if turned and times > 1 else times):
+        known = {i: e.range for i, e in enclose_all(formula, space, held=known).items()}
+        known[root] = meet(known[root], interval(np.full(count, -np.inf), np.full(count, bound.most)))
+        if below is not None:
+            gone |= known[below].lo >= bound.most
         with np.errstate(all="ignore"):
-            for i in reversed(tape.field):
-                _narrow(formula, i, known)
+            _narrow_all(formula, known)
+            more = turned and _solved(tape, known)
+            if more:
+                _narrow_all(formula, known)
         before = space
         space = [s if at is None else meet(s, known[at]) for at, s in zip(places, space, strict=True)]
-        if turned:
-            space = _solved(tape, known, space)
-        gone |= np.any([s.lo > s.hi for s in space], axis=0)
+        gone |= np.any([s.lo > s.hi for s in (*space, known[root])], axis=0)
         # what is gone stays in the arrays as the whole of space, so that nothing after it meets an empty range
         space = [Interval(np.where(gone, -UNIVERSE, s.lo), np.where(gone, UNIVERSE, s.hi), s.nan) for s in space]
+        if gone.any():
+            known = {i: Interval(np.where(gone, -np.inf, r.lo), np.where(gone, np.inf, r.hi), r.nan)
+                     for i, r in known.items()}  # fmt: skip
         shrunk = [(s.hi - s.lo) <= 0.95 * (b.hi - b.lo) for s, b in zip(space, before, strict=True)]
-        if not (np.any(shrunk, axis=0) & ~gone).any():
+        if turn == 0 and below is not None:
+            continue
+        if not more and not (np.any(shrunk, axis=0) & ~gone).any():
             break
     lo, hi = (np.stack([np.broadcast_to(end, (count,)) for end in ends], axis=1).astype(np.float64)
               for ends in ([s.lo for s in space], [s.hi for s in space]))  # fmt: skip
+    # an end that only rounding set apart from that of the universe is none
+    lo, hi = np.where(lo <= -_NEARLY * UNIVERSE, -UNIVERSE, lo), np.where(hi >= _NEARLY * UNIVERSE, UNIVERSE, hi)
     lo[gone], hi[gone] = np.inf, -np.inf
     return known, lo, hi
+
+
+def _narrow_all(formula: Formula, known: dict[int, Interval]) -> None:
+    for i in reversed(formula.tape.field):
+        _narrow(formula, i, known)
 
 
 def _narrow(formula: Formula, i: int, known: dict[int, Interval]) -> None:
@@ -127,83 +160,25 @@ def _narrow(formula: Formula, i: int, known: dict[int, Interval]) -> None:
             known[a] = meet(known[a], r)
 
 
-def _mixes_axes(tape: Tape) -> bool:
-    """Whether something is linear in several coordinates, as where a shape is turned."""
-    linear = np.zeros(len(tape), np.bool_)
-    for i, op in enumerate(tape.ops):
-        inputs = tape.inputs[i]
-        if op in AXES:
-            linear[i] = True
-        elif op in ("add", "sub", "neg"):
-            linear[i] = all(linear[a] or not tape.axes[a] for a in inputs)
-        elif op in ("mul", "div"):
-            varying = [a for a in inputs if tape.axes[a]]
-            linear[i] = len(varying) == 1 and linear[varying[0]] and (op == "mul" or varying[0] == inputs[0])
-        if linear[i] and tape.axes[i] & (tape.axes[i] - 1):
-            return True
-    return False
-
-
-def _solved(tape: Tape, known: Mapping[int, Interval], space: list[Interval]) -> list[Interval]:
-    """Coordinates from the ranges of turned ones, solid by solid."""
-    lo, hi = np.stack([s.lo for s in space]), np.stack([s.hi for s in space])
-    count = lo.shape[1]
+def _solved(tape: Tape, known: dict[int, Interval]) -> bool:
+    """Met with what is known: what linear forms and turns tell, solid by solid. Whether that is much."""
+    count = max(r.lo.size for r in known.values())
+    told: dict[int, tuple[Points, Points]] = {}
+    more = False
     for row in range(count):
-        found = _solved_forms(tape, _rows(known, np.array([row]), count))
-        if found is not None:
-            lo[:, row], hi[:, row] = np.maximum(lo[:, row], found[0]), np.minimum(hi[:, row], found[1])
-    return [Interval(lo[i], hi[i], s.nan) for i, s in enumerate(space)]
+        for i, (lo, hi) in solved(tape, _rows(known, np.array([row]), count), UNIVERSE).items():
+            if i not in told:
+                told[i] = np.full(count, -np.inf), np.full(count, np.inf)
+            told[i][0][row], told[i][1][row] = lo, hi
+    for i, (low, high) in told.items():
+        before = known[i]
+        known[i] = meet(before, interval(low, high))
+        more |= bool(np.any(known[i].hi - known[i].lo < 0.95 * (before.hi - before.lo)))
+    return more
 
 
-def _solved_forms(tape: Tape, known: Mapping[int, Interval]) -> tuple[Points, Points] | None:
-    """Coordinates from the ranges of turned ones: three linear forms of x, y, z are solved for them.
-
-    A rotated box says that three sums of coordinates are small; one at a time that says nothing about any coordinate.
-    """
-    forms: dict[int, NDArray[np.float64]] = {}  # of what is linear: the factors of x, y, z, and the rest
-    for i, op in enumerate(tape.ops):
-        inputs, varies = tape.inputs[i], tape.axes[i] != 0
-        if op in AXES:
-            forms[i] = np.eye(4)[AXES[op]]
-        elif not varies:
-            value = known.get(i)
-            if value is not None and value.lo.size == 1 and float(value.lo.flat[0]) == float(value.hi.flat[0]):
-                forms[i] = np.array([0.0, 0.0, 0.0, float(value.lo.flat[0])])
-        elif all(a in forms for a in inputs):
-            f = [forms[a] for a in inputs]
-            if op in ("add", "sub"):
-                forms[i] = f[0] + f[1] if op == "add" else f[0] - f[1]
-            elif op == "neg":
-                forms[i] = -f[0]
-            elif op == "mul" and not all(tape.axes[a] for a in inputs):
-                forms[i] = f[0] * f[1][3] if tape.axes[inputs[0]] else f[1] * f[0][3]
-            elif op == "div" and not tape.axes[inputs[1]] and f[1][3] != 0:
-                forms[i] = f[0] / f[1][3]
-    rows: list[tuple[float, NDArray[np.float64], float, float]] = []
-    for i, form in forms.items():
-        size = float(np.linalg.norm(form[:3]))
-        lo, hi = (float(known[i].lo.flat[0]), float(known[i].hi.flat[0])) if tape.axes[i] else (0.0, 0.0)
-        if size > 0 and np.isfinite([lo, hi]).all() and hi - lo < UNIVERSE * size:
-            rows.append(((hi - lo) / size, form / size, lo / size, hi / size))
-    picked: list[tuple[float, NDArray[np.float64], float, float]] = []
-    for row in sorted(rows, key=lambda r: r[0]):  # the narrowest three that are independent
-        stack = np.array([r[1][:3] for r in [*picked, row]])
-        if np.linalg.svd(stack, compute_uv=False)[-1] > 1e-3:
-            picked.append(row)
-        if len(picked) == 3:
-            break
-    if len(picked) < 3:
-        return None
-    inverse = np.linalg.inv(np.array([r[1][:3] for r in picked]))
-    low = np.array([r[2] - r[1][3] for r in picked])
-    high = np.array([r[3] - r[1][3] for r in picked])
-    middle, half = inverse @ (low + high) / 2, np.abs(inverse) @ (high - low) / 2
-    half = half * (1 + 1e-12) + 1e-12 * np.abs(middle)
-    return middle - half, middle + half
-
-
-def _halves(kin: Kin, most: float) -> list[tuple[tuple[Kin, float], tuple[Kin, float]]]:
-    """For each `min(u, 0)` in the formula, the solid where it is 0, and where it is u, and how large the roots may be.
+def _halves(kin: Kin, bound: _Bound) -> list[tuple[tuple[Kin, _Bound], tuple[Kin, _Bound]]]:
+    """For each `min(u, 0)` in the formula, the solid where it is 0, and where it is u, and what is known of the roots.
 
     The distance from a box is `length(max(q, 0)) + min(max(q), 0)`: with both terms at once it may be twice as far.
     """
@@ -216,8 +191,12 @@ def _halves(kin: Kin, most: float) -> list[tuple[tuple[Kin, float], tuple[Kin, f
             (u,) = (a for a in n.args if not is_const(a, 0.0))
             outside, inside = (substitute([root], {n: by})[0] for by in (ZERO, u))
             if u.axes and outside.axes and inside.axes:
-                both = node("max", inside - most, u)
-                found.append(((kin.with_root(outside), most), (kin.with_root(both), 0.0)))
+                most = inside - bound.most
+                strictly = bound.below is not None
+                found.append((
+                    (kin.with_root(outside), _Bound(bound.most, outside if strictly else None)),
+                    (kin.with_root(node("max", most, u)), _Bound(0.0, most if strictly else None)),
+                ))  # fmt: skip
     return found
 
 
@@ -227,17 +206,59 @@ def _hull(parts: list[Rough]) -> Rough:
 
 
 def _by_branches(kin: Kin, known: Mapping[int, Interval], lo: Points, hi: Points, depth: int, seen: _Seen) -> Rough:
-    """The boxes cut to where a lesser of two inside the formula can be as small as it must be, by either branch."""
+    """The boxes cut to where a lesser of two inside the formula, or a choice, can be as small as it must be, by either
+    branch."""
     tape = kin.formula.tape
     for i in reversed(tape.field):
-        if tape.ops[i] != "min" or i in tape.roots:
+        if not (tape.ops[i] == "min" and i not in tape.roots) and tape.ops[i] != "select":
             continue
         most = float(np.max(known[i].hi))
         if not np.isfinite(most) or most >= UNIVERSE:
             continue
-        parts = [_held(kin.with_root(m), most, depth - 1, CLAMPED, seen) for m in members(tape.nodes[i])]
+        if tape.ops[i] == "min":
+            ways = [(m, most) for m in members(tape.nodes[i])]
+        else:
+            ways = _either_way(tape.nodes[i], most, lambda n: _a_number(tape, known, n))
+        parts = [_held(kin.with_root(root), _Bound(least), depth - 1, CLAMPED, seen) for root, least in ways]
         low, high = _hull(parts)
         lo, hi = np.maximum(lo, low), np.minimum(hi, high)
         if (hi - lo).max() < UNIVERSE:
             break
     return lo, hi
+
+
+def _either_way(choice: Node, most: float, sure: Callable[[Node], bool]) -> list[tuple[Node, float]]:
+    """Where a choice is at most so much: as roots, and how large they may be, of either branch."""
+    condition, *branches = choice.args
+    out = []
+    for branch, holds in zip(branches, (True, False), strict=True):
+        if (here := _where(condition, holds, sure)) is None:
+            out.append((branch, most))
+        else:
+            out.append((node("max", branch - most if most else branch, here), 0.0))
+    return out
+
+
+def _a_number(tape: Tape, known: Mapping[int, Interval], n: Node) -> bool:
+    """Whether a node is a number everywhere."""
+    i = tape.position[n]
+    return not tape.axes[i] or not bool(np.any(known[i].nan))
+
+
+def _where(condition: Node, holds: bool, sure: Callable[[Node], bool]) -> Node | None:
+    """A field that is nowhere above 0 where a condition holds, or does not; None where that is not known, as where what
+    is compared may be no number (it is not `sure`): then neither a < b nor a >= b."""
+    match condition.op:
+        case "lt" | "le":
+            a, b = condition.args
+            return a - b if holds else b - a if sure(a) and sure(b) else None
+        case "not":
+            return _where(condition.args[0], not holds, sure)
+        case "and" | "or":
+            sides = [_where(a, holds, sure) for a in condition.args]
+            if (condition.op == "and") == holds:
+                known = [s for s in sides if s is not None]
+                return node("max", *known) if len(known) == 2 else known[0] if known else None
+            return node("min", sides[0], sides[1]) if sides[0] is not None and sides[1] is not None else None
+        case _:
+            return None

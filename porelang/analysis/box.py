@@ -13,12 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.backwards import UNIVERSE, rough_boxes
+from porelang.analysis.backwards import UNIVERSE, rough_boxes, surely_void
 from porelang.analysis.faces import TOLERANCE, Boxes, ends_of
 from porelang.analysis.kin import Kin, alone, kin_of
 from porelang.analysis.shaving import shaved
 from porelang.analysis.steps import held
-from porelang.analysis.twists import bounded
+from porelang.analysis.turned import unturned
 from porelang.formula import Formula
 from porelang.ir import Node, X, Y, Z, node, substitute
 
@@ -29,6 +29,11 @@ MOST_ALONE = 6
 _LARGER = 1e4
 #: Work that is allowed where one asks for more than the usual, or where the usual did not do, to the usual.
 _MORE = 4
+#: A box that is smaller than the one before by so much along an axis is searched again, so many times in all.
+_SMALLER, _SEARCHES = 0.5, 3
+#: A box that may be too large by this share of its longest side is searched again, for so much work, if its formula is
+#: this short.
+_LOOSE, _AGAIN, _SHORT = 0.01, 2, 300
 
 Points = NDArray[np.float64]
 
@@ -71,6 +76,13 @@ class Extent(NamedTuple):
         """The largest of the `errors`."""
         return max(self.errors)
 
+    def as_near_as(self, near: float | None) -> bool:
+        """Whether every face lies within `near` (mm) of the part; None: whether all are as usual, so that no more work
+        is worth its time."""
+        usual = TOLERANCE * max(self.outer.size)
+        most = [min(usual, _LOOSE * size) for size in self.outer.size] if near is None else 3 * [near]
+        return all(error <= m for error, m in zip(self.errors, most, strict=True))
+
 
 def block(box: Box) -> Node:
     """A box as a field: the largest signed distance to its six planes."""
@@ -94,9 +106,9 @@ def part_box(formula: Formula) -> Box | None:
 def extent_of(formula: Formula, near: float | None = None) -> Extent | None:
     """How far a formula's `root < 0` reaches within the universe, or None if that is proven empty.
 
-    The box is tight to `near` (mm; 5e-4 of its longest side if left out), unless the formula is so long or its walls
-    are so thin that the work allowed does not do: `error` says what is left. Where a part has no end its box touches
-    +-UNIVERSE.
+    The box is tight to `near` (mm; if left out 5e-4 of its size along each axis), unless the formula is so long or its
+    walls are so thin that the work allowed does not do: `errors` says what is left. Where a part has no end its box
+    touches +-UNIVERSE.
     """
     formula = formula.taken
     slots = [formula.tape.nodes[i] for i in formula.tape.slots]
@@ -113,41 +125,70 @@ def _remembered(root: Node, numbers: tuple[tuple[Node, str], ...], near: float |
 def _extent_of(formula: Formula, near: float | None) -> Extent | None:
     if not formula.root.axes:
         return None if bool(formula.numbers[0] > 0) else _made(np.full(3, -UNIVERSE), np.full(3, UNIVERSE), None)
+    formula = unturned(formula)
     found = _looked_for(formula, kin_of(formula), near)
-    if found is None or found.error <= (TOLERANCE * max(found.outer.size) if near is None else near):
+    if found is None or found.as_near_as(near):
         return found
     copies = held(formula)
-    if copies is None:
+    loose = found.inner is not None and found.error > _LOOSE * max(found.outer.size)
+    if copies is None and not (loose and len(formula.tape) <= _SHORT):
         return found
-    closer = _looked_for(formula, kin_of(formula, copies), near, found.outer)
+    closer = _looked_for(formula, kin_of(formula, copies), near, found.outer, _MORE if copies else _AGAIN)
     return None if closer is None else _met(found, closer)
 
 
-def _looked_for(formula: Formula, kins: list[Kin], near: float | None, known: Box | None = None) -> Extent | None:
-    """How far the members of a union reach, in a box that is known to hold all of it; more work is allowed then."""
-    rough = [bounded(kin) for kin in kins]
+def _looked_for(
+    formula: Formula, kins: list[Kin], near: float | None, known: Box | None = None, work: int = 1
+) -> Extent | None:
+    """How far the members of a union reach, in a box that is known to hold all of it; for `work` times the work."""
+    rough = _rough(formula, kins, known)
+    start = _start(kins, rough)
+    if not len(start):
+        return None
+    lo, hi = start.lo.min(axis=0), start.hi.max(axis=0)
+    if max(-lo.min(), hi.max()) >= UNIVERSE:
+        cut = all(kin.formula.root.op == "max" for kin in kins)
+        return None if cut and _void(kins) else _made(lo, hi, None)
+    if (lo == hi).any():
+        return _made(lo, hi, None)
+    work = max(work * min(len(kins), _MORE) if known else 1, 1 if near is None else _MORE)
+    for left in reversed(range(_SEARCHES)):
+        ends, size = ends_of(kins, start, near, work, lambda: _void(kins)), hi - lo
+        if ends is None:
+            return None
+        lo, hi = ends.outer[::2], ends.outer[1::2]
+        if not left or near is not None or (hi - lo > _SMALLER * size).all():
+            return _made(lo, hi, ends.inner if np.isfinite(ends.inner).all() else None)
+        start = _within(start, lo, hi)  # how near is near goes by the size that is found
+    raise AssertionError("the last search is told")
+
+
+def _void(kins: list[Kin]) -> bool:
+    return all(surely_void(kin).all() for kin in kins)
+
+
+def _rough(formula: Formula, kins: list[Kin], known: Box | None = None) -> list[tuple[Points, Points]]:
+    """Boxes of the members of a union, with an end wherever that can be proven; `kins` is left with those that are
+    there, or where too many have none with the union as one."""
+    rough = [rough_boxes(kin) for kin in kins]
     if known is not None:
         rough = [(np.maximum(lo, known.lo), np.minimum(hi, known.hi)) for lo, hi in rough]
     if sum(int(_far(lo, hi).sum()) for lo, hi in rough) > MOST_ALONE:
         lo, hi = (np.array(end) for end in _hull(rough))
-        kins, rough = [alone(formula)], [(lo[None], hi[None])]
+        kins[:], rough = [alone(formula)], [(lo[None], hi[None])]
     for k, (kin, (lo, hi)) in enumerate(zip(kins, rough, strict=True)):
         for row in np.flatnonzero(_far(lo, hi)):
             found = shaved(kin.of(np.array([row])), lo[row].copy(), hi[row].copy())
             lo[row], hi[row] = (np.full(3, np.inf), np.full(3, -np.inf)) if found is None else found
         there = (lo <= hi).all(axis=1)
         kins[k], rough[k] = kin.some(np.flatnonzero(there)), (lo[there], hi[there])
-    start = _start(kins, rough)
-    if not len(start):
-        return None
-    lo, hi = start.lo.min(axis=0), start.hi.max(axis=0)
-    if max(-lo.min(), hi.max()) >= UNIVERSE or (lo == hi).any():
-        return _made(lo, hi, None)
-    work = 1 if near is None and known is None else _MORE
-    ends = ends_of(kins, start, near, work if known is None else work * min(len(kins), _MORE))
-    if ends is None:
-        return None
-    return _made(ends.outer[::2], ends.outer[1::2], ends.inner if np.isfinite(ends.inner).all() else None)
+    return rough
+
+
+def has_ends(formula: Formula) -> bool:
+    """Whether a formula's `root < 0` is proven to end along every axis, in a tenth of the time of its extent."""
+    formula = unturned(formula.taken)
+    return not any(_far(lo, hi).any() for lo, hi in _rough(formula, kin_of(formula)))
 
 
 def _met(a: Extent, b: Extent) -> Extent:
@@ -197,6 +238,12 @@ def _start(kins: list[Kin], rough: list[tuple[Points, Points]]) -> Boxes:
     kin = np.concatenate([np.full(len(lo), k) for k, (lo, _) in enumerate(rough)])
     row = np.concatenate([np.arange(len(lo)) for lo, _ in rough])
     return Boxes(np.concatenate([lo for lo, _ in rough]), np.concatenate([hi for _, hi in rough]), kin, row)
+
+
+def _within(some: Boxes, lo: Points, hi: Points) -> Boxes:
+    """What of boxes lies in one."""
+    cut = Boxes(np.maximum(some.lo, lo), np.minimum(some.hi, hi), some.kin, some.row)
+    return cut.some(np.flatnonzero((cut.lo <= cut.hi).all(axis=1)))
 
 
 def _made(lo: Points, hi: Points, inner: Points | None) -> Extent:

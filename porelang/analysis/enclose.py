@@ -58,16 +58,24 @@ def enclose(formula: Formula, box: Sequence[Interval] = (), precision: Precision
     `box` gives x, y and z as intervals of n boxes (arrays of shape (n,)); it may be left out where no root is a field.
     Memory is n times the widest cut through the graph.
     """
-    found = _enclosed(formula, box, precision, keep=False)
+    found = _enclosed(formula, box, precision, keep=False, held={})
     return [found[r] for r in formula.tape.roots]
 
 
-def enclose_all(formula: Formula, box: Sequence[Interval] = (), precision: Precision = EXACT) -> dict[int, Enclosure]:
-    """Ranges of every position of a formula's tape that holds numbers or conditions."""
-    return {i: e for i, e in _enclosed(formula, box, precision, True).items() if isinstance(e, Enclosure)}
+def enclose_all(
+    formula: Formula,
+    box: Sequence[Interval] = (),
+    precision: Precision = EXACT,
+    held: Mapping[int, Interval] | None = None,
+) -> dict[int, Enclosure]:
+    """Ranges of every position of a formula's tape that holds numbers or conditions, each within what it is `held` to:
+    of the points of the boxes where all of that is so."""
+    return {i: e for i, e in _enclosed(formula, box, precision, True, held or {}).items() if isinstance(e, Enclosure)}
 
 
-def _enclosed(formula: Formula, box: Sequence[Interval], precision: Precision, keep: bool) -> dict[int, Any]:
+def _enclosed(
+    formula: Formula, box: Sequence[Interval], precision: Precision, keep: bool, held: Mapping[int, Interval]
+) -> dict[int, Any]:
     """What is known of each position: an enclosure, data, or of a walk with several results one enclosure for each."""
     tape = formula.tape
     exact: dict[int, Any] = {}  # of const and uniform positions, before they are rounded for the field stage
@@ -86,6 +94,8 @@ def _enclosed(formula: Formula, box: Sequence[Interval], precision: Precision, k
                 made = _remainder(tape, i, made, known) if op in ("sub", "mod") else made
             else:
                 made = _leaf(formula, i, box, precision)
+            if i in held and isinstance(made, Enclosure):
+                made = Enclosure(meet(made.range, held[i]), made.jumps)
             if early:
                 exact[i] = made
                 made = Enclosure(_rounded(made.range, precision), made.jumps) if isinstance(made, Enclosure) else made

@@ -8,7 +8,7 @@ cut, and a middle that is solid is a witness: what does not reach beyond it by m
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +20,7 @@ from porelang.analysis.enclose import boxes, enclose
 from porelang.analysis.kin import Ints, Kin, Points
 from porelang.interval import INF
 
-#: Of the longest side: faces that are this near the part are where they should be.
+#: Of the size along an axis: faces across it that are this near the part are where they should be.
 TOLERANCE = 5e-4
 #: Boxes looked at together before each face, and boxes times operations looked at in all (a tenth of a second or two).
 AT_ONCE, MOST_WORK = 256, 1_500_000
@@ -73,10 +73,16 @@ class Ends:
     inner: Points
 
 
-def ends_of(kins: Sequence[Kin], start: Boxes, near: float | None = None, work: int = 1) -> Ends | None:
+def ends_of(
+    kins: Sequence[Kin],
+    start: Boxes,
+    near: float | None = None,
+    work: int = 1,
+    void: Callable[[], bool] = lambda: False,
+) -> Ends | None:
     """The ends of what lies within some boxes, to `near` (mm) if the work allowed does, which is so many times as much.
 
-    None where all of the boxes are proven void.
+    None where all of the boxes are proven void; `void` is asked too where no witness is found at once.
     """
     search = _Search(kins, start, near, work)
     search.look_at_faces(0.9 * search.near)
@@ -84,6 +90,8 @@ def ends_of(kins: Sequence[Kin], start: Boxes, near: float | None = None, work: 
     if not search.sure.all():
         search.press()
         search.look_at_faces(0.9 * search.near)
+        if search.inner.max() == -INF and void():
+            return None
         search.run()
         if search.void:
             return None
@@ -101,7 +109,7 @@ class _Search:
         self.start = start
         self.fronts = [start] * 6
         size = start.hi.max(axis=0) - start.lo.min(axis=0)
-        self.near = TOLERANCE * float(size.max()) if near is None else near
+        self.near = TOLERANCE * size[_AXIS] if near is None else np.full(6, near)
         self.allowed = work * MOST_WORK
         self.inner = np.full(6, -INF)
         self.settled = np.full(6, -INF)  # how far boxes reach that were left alone, as a witness is near enough
@@ -135,21 +143,21 @@ class _Search:
         if len(points):
             self.inner = np.maximum(self.inner, (_SIDE * points[:, _AXIS]).max(axis=0))
 
-    def look_at_faces(self, below: float) -> None:
-        """Look for witnesses so far (mm) below each face, before the boxes that reach it: most often it is where it
-        should be. From the points where the field is least the look goes on more closely."""
+    def look_at_faces(self, below: Points) -> None:
+        """Look for witnesses so far (mm, (6,)) below each face, before the boxes that reach it: most often it is where
+        it should be. From the points where the field is least the look goes on more closely."""
         t = (np.arange(_ACROSS) + 0.5) / _ACROSS - 0.5
         spread = np.stack(np.meshgrid(t, t, indexing="ij"), -1).reshape(-1, 2)
         looks: list[tuple[int, Boxes]] = []
         for face in range(6):
             tops = _signed(self.start, face)
-            looks.append((face, self.start.some(np.flatnonzero(tops >= tops.max() - self.near)[:_BEST])))
+            looks.append((face, self.start.some(np.flatnonzero(tops >= tops.max() - self.near[face])[:_BEST])))
         for _ in range(_ZOOMS):
             reach = self.reach()
             laid = [
-                (face, sheet, _laid(face, sheet, spread, reach[face] - below))
+                (face, sheet, _laid(face, sheet, spread, reach[face] - below[face]))
                 for face, sheet in looks
-                if self.inner[face] < reach[face] - below
+                if self.inner[face] < reach[face] - below[face]
             ]
             if not laid:
                 return
@@ -169,7 +177,7 @@ class _Search:
 
     def wanting(self, face: int) -> bool:
         """Whether no witness is near a face yet."""
-        return bool(self.inner[face] < self.reach()[face] - self.near)
+        return bool(self.inner[face] < self.reach()[face] - self.near[face])
 
     def sample_near_faces(self) -> None:
         """Look for witnesses at random before faces that still want one, more of them the nearer the face: in a lattice
@@ -178,13 +186,13 @@ class _Search:
         for face in range(6):
             if not self.wanting(face):
                 continue
-            reach, axis = self.reach()[face], _AXIS[face]
-            some = _beyond(self.start, face, _SIDE[face] * max(self.inner[face], reach - 2.0**_NEARER * self.near))
+            reach, axis, near = self.reach()[face], _AXIS[face], self.near[face]
+            some = _beyond(self.start, face, _SIDE[face] * max(self.inner[face], reach - 2.0**_NEARER * near))
             if not len(some):
                 continue
             which = rng.integers(len(some), size=_SAMPLES)
             points = some.lo[which] + rng.random((_SAMPLES, 3)) * (some.hi - some.lo)[which]
-            points[:, axis] = _SIDE[face] * (reach - self.near * 2.0 ** rng.uniform(-1, _NEARER, _SAMPLES))
+            points[:, axis] = _SIDE[face] * (reach - near * 2.0 ** rng.uniform(-1, _NEARER, _SAMPLES))
             self.seen(points, some.kin[which], some.row[which])
 
     def press(self) -> None:
@@ -236,7 +244,7 @@ class _Search:
     def _furthest(self, face: int) -> NDArray[np.intp]:
         """The boxes before a face that are to be looked at next; those near enough to the witness are settled."""
         tops = self.tops(face)
-        beyond = tops > self.inner[face] + self.near
+        beyond = tops > self.inner[face] + self.near[face]
         if not beyond.all():
             self.settled[face] = max(self.settled[face], float(tops[~beyond].max()))
             self.aside[face].append(self.fronts[face].some(~beyond))
@@ -303,7 +311,7 @@ class _Search:
         reach = self.reach()
         for face in range(6):
             side = _SIDE[face]
-            if self.sure[face] or reach[face] - self.inner[face] > 4 * self.near:
+            if self.sure[face] or reach[face] - self.inner[face] > 4 * self.near[face]:
                 continue
             end = _roundest(side * self.inner[face], side * reach[face])
             if not side * end < reach[face]:

@@ -20,6 +20,8 @@ from porelang.rewrites import flatten
 Points = NDArray[np.float64]
 #: Points at which a field is looked at.
 MOST = 4000
+#: What of the material lies farthest is followed so many times, from so many points of it.
+_FARTHER, _FOLLOWED = 40, 100
 
 
 #: The values of some nodes at points (n, 3), each (n,).
@@ -131,3 +133,35 @@ def unending(formula: Formula) -> str:
         points[:, i] = np.copysign(random.uniform(UNIVERSE, 1.001 * UNIVERSE, 1500), near[:, i])
         found += axis if (NumpyField(formula, "f64", 1).at(points) < 0).any() else ""
     return ", ".join(found)
+
+
+def seen(formula: Formula) -> tuple[Points, Points] | None:
+    """The box of the material that samples find, in mm; None where they find none.
+
+    What is found about the origin is followed outward, each time from what lies farthest, so that an end that is not
+    there is seen as one that is beyond the universe, however thin what goes there is.
+    """
+    random = np.random.default_rng(1)
+    field = NumpyField(formula, "f64", 1)
+
+    def inside(points: Points) -> Points:
+        return np.asarray(points[field.at(points) < 0])
+
+    scales = np.repeat([[1e3], [1e4]], MOST, 0)
+    found = [inside(about_the_origin()), inside(random.uniform(-1, 1, (len(scales), 3)) * scales)]
+    if (spread := inside_of(formula.root, formula.bindings)) is not None:
+        found.append(spread)
+    points = np.concatenate(found)
+    if not len(points):
+        return None
+    lo, hi = points.min(axis=0), points.max(axis=0)
+    for _ in range(_FARTHER):
+        farthest = points[np.argsort(-np.abs(points).max(axis=1))[:_FOLLOWED]]
+        size = np.abs(farthest).max()
+        if size >= UNIVERSE:
+            break
+        more = farthest[random.integers(len(farthest), size=MOST)]
+        aside = random.normal(size=(MOST, 3)) * size * 10 ** random.uniform(-4, 0, (MOST, 1))
+        points = np.concatenate([farthest, inside(more * random.uniform(1, 2, (MOST, 1)) + aside)])
+        lo, hi = np.minimum(lo, points.min(axis=0)), np.maximum(hi, points.max(axis=0))
+    return lo, hi

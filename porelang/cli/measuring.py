@@ -58,7 +58,9 @@ def _text(path: str, found: dict[str, Any]) -> str:
     lo, hi = found["bounds"]
     lines = [path]
     size = " x ".join(f"{b - a:.5g}" for a, b in zip(lo, hi, strict=True))
-    lines.append(f"  {'size':<16} {size} mm, each end +- {found['error']['bounds']:.1g} mm")
+    ends = [f"{error:.1g}" for error in found["error"]["bounds_by_axis"]]
+    ends = ends[:1] if len(set(ends)) == 1 else ends
+    lines.append(f"  {'size':<16} {size} mm, each end +- {', '.join(ends)} mm")
     for key, (name, unit) in _WORDS.items():
         more = f"({found['envelope']})" if key == "envelope_volume" else ""
         lines.append(f"  {name:<16} {_with_error(found[key], found['error'][key], unit)} {more}".rstrip())

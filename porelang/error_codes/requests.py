@@ -23,7 +23,9 @@ REQUESTS = (
     Code(
         "E102",
         "a part without an end",
-        "A lattice fills all of space. Intersect it with a shape, or say with `--bounds` which box you want of it.",
+        "A lattice fills all of space. Intersect it with a shape, or say with `--bounds` which box you want of it.\n"
+        "Of some formulas no end can be proven though they have one: then it is said how far samples found material,\n"
+        "and which `--bounds` hold that with some room.",
         "",
         "gyroid(30) & cylinder(75, 300)",
     ),
