@@ -13,7 +13,7 @@ import porelang
 from porelang.cli import main
 from porelang.diagnostics import PoreError
 from porelang.field import make_field
-from porelang.mesh import Grid, extract, write
+from porelang.mesh import Grid, crumbs, extract, write
 from porelang.mesh.crossed import crossed
 from porelang.mesh.crumbs import settle
 from porelang.mesh.made import make
@@ -95,6 +95,41 @@ def test_a_piece_of_crumbs_alone_keeps_one():
     done = settled(text, voxel=0.5, bounds=(-10, -10, -10, 15, 10, 10))
     assert (done.removed, done.surface.components) == (1, 2)
     assert done.surface.pieces.high[:, 0].max() < 13  # the larger of the two
+
+
+def test_pieces_that_are_closed_off_need_no_look(monkeypatch):
+    """Enclosures prove that nothing passes the sides of their boxes; each of 64 balls was sampled three times."""
+
+    def look(*_):
+        raise AssertionError("a look that is not needed")
+
+    monkeypatch.setattr(crumbs, "_Look", look)
+    balls = "union([for i in range(4) for j in range(4) for k in range(4): translate(sphere(0.1), [i, j, k])])"
+    found = settled(balls, voxel=0.05)
+    assert found.surface.components == 64
+    assert found.unknown == found.torn == found.removed == 0
+    hollow = settled("sphere(10) \\ union([for i in range(-1, 2): translate(sphere(2), [5 * i, 0, 0])])", voxel=0.5)
+    assert hollow.surface.components == 4
+    assert hollow.unknown == hollow.filled == 0
+
+
+def test_what_lies_in_the_box_of_a_piece_is_not_closed_off_with_it():
+    """Two specks of one ring, in one box, are one with each other; the ring itself lies between the samples."""
+    text = "union([torus(4, 0.06) |> translate([0, 0, 0.5]), translate(sphere(0.7), [4, 0, 0.5]), "
+    text += "translate(sphere(0.7), [-4, 0, 0.5]), translate(sphere(9), [40, 0, 0])])"
+    assert settled(text, bounds=(-6, -9.5, -9.5, 50, 9.5, 9.5), voxel=1).torn >= 1
+
+
+def test_a_lost_mesh_is_refused_before_its_pieces_are_looked_at(monkeypatch):
+    """54 000 specks of a lattice: to look at them takes minutes, and volume tells it at a glance."""
+
+    def look(*_):
+        raise AssertionError("pieces are looked at")
+
+    monkeypatch.setattr("porelang.mesh.made.settle", look)
+    with pytest.raises(PoreError) as caught:
+        made("shell(gyroid(3), 0.1) & cube(20)", voxel=0.4)
+    assert caught.value.diagnostics[0].code == "E118"
 
 
 def test_torn_walls_are_told():

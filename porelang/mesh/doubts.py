@@ -12,7 +12,7 @@ from porelang.data import Reduced
 from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.field import Bounds, checked_bounds
 from porelang.ir import node
-from porelang.mesh.crumbs import Settled
+from porelang.mesh.crumbs import LITTLE, Settled
 from porelang.mesh.grid import Grid, place
 from porelang.mesh.lost import lost
 from porelang.mesh.missed import Missed, far_and_long, missed
@@ -26,7 +26,6 @@ from porelang.tasks.numbers.integrals import volume
 #: A mesh whose volume is further than this from the part's is not the part, and one much further is not written.
 COARSE, USELESS = 0.03, 0.2
 ACCURACY = 2e-3
-GUESSES = 40  # points along a side, to tell at a glance that the volume is right
 #: Less than this share of the cells of a mesh, and no further beyond its ends than so many voxels, is nothing that
 #: anyone misses: wherever two surfaces meet at a sharp angle something runs out between the samples.
 MISSED, SHORT = 0.02, 2.0
@@ -119,14 +118,15 @@ def _span(design: Design, name: str | None) -> Span:
 
 
 def _about(part: Solid, held: float) -> bool:
-    """Whether points, one by chance in every cell of the box, tell that the part holds about that volume."""
-    size = part.hi - part.lo
-    random = np.random.default_rng(0)
-    cells = np.stack(np.meshgrid(*[np.arange(GUESSES)] * 3, indexing="ij"), -1).reshape(-1, 3)
-    share = float(part.holds(part.lo + (cells + random.random(cells.shape)) * size / GUESSES).mean())
-    whole = float(np.prod(size))
-    error = 3 * whole * (share * (1 - share) / len(cells)) ** 0.5
-    return bool(abs(held - share * whole) + error <= COARSE * share * whole)
+    """Whether points by chance tell that the part holds about that volume."""
+    volume, error = part.guess
+    return bool(abs(held - volume) + error <= COARSE * volume)
+
+
+def hopeless(part: Solid, held: float) -> bool:
+    """Whether points by chance tell that a mesh with a volume (mm3) will be refused, whatever is done about crumbs."""
+    volume, error = part.guess
+    return bool(abs(held - volume) - LITTLE * held > USELESS * (volume + error) + error)
 
 
 def _use(wall: float, voxel: float) -> str:
