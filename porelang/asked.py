@@ -100,7 +100,7 @@ def slices(
         keep_checks(design)
     found = write_slices(design, folder, apart, name=name, form=format, pixel=pixel, bounds=limits,
                          backend=backend, dtype=dtype)  # fmt: skip
-    doubts = layer_doubts(design, name, limits, found["volume"])
+    doubts = layer_doubts(design, name, limits, found["volume"], found["step"], found["pixel"])
     warn([*doubts, *doubtful_numbers(design, *design.program.roots(name))])
     return Layers(folder, found)
 

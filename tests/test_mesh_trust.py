@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import porelang
+from porelang.analysis.bounds import overflows
 from porelang.cli import main
 from porelang.diagnostics import PoreError
 from porelang.field import make_field
@@ -22,6 +23,7 @@ from porelang.mesh.part import grid_of, surface_of
 from porelang.mesh.solid import Solid
 from porelang.mesh.surface import Surface, decimal, single
 from porelang.mesh.walls import MOST_TRIANGLES, TO_A_WALL, chosen, thinnest, triangles
+from porelang.slices import write_slices
 
 CUBE = (-5, -5, -5, 5, 5, 5)
 PINS = "union([box([40,20,2]), union([for i in range(8): translate(cylinder(0.1,15),[5*i-18,0,8])])])"
@@ -303,6 +305,48 @@ def test_a_mesh_that_lost_a_fifth_is_refused(tmp_path, capsys, monkeypatch):
         program.mesh(voxel=0.5)
     with pytest.warns(UserWarning, match="W202"):
         program.mesh(voxel=0.5, force=True)
+
+
+@pytest.mark.parametrize("text", ["length(p)^60 - 5^60", "exp(20 * length(p)) - exp(100)", "sphere(5) * 1e39"])
+def test_values_beyond_float32_are_taken_in_float64(text, tmp_path):
+    """They were infinite in float32: no number (E110), vertices half a voxel off, or layers of two thirds of a ball."""
+    found = made(text, resolution=64)
+    assert found.facts["dtype"] == "f64"
+    assert found.surface.volume == pytest.approx(4 / 3 * np.pi * 125, rel=0.02)
+    off = np.linalg.norm(found.surface.vertices, axis=1) - 5
+    assert np.abs(off).max() < 0.1 * found.facts["voxel"]
+    layers = write_slices(porelang.compile(text).design(), tmp_path / "layers", 0.25)
+    assert layers["volume"] == pytest.approx(4 / 3 * np.pi * 125, rel=0.02)
+
+
+def test_shaders_say_what_is_too_large_for_them(gpu):
+    """GLSL has no float64: where infinities make no number of it that is what is said, else W204."""
+    with pytest.raises(PoreError, match="too large for float32") as caught:
+        made("length(p)^60 - 5^60", resolution=32, backend="glsl")
+    assert caught.value.diagnostics[0].code == "E110"
+    found = made("sphere(5) * 1e39", resolution=32, backend="glsl")
+    assert "W204" in codes(found)
+
+
+def test_what_ordinary_parts_compute_fits_float32():
+    for text in (
+        "shell(gyroid(10), 0.5) & sphere(20)",
+        "1 / z & cube(10)",
+        "twist(gyroid(9), 1deg / 1mm) & sphere(9)",
+    ):
+        design = porelang.compile(text).design()
+        box = design.bounds()
+        assert not overflows(design.of(), box.lo, box.hi)
+
+
+def test_layers_of_curved_walls_are_not_said_to_be_thin(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("ball.pore").write_text("sphere(5)", encoding="utf-8")
+    assert main(["slices", "ball.pore", "-o", "layers", "--step", "2.5mm"]) == 0
+    told = capsys.readouterr().err
+    assert "W202" in told
+    assert "coarse steps" in told
+    assert "thinner" not in told
 
 
 def test_layers_of_walls_thinner_than_a_pixel_are_told(tmp_path, capsys, monkeypatch):

@@ -89,14 +89,25 @@ def _cause(part: Solid, coarse: Coarse, held: float, true: Reduced, off: float) 
     return "the voxel is too coarse", label, hint
 
 
-def layer_doubts(design: Design, name: str | None, bounds: Bounds | None, held: float) -> list[Diagnostic]:
-    """W202, where layers hold another volume (mm3) than the part."""
+def layer_doubts(
+    design: Design, name: str | None, bounds: Bounds | None, held: float, step: float, pixel: float
+) -> list[Diagnostic]:
+    """W202, where layers, a `step` thick, of pixels (mm) hold another volume (mm3) than the part."""
     off, numbers = _off(held, _volume(design, name, bounds))
     if not off:
         return []
-    message, hint = f"the layers hold {numbers}", "use a smaller --step and --voxel, a few to the thinnest wall"
-    label = "what is thinner than a pixel or a layer is lost or torn"
-    return [Diagnostic("W202", message, _span(design, name), label, hint=hint, severity="warning")]
+    box = checked_bounds(bounds) if bounds is not None else design.bounds(name)
+    wall, size = thinnest(Solid(design.of(name), (box.lo, box.hi))), max(step, pixel)
+    hint = "use a smaller --step and --voxel, a few to the thinnest wall"
+    if wall is None or wall <= TO_A_WALL * size:
+        label = "what is thinner than a pixel or a layer is lost or torn"
+        if wall is not None:
+            finer = _round(min(wall / TO_A_WALL, FINER * size))
+            hint = f"use --step {finer}mm --voxel {finer}mm: the thinnest walls are about {wall:.2g} mm thick"
+    else:
+        label = f"pixels of {pixel:.3g} mm and layers of {step:.3g} mm are coarse steps round what is curved"
+        hint = f"use --step {_round(FINER * step)}mm --voxel {_round(FINER * pixel)}mm"
+    return [Diagnostic("W202", f"the layers hold {numbers}", _span(design, name), label, hint=hint, severity="warning")]
 
 
 def _volume(design: Design, name: str | None, bounds: Bounds | None) -> Reduced:
