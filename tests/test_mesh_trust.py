@@ -122,6 +122,25 @@ def test_what_lies_in_the_box_of_a_piece_is_not_closed_off_with_it():
     assert settled(text, bounds=(-6, -9.5, -9.5, 50, 9.5, 9.5), voxel=1).torn >= 1
 
 
+def test_slivers_of_the_part_are_left_out_and_told(tmp_path, capsys, monkeypatch):
+    """A part came with a second body of 0.005 x 0.005 x 0.016 mm at a voxel of 0.42 mm: real, and met by chance."""
+    bounds, voxel = (-11, -11, -11, 15, 11, 11), 0.5
+    grid = grid_of(porelang.compile("sphere(10)").design(), None, voxel, None, bounds).grid
+    node = [grid.origin[n] + grid.spacing * (i - 2) for n, i in enumerate((grid.shape[0], 24, 24))]
+    text = f"sphere(10) | translate(sphere({{}}), [{node[0]}, {node[1]}, {node[2]}])"
+    found = made(text.format(0.02), bounds=bounds, voxel=voxel)
+    assert found.facts["solids"] == 1
+    assert found.facts["crumbs"]["slivers"] == 1
+    assert 0 < found.facts["crumbs"]["slivers_volume"] < 4 / 3 * np.pi * 0.02**3
+    assert found.facts["crumbs"]["removed"] == 0
+    assert made(text.format(0.06), bounds=bounds, voxel=voxel).facts["solids"] == 2  # a quarter of a voxel
+    monkeypatch.chdir(tmp_path)
+    Path("part.pore").write_text(text.format(0.02), encoding="utf-8")
+    box = ",".join(map(str, bounds))
+    assert main(["mesh", "part.pore", "-o", "part.stl", "--voxel", "0.5mm", f"--bounds={box}"]) == 0
+    assert "1 sliver of the part, less than 0.05 mm across, left out" in capsys.readouterr().out
+
+
 def test_a_lost_mesh_is_refused_before_its_pieces_are_looked_at(monkeypatch):
     """54 000 specks of a lattice: to look at them takes minutes, and volume tells it at a glance."""
 

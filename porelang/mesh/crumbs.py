@@ -3,7 +3,9 @@
 Where a wall runs out in a wedge, or is thinner than a voxel, single samples of it stand alone, and so do samples of the
 void in a narrow gap. A piece that an enclosure proves to be closed off is one. Round every other small piece the field
 is sampled again, finer: what is one with something outside the piece there is a crumb, what is not is a piece of the
-part. Crumbs are taken out as long as they hold next to nothing; larger ones stay, and are told as torn off.
+part. Crumbs are taken out as long as they hold next to nothing; larger ones stay, and are told as torn off. Pieces of
+the part that are far smaller than a voxel, as a boundary cuts them off a lattice, are slivers: they go too, counted
+apart.
 """
 
 from __future__ import annotations
@@ -32,13 +34,17 @@ BUDGET = 4_000_000_000
 EACH = 1 << 13  # samples that take as long as it takes to begin with a look
 HALVINGS = 4  # of the sides of a box, to prove that no surface passes them
 AROUND = 16  # nodes that looks reach beyond the grid, or less
+#: Of a voxel: a piece with all sides below it is there only because a sample happened to meet it, and not a cell in a
+#: thousand of its like is met.
+SLIVER = 0.1
 LITTLE = 0.01  # of the volume of the mesh: more than this is not taken out
 
 
 @dataclass(frozen=True, slots=True)
 class Settled:
     """A mesh without crumbs: how many were taken out of it and filled in it, the volume (mm3) of each kind, how many
-    pieces are larger than crumbs and torn off, and how many were not looked at."""
+    pieces are larger than crumbs and torn off, how many were not looked at; and the slivers that were taken out or
+    filled."""
 
     surface: Surface
     removed: int = 0
@@ -47,6 +53,8 @@ class Settled:
     filled_volume: float = 0.0
     torn: int = 0
     unknown: int = 0
+    slivers: int = 0
+    slivers_volume: float = 0.0
 
 
 class Fate(Enum):
@@ -74,6 +82,7 @@ def settle(surface: Surface, grid: Grid, part: Solid) -> Settled:
     each = len(part.formula.tape.field) or 1
     budget = max(BUDGET // each, int(np.prod(grid.shape)))
     reached: dict[int, Ints] = {}
+    slivers = (pieces.high - pieces.low).max(axis=1) < SLIVER * grid.spacing
     torn, unknown = 0, 0
     for i, c in enumerate(order):
         tell(i, len(order))
@@ -84,24 +93,28 @@ def settle(surface: Surface, grid: Grid, part: Solid) -> Settled:
         budget -= look.samples
         if not isinstance(found, Fate):
             reached[c] = found
-        torn += found is Fate.ENDLESS
+        if found is Fate.ENDLESS:
+            torn += 1
+            slivers[c] = False
         unknown += found is Fate.UNKNOWN
     gone = np.zeros(count, np.bool_)
     most, taken = LITTLE * abs(surface.volume), 0.0
     for c in order:
-        if c not in reached or gone[reached[c]].all():  # of what is one, one stays
+        if c in reached:
+            slivers[c] = False
+            if gone[reached[c]].all():  # of what is one, one stays
+                continue
+        elif not slivers[c]:
             continue
         size = abs(float(pieces.volume[c]))
         if taken + size > most:
-            torn += 1
+            torn += c in reached
             continue
         gone[c] = True
         taken += size
-    solid, void = gone & (pieces.volume >= 0), gone & (pieces.volume < 0)
-    told = (
-        int(solid.sum()), float(pieces.volume[solid].sum()), int(void.sum()), abs(float(pieces.volume[void].sum())),
-        torn, unknown,
-    )  # fmt: skip
+    kinds = (gone & ~slivers & ~near.void, gone & ~slivers & near.void, gone & slivers)
+    (removed, specks), (filled, bubbles), last = ((int(k.sum()), float(np.abs(pieces.volume[k]).sum())) for k in kinds)
+    told = (removed, specks, filled, bubbles, torn, unknown, *last)
     return Settled(surface.without(gone) if gone.any() else surface, *told)
 
 

@@ -133,6 +133,8 @@ def _found(settled: Settled, choice: Chosen | None, voxel: float) -> dict[str, A
             "filled_volume": settled.filled_volume,
             "torn": settled.torn,
             "unknown": settled.unknown,
+            "slivers": settled.slivers,
+            "slivers_volume": settled.slivers_volume,
         },
     }
     if choice is not None:
