@@ -407,6 +407,42 @@ def test_a_thread_of_void_is_missed():
     assert "the part has a gap where the mesh has none" in found.doubts[0].message
 
 
+@pytest.mark.parametrize(
+    ("text", "width"),
+    [
+        (
+            "torus(15, 1) | cylinder(13.95, 1)",
+            0.05,
+        ),  # a loose disc in a ring came out as one body, with 0.1 % more
+        ("cylinder(5, 20) | translate(cylinder(5, 20), [10.02, 0, 0])", 0.02),
+        ("cylinder(5, 10) | (cylinder(9, 10) \\ cylinder(5.03, 12))", 0.03),
+    ],
+)
+def test_a_gap_that_the_mesh_has_closed_is_told_with_its_width(text, width):
+    found = made(text, voxel=0.25)
+    assert found.facts["components"] == 1
+    assert codes(found) == ["W205"]
+    told = re.search(r"gaps?(?:, one)? about ([\d.]+) mm wide and ([\d.]+) mm long", found.doubts[0].message)
+    assert float(told[1]) == pytest.approx(width, rel=0.05)
+    assert float(told[2]) > 1.5
+    voxel = float(found.doubts[0].hint.split()[2].removesuffix("mm"))
+    assert voxel == pytest.approx(width / TO_A_WALL, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "cylinder(5, 20) | translate(cylinder(5, 20), [10, 0, 0])",
+        "torus(15, 1) | cylinder(14, 1)",
+        "rotate(cylinder(5, 20) | translate(box([10, 10, 20]), [10, 0, 0]), [1, 2, 3], 20deg)",
+        "shell(gyroid(10), 0.8) & sphere(12) | shell(sphere(12), 0.8)",
+    ],
+)
+def test_what_touches_has_no_gap(text):
+    """Along a line of contact the void has all widths down to 0: no voxel would show them all."""
+    assert not any("gap" in d.message for d in made(text, voxel=0.25).doubts)
+
+
 @pytest.mark.slow
 def test_what_a_boundary_cuts_off_a_lattice_is_no_missing_piece():
     """Corners of a lattice's walls, which are pieces of the part, are where it runs out; and so are its rims."""

@@ -163,7 +163,7 @@ def lost_doubts(
     short = float(beyond.max(initial=0.0)) > SHORT * grid.spacing
     much = short or walls.sum() * found.each > MISSED * len(raw.vertices) or far_and_long(found, grid)
     pieces = missed(raw, grid, part, found)
-    if not much and not len(pieces.middle):
+    if not much and not len(pieces.middle) and not pieces.gaps:
         return []
     parts, thick = [], found.thick[np.isfinite(found.thick)]
     if short:
@@ -179,6 +179,7 @@ def lost_doubts(
         parts.append(f"at {place(far)} {kind} where the mesh has none{wide}")
     parts += _named(pieces)
     widths = [*([float(np.median(thick))] if much and len(thick) else []), *pieces.across.tolist()]
+    widths += [gap.width for gap in pieces.gaps]
     hint = _use(min(widths), grid.spacing) if widths else "use a smaller --voxel, a few to the thinnest wall or gap"
     return [
         Diagnostic(
@@ -193,7 +194,7 @@ def lost_doubts(
 
 
 def _named(pieces: Missed) -> list[str]:
-    """How many pieces, and voids, of the part are missing, with a place."""
+    """How many pieces, voids and gaps of the part are missing, with a place."""
     told = []
     for solid, one, many in ((True, "piece", "pieces"), (False, "void", "voids")):
         some = np.flatnonzero(pieces.solid == solid)
@@ -202,6 +203,9 @@ def _named(pieces: Missed) -> list[str]:
             told.append(
                 f"at least {len(some)} whole {many}, one {first}" if len(some) > 1 else f"a whole {one}, {first}"
             )
+    for gap in sorted(pieces.gaps, key=lambda g: -g.length)[:1]:
+        more = f"{len(pieces.gaps)} gaps, one" if len(pieces.gaps) > 1 else "a gap"
+        told.append(f"{more} about {gap.width:.2g} mm wide and {gap.length:.2g} mm long, at {place(gap.at)}")
     return told
 
 

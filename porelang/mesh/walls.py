@@ -89,10 +89,10 @@ def thinnest(part: Solid) -> float | None:
     if not len(at):
         return None
     thick, facing, _ = part.walls(at, float(size.max()), SCAN)
-    return _least(np.sort(thick[facing < PARALLEL]), len(at))
+    return least(np.sort(thick[facing < PARALLEL]), len(at))
 
 
-def _least(thick: Floats, points: int) -> float | None:
+def least(thick: Floats, points: int) -> float | None:
     """The least thickness, of those in order, that is no tail of thicker walls."""
     for i in range(max(0, math.ceil(FEW * points) - 1), len(thick)):
         alike = int(np.searchsorted(thick, ALIKE * thick[i]))
