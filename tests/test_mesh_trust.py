@@ -358,6 +358,14 @@ def test_what_ordinary_parts_compute_fits_float32():
         assert not overflows(design.of(), box.lo, box.hi)
 
 
+def test_a_coarse_voxel_is_told_with_a_place_where_it_is():
+    """The thinnest walls are those of the shell, 10 mm from its middle."""
+    text = "translate(shell(sphere(10), 0.3), [30, 0, 0]) | box([4, 4, 4])"
+    told = made(text, voxel=1, force=True).doubts[0].hint
+    at = np.array([float(v) for v in re.search(r"about 0.3 mm thick, as at \((.*)\) mm", told)[1].split(",")])
+    assert np.linalg.norm(at - [30, 0, 0]) == pytest.approx(10, abs=0.16)
+
+
 def test_layers_of_curved_walls_are_not_said_to_be_thin(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("ball.pore").write_text("sphere(5)", encoding="utf-8")
@@ -425,7 +433,7 @@ def test_a_gap_that_the_mesh_has_closed_is_told_with_its_width(text, width):
     told = re.search(r"gaps?(?:, one)? about ([\d.]+) mm wide and ([\d.]+) mm long", found.doubts[0].message)
     assert float(told[1]) == pytest.approx(width, rel=0.05)
     assert float(told[2]) > 1.5
-    voxel = float(found.doubts[0].hint.split()[2].removesuffix("mm"))
+    voxel = float(re.search(r"--voxel ([\d.]+)mm", found.doubts[0].hint)[1])
     assert voxel == pytest.approx(width / TO_A_WALL, rel=0.1)
 
 

@@ -18,7 +18,7 @@ from porelang.mesh.lost import lost
 from porelang.mesh.missed import Missed, far_and_long, missed
 from porelang.mesh.solid import Flags, Floats, Solid
 from porelang.mesh.surface import Surface
-from porelang.mesh.walls import MOST_TRIANGLES, TO_A_WALL, thinnest, triangles
+from porelang.mesh.walls import MOST_TRIANGLES, TO_A_WALL, thinnest, thinnest_walls, triangles
 from porelang.program import Design
 from porelang.source import Span
 from porelang.tasks.numbers.integrals import volume
@@ -29,6 +29,7 @@ ACCURACY = 2e-3
 #: Less than this share of the cells of a mesh, and no further beyond its ends than so many voxels, is nothing that
 #: anyone misses: wherever two surfaces meet at a sharp angle something runs out between the samples.
 MISSED, SHORT = 0.02, 2.0
+MOST_SAMPLES = 1e9  # of a voxel that is proposed without a word about it
 #: Of a voxel that is too coarse, for other reasons than the walls: what is proposed instead.
 FINER = 0.45
 
@@ -77,15 +78,16 @@ def _cause(part: Solid, coarse: Coarse, held: float, true: Reduced, off: float) 
         told = f"--simplify {coarse.simplified:.4g}mm is {'larger than the part' if larger else 'too coarse'}"
         label = f"without --simplify the mesh holds {coarse.held:.4g} mm3"
         return told, label, "use a smaller --simplify"
-    wall = thinnest(part)
-    if wall is not None and wall > TO_A_WALL * coarse.voxel:  # chords err by the square of the voxel
+    found = thinnest_walls(part)
+    if found is not None and found.wall > TO_A_WALL * coarse.voxel:  # chords err by the square of the voxel
         voxel = coarse.voxel * min(FINER, FINER * 2 * (COARSE / off) ** 0.5)
         label = f"triangles of {coarse.voxel:.3g} mm {'cut off' if held < true.value else 'fill'} what is curved"
         return "the voxel is too coarse", label, f"use --voxel {_round(voxel)}mm"
     label = f"{'walls' if held < true.value else 'gaps'} no wider than a voxel or two are lost or torn"
     hint = "use a smaller --voxel, a few to the thinnest wall"
-    if wall is not None:
-        hint = f"{_use(wall, coarse.voxel)}: the thinnest walls are about {wall:.2g} mm thick"
+    if found is not None:
+        walls = f"the thinnest walls are about {found.wall:.2g} mm thick, as at {place(found.at)}"
+        hint = f"{_use(found.wall, coarse.voxel)}: {walls}"
     return "the voxel is too coarse", label, hint
 
 
@@ -145,6 +147,12 @@ def _use(wall: float, voxel: float) -> str:
     return f"use --voxel {_round(min(wall / TO_A_WALL, FINER * voxel))}mm"
 
 
+def _takes(part: Solid, voxel: float) -> str:
+    """That a voxel (mm) is finer than anybody waits for, and what to do instead."""
+    samples = float(np.prod((part.hi - part.lo) / voxel + 2))
+    return f", which takes {samples:.1g} samples; or mesh a part of it with --bounds" if samples > MOST_SAMPLES else ""
+
+
 def _round(length: float) -> str:
     """A length with two figures, not rounded up."""
     step = 10.0 ** (np.floor(np.log10(length)) - 1)
@@ -180,7 +188,9 @@ def lost_doubts(
     parts += _named(pieces)
     widths = [*([float(np.median(thick))] if much and len(thick) else []), *pieces.across.tolist()]
     widths += [gap.width for gap in pieces.gaps]
-    hint = _use(min(widths), grid.spacing) if widths else "use a smaller --voxel, a few to the thinnest wall or gap"
+    hint = "use a smaller --voxel, a few to the thinnest wall or gap"
+    if widths:
+        hint = _use(min(widths), grid.spacing) + _takes(part, min(widths) / TO_A_WALL)
     return [
         Diagnostic(
             "W205",
@@ -271,12 +281,10 @@ def explained(error: PoreError, grid: Grid, part: Solid) -> PoreError:
         )
     wall = float(np.median(thick))
     voxel = _round(min(wall / TO_A_WALL, FINER * grid.spacing))
-    samples = float(np.prod((part.hi - part.lo) / float(voxel) + 2))
     many = triangles(part, wall / 4) / float(voxel) ** 2
-    much = ""
-    if samples > 1e9 or many > MOST_TRIANGLES:
-        takes = f"{samples:.1g} samples" if samples > 1e9 else f"some {many / 1e6:,.0f} million triangles"
-        much = f", which takes {takes}; or mesh a part of it with --bounds"
+    much = _takes(part, float(voxel))
+    if not much and many > MOST_TRIANGLES:
+        much = f", which takes some {many / 1e6:,.0f} million triangles; or mesh a part of it with --bounds"
     between = f"about {wall:.2g} mm (at {at}) between samples {grid.spacing:.3g} mm apart"
     return fail(
         "E111",
