@@ -101,8 +101,9 @@ def slices(
         keep_checks(design)
     found = write_slices(design, folder, apart, name=name, form=format, pixel=pixel, bounds=limits,
                          backend=backend, dtype=dtype)  # fmt: skip
-    doubts = [*(undecided_checks(design) if check else []), *layer_doubts(design, name, limits, found["volume"])]
-    warn([*doubts, *doubtful_numbers(design, *design.program.roots(name))])
+    doubts = layer_doubts(design, name, limits, found["volume"], found["step"], found["pixel"])
+    doubts += [*(undecided_checks(design) if check else []), *doubtful_numbers(design, *design.program.roots(name))]
+    warn(doubts)
     return Layers(folder, found)
 
 

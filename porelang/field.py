@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.bounds import rounding
+from porelang.analysis.bounds import overflows, rounding
 from porelang.analysis.box import Box
+from porelang.analysis.enclose import F32
 from porelang.backends.numpy import Dtype, GridField, NumpyField
 from porelang.data import FARTHEST, WORLD
 from porelang.diagnostics import Diagnostic, PoreError, fail
@@ -93,19 +94,26 @@ def checked_bounds(bounds: Bounds) -> Box:
 
 def number_type(formula: Formula, box: Box, voxel: float, backend: Backend, dtype: Dtype) -> Dtype:
     """The numbers to sample a part with: `dtype`, or float64 where float32 cannot place its surface to a part of the
-    voxel (mm), as far from the origin. GLSL has no other numbers than float32 (W204)."""
-    if dtype == "f64" or backend == "glsl" or rounding(formula, box.lo, box.hi) <= _COARSEST * voxel:
+    voxel (mm), as far from the origin, or cannot hold its values. GLSL has no other numbers than float32 (W204)."""
+    if dtype == "f64" or backend == "glsl":
         return dtype
-    return "f64"
+    fits = rounding(formula, box.lo, box.hi) <= _COARSEST * voxel and not overflows(formula, box.lo, box.hi)
+    return dtype if fits else "f64"
 
 
 def rounding_doubts(formula: Formula, box: Box, voxel: float, backend: Backend, dtype: Dtype) -> list[Diagnostic]:
     """A warning (W204) where the numbers that a part is sampled with cannot place its surface as well as the voxel."""
-    off = 0.0 if dtype == "f64" else rounding(formula, box.lo, box.hi)
-    if off <= _COARSEST * voxel:
+    if dtype == "f64":
         return []
-    message = f"float32 may place the surface {off:.1g} mm from where it is, and the voxel is {voxel:.3g} mm"
-    hint = "use --backend numpy, which takes float64 where it has to; or move the part to the origin"
+    hint = "use --backend numpy, which takes float64 where it has to"
+    off = rounding(formula, box.lo, box.hi)
+    if overflows(formula, box.lo, box.hi):
+        message = f"values of the field are too large for float32, which ends at {F32.huge:.1e}"
+    elif off > _COARSEST * voxel:
+        message = f"float32 may place the surface {off:.1g} mm from where it is, and the voxel is {voxel:.3g} mm"
+        hint += "; or move the part to the origin"
+    else:
+        return []
     return [Diagnostic("W204", message, None, hint=hint, severity="warning")]
 
 

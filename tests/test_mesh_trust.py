@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 import porelang
+from porelang.analysis.bounds import overflows
 from porelang.cli import main
 from porelang.diagnostics import PoreError
 from porelang.field import make_field
-from porelang.mesh import Grid, extract, write
+from porelang.mesh import Grid, crumbs, extract, write
 from porelang.mesh.crossed import crossed
 from porelang.mesh.crumbs import settle
 from porelang.mesh.made import make
@@ -22,6 +23,7 @@ from porelang.mesh.part import grid_of, surface_of
 from porelang.mesh.solid import Solid
 from porelang.mesh.surface import Surface, decimal, single
 from porelang.mesh.walls import MOST_TRIANGLES, TO_A_WALL, chosen, thinnest, triangles
+from porelang.slices import write_slices
 
 CUBE = (-5, -5, -5, 5, 5, 5)
 PINS = "union([box([40,20,2]), union([for i in range(8): translate(cylinder(0.1,15),[5*i-18,0,8])])])"
@@ -95,6 +97,60 @@ def test_a_piece_of_crumbs_alone_keeps_one():
     done = settled(text, voxel=0.5, bounds=(-10, -10, -10, 15, 10, 10))
     assert (done.removed, done.surface.components) == (1, 2)
     assert done.surface.pieces.high[:, 0].max() < 13  # the larger of the two
+
+
+def test_pieces_that_are_closed_off_need_no_look(monkeypatch):
+    """Enclosures prove that nothing passes the sides of their boxes; each of 64 balls was sampled three times."""
+
+    def look(*_):
+        raise AssertionError("a look that is not needed")
+
+    monkeypatch.setattr(crumbs, "_Look", look)
+    balls = "union([for i in range(4) for j in range(4) for k in range(4): translate(sphere(0.1), [i, j, k])])"
+    found = settled(balls, voxel=0.05)
+    assert found.surface.components == 64
+    assert found.unknown == found.torn == found.removed == 0
+    hollow = settled("sphere(10) \\ union([for i in range(-1, 2): translate(sphere(2), [5 * i, 0, 0])])", voxel=0.5)
+    assert hollow.surface.components == 4
+    assert hollow.unknown == hollow.filled == 0
+
+
+def test_what_lies_in_the_box_of_a_piece_is_not_closed_off_with_it():
+    """Two specks of one ring, in one box, are one with each other; the ring itself lies between the samples."""
+    text = "union([torus(4, 0.06) |> translate([0, 0, 0.5]), translate(sphere(0.7), [4, 0, 0.5]), "
+    text += "translate(sphere(0.7), [-4, 0, 0.5]), translate(sphere(9), [40, 0, 0])])"
+    assert settled(text, bounds=(-6, -9.5, -9.5, 50, 9.5, 9.5), voxel=1).torn >= 1
+
+
+def test_slivers_of_the_part_are_left_out_and_told(tmp_path, capsys, monkeypatch):
+    """A part came with a second body of 0.005 x 0.005 x 0.016 mm at a voxel of 0.42 mm: real, and met by chance."""
+    bounds, voxel = (-11, -11, -11, 15, 11, 11), 0.5
+    grid = grid_of(porelang.compile("sphere(10)").design(), None, voxel, None, bounds).grid
+    node = [grid.origin[n] + grid.spacing * (i - 2) for n, i in enumerate((grid.shape[0], 24, 24))]
+    text = f"sphere(10) | translate(sphere({{}}), [{node[0]}, {node[1]}, {node[2]}])"
+    found = made(text.format(0.02), bounds=bounds, voxel=voxel)
+    assert found.facts["solids"] == 1
+    assert found.facts["crumbs"]["slivers"] == 1
+    assert 0 < found.facts["crumbs"]["slivers_volume"] < 4 / 3 * np.pi * 0.02**3
+    assert found.facts["crumbs"]["removed"] == 0
+    assert made(text.format(0.06), bounds=bounds, voxel=voxel).facts["solids"] == 2  # a quarter of a voxel
+    monkeypatch.chdir(tmp_path)
+    Path("part.pore").write_text(text.format(0.02), encoding="utf-8")
+    box = ",".join(map(str, bounds))
+    assert main(["mesh", "part.pore", "-o", "part.stl", "--voxel", "0.5mm", f"--bounds={box}"]) == 0
+    assert "1 sliver of the part, less than 0.05 mm across, left out" in capsys.readouterr().out
+
+
+def test_a_lost_mesh_is_refused_before_its_pieces_are_looked_at(monkeypatch):
+    """54 000 specks of a lattice: to look at them takes minutes, and volume tells it at a glance."""
+
+    def look(*_):
+        raise AssertionError("pieces are looked at")
+
+    monkeypatch.setattr("porelang.mesh.made.settle", look)
+    with pytest.raises(PoreError) as caught:
+        made("shell(gyroid(3), 0.1) & cube(20)", voxel=0.4)
+    assert caught.value.diagnostics[0].code == "E118"
 
 
 def test_torn_walls_are_told():
@@ -270,6 +326,56 @@ def test_a_mesh_that_lost_a_fifth_is_refused(tmp_path, capsys, monkeypatch):
         program.mesh(voxel=0.5, force=True)
 
 
+@pytest.mark.parametrize("text", ["length(p)^60 - 5^60", "exp(20 * length(p)) - exp(100)", "sphere(5) * 1e39"])
+def test_values_beyond_float32_are_taken_in_float64(text, tmp_path):
+    """They were infinite in float32: no number (E110), vertices half a voxel off, or layers of two thirds of a ball."""
+    found = made(text, resolution=64)
+    assert found.facts["dtype"] == "f64"
+    assert found.surface.volume == pytest.approx(4 / 3 * np.pi * 125, rel=0.02)
+    off = np.linalg.norm(found.surface.vertices, axis=1) - 5
+    assert np.abs(off).max() < 0.1 * found.facts["voxel"]
+    layers = write_slices(porelang.compile(text).design(), tmp_path / "layers", 0.25)
+    assert layers["volume"] == pytest.approx(4 / 3 * np.pi * 125, rel=0.02)
+
+
+def test_shaders_say_what_is_too_large_for_them(gpu):
+    """GLSL has no float64: where infinities make no number of it that is what is said, else W204."""
+    with pytest.raises(PoreError, match="too large for float32") as caught:
+        made("length(p)^60 - 5^60", resolution=32, backend="glsl")
+    assert caught.value.diagnostics[0].code == "E110"
+    found = made("sphere(5) * 1e39", resolution=32, backend="glsl")
+    assert "W204" in codes(found)
+
+
+def test_what_ordinary_parts_compute_fits_float32():
+    for text in (
+        "shell(gyroid(10), 0.5) & sphere(20)",
+        "1 / z & cube(10)",
+        "twist(gyroid(9), 1deg / 1mm) & sphere(9)",
+    ):
+        design = porelang.compile(text).design()
+        box = design.bounds()
+        assert not overflows(design.of(), box.lo, box.hi)
+
+
+def test_a_coarse_voxel_is_told_with_a_place_where_it_is():
+    """The thinnest walls are those of the shell, 10 mm from its middle."""
+    text = "translate(shell(sphere(10), 0.3), [30, 0, 0]) | box([4, 4, 4])"
+    told = made(text, voxel=1, force=True).doubts[0].hint
+    at = np.array([float(v) for v in re.search(r"about 0.3 mm thick, as at \((.*)\) mm", told)[1].split(",")])
+    assert np.linalg.norm(at - [30, 0, 0]) == pytest.approx(10, abs=0.16)
+
+
+def test_layers_of_curved_walls_are_not_said_to_be_thin(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("ball.pore").write_text("sphere(5)", encoding="utf-8")
+    assert main(["slices", "ball.pore", "-o", "layers", "--step", "2.5mm"]) == 0
+    told = capsys.readouterr().err
+    assert "W202" in told
+    assert "coarse steps" in told
+    assert "thinner" not in told
+
+
 def test_layers_of_walls_thinner_than_a_pixel_are_told(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("a.pore").write_text("shell(sphere(10), 0.05)\n")
@@ -307,6 +413,42 @@ def test_a_thread_of_void_is_missed():
     found = made("sphere(20) & ~cylinder(0.1, 20)", voxel=1)
     assert codes(found) == ["W205"]
     assert "the part has a gap where the mesh has none" in found.doubts[0].message
+
+
+@pytest.mark.parametrize(
+    ("text", "width"),
+    [
+        (
+            "torus(15, 1) | cylinder(13.95, 1)",
+            0.05,
+        ),  # a loose disc in a ring came out as one body, with 0.1 % more
+        ("cylinder(5, 20) | translate(cylinder(5, 20), [10.02, 0, 0])", 0.02),
+        ("cylinder(5, 10) | (cylinder(9, 10) \\ cylinder(5.03, 12))", 0.03),
+    ],
+)
+def test_a_gap_that_the_mesh_has_closed_is_told_with_its_width(text, width):
+    found = made(text, voxel=0.25)
+    assert found.facts["components"] == 1
+    assert codes(found) == ["W205"]
+    told = re.search(r"gaps?(?:, one)? about ([\d.]+) mm wide and ([\d.]+) mm long", found.doubts[0].message)
+    assert float(told[1]) == pytest.approx(width, rel=0.05)
+    assert float(told[2]) > 1.5
+    voxel = float(re.search(r"--voxel ([\d.]+)mm", found.doubts[0].hint)[1])
+    assert voxel == pytest.approx(width / TO_A_WALL, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "cylinder(5, 20) | translate(cylinder(5, 20), [10, 0, 0])",
+        "torus(15, 1) | cylinder(14, 1)",
+        "rotate(cylinder(5, 20) | translate(box([10, 10, 20]), [10, 0, 0]), [1, 2, 3], 20deg)",
+        "shell(gyroid(10), 0.8) & sphere(12) | shell(sphere(12), 0.8)",
+    ],
+)
+def test_what_touches_has_no_gap(text):
+    """Along a line of contact the void has all widths down to 0: no voxel would show them all."""
+    assert not any("gap" in d.message for d in made(text, voxel=0.25).doubts)
 
 
 @pytest.mark.slow

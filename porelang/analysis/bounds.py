@@ -13,7 +13,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.enclose import EXACT, F32, Enclosure, Precision, boxes, enclose
+from porelang.analysis.enclose import EXACT, F32, Enclosure, Precision, boxes, enclose, enclose_all
+from porelang.backends.numpy import every_position
 from porelang.formula import Formula
 from porelang.interval import INF
 from porelang.ir import Node
@@ -115,6 +116,29 @@ def rounding(formula: Formula, lo: Sequence[float], hi: Sequence[float], precisi
     off = off[near]
     off = off[np.isfinite(off)]
     return float(np.quantile(off, 0.75)) if len(off) else 0.0  # at a few of the points the slope may be next to none
+
+
+def overflows(formula: Formula, lo: Sequence[float], hi: Sequence[float], precision: Precision = F32) -> bool:
+    """Whether something that a formula computes in a box is a number in float64, and too large for `precision`.
+
+    An enclosure tells that nothing is, or that something may be; where it has no end, points of the box are asked.
+    """
+    box = boxes(np.array([lo], np.float64), np.array([hi], np.float64))
+    high = 0.0
+    for found in enclose_all(formula.taken, box).values():
+        reach = np.maximum(np.abs(found.range.lo), np.abs(found.range.hi))
+        if not bool(np.all(found.range.empty)):
+            high = max(high, float(np.max(np.nan_to_num(reach, nan=INF, posinf=INF))))
+    if high <= precision.huge or np.isfinite(high):
+        return high > precision.huge
+    ends = [np.linspace(a, b, _POINTS) for a, b in zip(lo, hi, strict=True)]
+    points = np.stack(np.meshgrid(*ends, indexing="ij"), axis=-1).reshape(-1, 3)
+    with np.errstate(all="ignore"):
+        for value in every_position(formula.taken, points):
+            size = np.abs(value) if isinstance(value, np.ndarray | np.floating) and np.isrealobj(value) else np.zeros(1)
+            if size.dtype.kind == "f" and ((size > precision.huge) & np.isfinite(size)).any():
+                return True
+    return False
 
 
 def steepest(value: Enclosure, slope: Sequence[Enclosure]) -> NDArray[np.float64]:

@@ -16,6 +16,7 @@ from porelang.data import coordinates
 from porelang.diagnostics import PoreError, fail
 from porelang.field import checked_bounds
 from porelang.mesh import Surface, write
+from porelang.mesh.crumbs import SLIVER
 from porelang.mesh.export import writer_of
 from porelang.mesh.made import AUTO, make
 from porelang.mesh.part import notes_of
@@ -109,7 +110,7 @@ def _text(path: str, found: dict[str, Any]) -> str:
         lines["pieces"] = _pieces(found["solids"], found["solid_pieces"])
         if found["voids"]:
             lines["voids"] = _pieces(found["voids"], found["closed_voids"])
-    if told := _crumbs(found["crumbs"]):
+    if told := _crumbs(found["crumbs"], found["voxel"]):
         lines["crumbs"] = told
     if "off_surface" in found:
         stayed = f"; {found['kept']} of them not on it" if found["kept"] else ""
@@ -145,8 +146,8 @@ def _pieces(count: int, pieces: list[dict[str, Any]]) -> str:
     return f"{count}: {'; '.join(told)}{more}"
 
 
-def _crumbs(crumbs: dict[str, Any]) -> str:
-    """What sampling made and was taken out or filled again."""
+def _crumbs(crumbs: dict[str, Any], voxel: float) -> str:
+    """What sampling made, or what is far below it, and was taken out or filled again."""
     told = []
     if n := crumbs["removed"]:
         told.append(
@@ -154,6 +155,11 @@ def _crumbs(crumbs: dict[str, Any]) -> str:
         )
     if n := crumbs["filled"]:
         told.append(f"{n} bubble{'' if n == 1 else 's'} of its gaps filled ({crumbs['filled_volume']:.2g} mm3)")
+    if n := crumbs["slivers"]:
+        below = f"less than {SLIVER * voxel:.2g} mm across"
+        told.append(
+            f"{n} sliver{'' if n == 1 else 's'} of the part, {below}, left out ({crumbs['slivers_volume']:.2g} mm3)"
+        )
     if n := crumbs["unknown"]:
         told.append(f"{n} piece{'' if n == 1 else 's'} not looked at more closely")
     return "; ".join(told)

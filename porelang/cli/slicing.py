@@ -50,7 +50,7 @@ def slices(options: Namespace) -> int:
         if not options.quiet:
             report.note(f"\nstopped after {done} of {of or 'all'} layers: nothing is written to {options.output}")
         raise
-    doubts = layer_doubts(design, options.out, options.bounds, found["volume"])
+    doubts = layer_doubts(design, options.out, options.bounds, found["volume"], found["step"], found["pixel"])
     doubts += [*undecided_checks(design), *doubtful_numbers(design, *design.program.roots(options.out))]
     report.say([] if options.quiet else doubts)
     seconds = round(time.perf_counter() - start, 3)

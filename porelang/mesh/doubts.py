@@ -12,13 +12,13 @@ from porelang.data import Reduced
 from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.field import Bounds, checked_bounds
 from porelang.ir import node
-from porelang.mesh.crumbs import Settled
+from porelang.mesh.crumbs import LITTLE, Settled
 from porelang.mesh.grid import Grid, place
 from porelang.mesh.lost import lost
 from porelang.mesh.missed import Missed, far_and_long, missed
 from porelang.mesh.solid import Flags, Floats, Solid
 from porelang.mesh.surface import Surface
-from porelang.mesh.walls import MOST_TRIANGLES, TO_A_WALL, thinnest, triangles
+from porelang.mesh.walls import MOST_TRIANGLES, TO_A_WALL, thinnest, thinnest_walls, triangles
 from porelang.program import Design
 from porelang.source import Span
 from porelang.tasks.numbers.integrals import volume
@@ -26,10 +26,10 @@ from porelang.tasks.numbers.integrals import volume
 #: A mesh whose volume is further than this from the part's is not the part, and one much further is not written.
 COARSE, USELESS = 0.03, 0.2
 ACCURACY = 2e-3
-GUESSES = 40  # points along a side, to tell at a glance that the volume is right
 #: Less than this share of the cells of a mesh, and no further beyond its ends than so many voxels, is nothing that
 #: anyone misses: wherever two surfaces meet at a sharp angle something runs out between the samples.
 MISSED, SHORT = 0.02, 2.0
+MOST_SAMPLES = 1e9  # of a voxel that is proposed without a word about it
 #: Of a voxel that is too coarse, for other reasons than the walls: what is proposed instead.
 FINER = 0.45
 
@@ -78,26 +78,38 @@ def _cause(part: Solid, coarse: Coarse, held: float, true: Reduced, off: float) 
         told = f"--simplify {coarse.simplified:.4g}mm is {'larger than the part' if larger else 'too coarse'}"
         label = f"without --simplify the mesh holds {coarse.held:.4g} mm3"
         return told, label, "use a smaller --simplify"
-    wall = thinnest(part)
-    if wall is not None and wall > TO_A_WALL * coarse.voxel:  # chords err by the square of the voxel
+    found = thinnest_walls(part)
+    if found is not None and found.wall > TO_A_WALL * coarse.voxel:  # chords err by the square of the voxel
         voxel = coarse.voxel * min(FINER, FINER * 2 * (COARSE / off) ** 0.5)
         label = f"triangles of {coarse.voxel:.3g} mm {'cut off' if held < true.value else 'fill'} what is curved"
         return "the voxel is too coarse", label, f"use --voxel {_round(voxel)}mm"
     label = f"{'walls' if held < true.value else 'gaps'} no wider than a voxel or two are lost or torn"
     hint = "use a smaller --voxel, a few to the thinnest wall"
-    if wall is not None:
-        hint = f"{_use(wall, coarse.voxel)}: the thinnest walls are about {wall:.2g} mm thick"
+    if found is not None:
+        walls = f"the thinnest walls are about {found.wall:.2g} mm thick, as at {place(found.at)}"
+        hint = f"{_use(found.wall, coarse.voxel)}: {walls}"
     return "the voxel is too coarse", label, hint
 
 
-def layer_doubts(design: Design, name: str | None, bounds: Bounds | None, held: float) -> list[Diagnostic]:
-    """W202, where layers hold another volume (mm3) than the part."""
+def layer_doubts(
+    design: Design, name: str | None, bounds: Bounds | None, held: float, step: float, pixel: float
+) -> list[Diagnostic]:
+    """W202, where layers, a `step` thick, of pixels (mm) hold another volume (mm3) than the part."""
     off, numbers = _off(held, _volume(design, name, bounds))
     if not off:
         return []
-    message, hint = f"the layers hold {numbers}", "use a smaller --step and --voxel, a few to the thinnest wall"
-    label = "what is thinner than a pixel or a layer is lost or torn"
-    return [Diagnostic("W202", message, _span(design, name), label, hint=hint, severity="warning")]
+    box = checked_bounds(bounds) if bounds is not None else design.bounds(name)
+    wall, size = thinnest(Solid(design.of(name), (box.lo, box.hi))), max(step, pixel)
+    hint = "use a smaller --step and --voxel, a few to the thinnest wall"
+    if wall is None or wall <= TO_A_WALL * size:
+        label = "what is thinner than a pixel or a layer is lost or torn"
+        if wall is not None:
+            finer = _round(min(wall / TO_A_WALL, FINER * size))
+            hint = f"use --step {finer}mm --voxel {finer}mm: the thinnest walls are about {wall:.2g} mm thick"
+    else:
+        label = f"pixels of {pixel:.3g} mm and layers of {step:.3g} mm are coarse steps round what is curved"
+        hint = f"use --step {_round(FINER * step)}mm --voxel {_round(FINER * pixel)}mm"
+    return [Diagnostic("W202", f"the layers hold {numbers}", _span(design, name), label, hint=hint, severity="warning")]
 
 
 def _volume(design: Design, name: str | None, bounds: Bounds | None) -> Reduced:
@@ -119,19 +131,26 @@ def _span(design: Design, name: str | None) -> Span:
 
 
 def _about(part: Solid, held: float) -> bool:
-    """Whether points, one by chance in every cell of the box, tell that the part holds about that volume."""
-    size = part.hi - part.lo
-    random = np.random.default_rng(0)
-    cells = np.stack(np.meshgrid(*[np.arange(GUESSES)] * 3, indexing="ij"), -1).reshape(-1, 3)
-    share = float(part.holds(part.lo + (cells + random.random(cells.shape)) * size / GUESSES).mean())
-    whole = float(np.prod(size))
-    error = 3 * whole * (share * (1 - share) / len(cells)) ** 0.5
-    return bool(abs(held - share * whole) + error <= COARSE * share * whole)
+    """Whether points by chance tell that the part holds about that volume."""
+    volume, error = part.guess
+    return bool(abs(held - volume) + error <= COARSE * volume)
+
+
+def hopeless(part: Solid, held: float) -> bool:
+    """Whether points by chance tell that a mesh with a volume (mm3) will be refused, whatever is done about crumbs."""
+    volume, error = part.guess
+    return bool(abs(held - volume) - LITTLE * held > USELESS * (volume + error) + error)
 
 
 def _use(wall: float, voxel: float) -> str:
     """The voxel to use for a wall (mm) instead of one that does not do: always a finer one."""
     return f"use --voxel {_round(min(wall / TO_A_WALL, FINER * voxel))}mm"
+
+
+def _takes(part: Solid, voxel: float) -> str:
+    """That a voxel (mm) is finer than anybody waits for, and what to do instead."""
+    samples = float(np.prod((part.hi - part.lo) / voxel + 2))
+    return f", which takes {samples:.1g} samples; or mesh a part of it with --bounds" if samples > MOST_SAMPLES else ""
 
 
 def _round(length: float) -> str:
@@ -152,7 +171,7 @@ def lost_doubts(
     short = float(beyond.max(initial=0.0)) > SHORT * grid.spacing
     much = short or walls.sum() * found.each > MISSED * len(raw.vertices) or far_and_long(found, grid)
     pieces = missed(raw, grid, part, found)
-    if not much and not len(pieces.middle):
+    if not much and not len(pieces.middle) and not pieces.gaps:
         return []
     parts, thick = [], found.thick[np.isfinite(found.thick)]
     if short:
@@ -168,7 +187,10 @@ def lost_doubts(
         parts.append(f"at {place(far)} {kind} where the mesh has none{wide}")
     parts += _named(pieces)
     widths = [*([float(np.median(thick))] if much and len(thick) else []), *pieces.across.tolist()]
-    hint = _use(min(widths), grid.spacing) if widths else "use a smaller --voxel, a few to the thinnest wall or gap"
+    widths += [gap.width for gap in pieces.gaps]
+    hint = "use a smaller --voxel, a few to the thinnest wall or gap"
+    if widths:
+        hint = _use(min(widths), grid.spacing) + _takes(part, min(widths) / TO_A_WALL)
     return [
         Diagnostic(
             "W205",
@@ -182,7 +204,7 @@ def lost_doubts(
 
 
 def _named(pieces: Missed) -> list[str]:
-    """How many pieces, and voids, of the part are missing, with a place."""
+    """How many pieces, voids and gaps of the part are missing, with a place."""
     told = []
     for solid, one, many in ((True, "piece", "pieces"), (False, "void", "voids")):
         some = np.flatnonzero(pieces.solid == solid)
@@ -191,6 +213,9 @@ def _named(pieces: Missed) -> list[str]:
             told.append(
                 f"at least {len(some)} whole {many}, one {first}" if len(some) > 1 else f"a whole {one}, {first}"
             )
+    for gap in sorted(pieces.gaps, key=lambda g: -g.length)[:1]:
+        more = f"{len(pieces.gaps)} gaps, one" if len(pieces.gaps) > 1 else "a gap"
+        told.append(f"{more} about {gap.width:.2g} mm wide and {gap.length:.2g} mm long, at {place(gap.at)}")
     return told
 
 
@@ -256,12 +281,10 @@ def explained(error: PoreError, grid: Grid, part: Solid) -> PoreError:
         )
     wall = float(np.median(thick))
     voxel = _round(min(wall / TO_A_WALL, FINER * grid.spacing))
-    samples = float(np.prod((part.hi - part.lo) / float(voxel) + 2))
     many = triangles(part, wall / 4) / float(voxel) ** 2
-    much = ""
-    if samples > 1e9 or many > MOST_TRIANGLES:
-        takes = f"{samples:.1g} samples" if samples > 1e9 else f"some {many / 1e6:,.0f} million triangles"
-        much = f", which takes {takes}; or mesh a part of it with --bounds"
+    much = _takes(part, float(voxel))
+    if not much and many > MOST_TRIANGLES:
+        much = f", which takes some {many / 1e6:,.0f} million triangles; or mesh a part of it with --bounds"
     between = f"about {wall:.2g} mm (at {at}) between samples {grid.spacing:.3g} mm apart"
     return fail(
         "E111",

@@ -31,6 +31,10 @@ Between = Callable[[Floats, Ints], Floats]
 AGREE = 0.1
 #: Of the difference between an edge's samples: a jump of the slope that is less passes for the bend of a smooth field.
 SMOOTH = 0.25
+#: Of the same: a bend of a smooth field by which a line errs by a sixteenth of the voxel and more, where it is uneven
+#: by that part of itself, as in exp(10 r). An even one is that of an edge along the surface: the vertex is near all the
+#: same.
+CURVED, UNEVEN = 1.0, 0.25
 #: The same for the third difference, which of a jump of the field is twice the jump.
 JUMP = 1.0
 #: Layers of samples that are looked at beyond a block.
@@ -69,10 +73,11 @@ class Block(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """What `AGREE`, `SMOOTH` and `JUMP` say."""
+    """What `AGREE`, `SMOOTH`, `CURVED` and `JUMP` say."""
 
     agree: float
     smooth: float
+    curved: float
     jump: float
 
 
@@ -88,7 +93,7 @@ def mend(
         seats[n, : len(along)] = along.at
     block = Block(np.array(around.values.shape), np.array(around.begin), np.array(around.lo), np.array(layers.shape))
     values = np.ascontiguousarray(around.values).ravel()
-    which, rows = suspects(values, block, edges, seats, least, Limits(AGREE, SMOOTH, JUMP))
+    which, rows = suspects(values, block, edges, seats, least, Limits(AGREE, SMOOTH, CURVED, JUMP))
     if not len(which):
         return
     axis, points = edges[which] & 3, vertices[which]
@@ -98,7 +103,7 @@ def mend(
         place = points[some]
         place[np.arange(len(some)), axis[some]] = start[some] + share * length[some]
         found = np.asarray(field(place), np.float64)
-        return np.where(np.isnan(found), a[some], found)
+        return np.clip(np.where(np.isnan(found), a[some], found), -_HUGE, _HUGE)
 
     share = np.empty(len(which))
     plain, foreseen = np.flatnonzero(slope == 0), np.flatnonzero(slope)
@@ -175,11 +180,12 @@ def suspects(
     branch is the one before the edge; 0 if none was found), the least distance from a node (shares of the length).
 
     Where the slope jumps on the edge the second differences at its two ends, together, hold the jump, and those next to
-    them do not: of a smooth field they hold the same to third order. Vertices on caps stay. `values` are in one row.
+    them do not: of a smooth field they hold the same to third order. A bend that no line follows counts as well.
+    Vertices on caps stay. `values` are in one row.
     """
     out, rows, many = np.empty(len(edges), np.int64), np.empty((64, 7)), 0
     sides, begin, lo, whole = block
-    agree, smooth, jump = limits
+    agree, smooth, curved, jump = limits
     steps = np.array([sides[1] * sides[2], sides[2], 1])
     for v in range(len(edges)):
         edge = edges[v]
@@ -207,7 +213,10 @@ def suspects(
                 one, other = before - 2 * a + b, a - 2 * b + after
                 far = float(values[node - 2 * step]) - 2 * before + a + b - 2 * after
                 far += float(values[node + 3 * step])
-                bent = not abs(one + other) <= smooth * abs(rise) + abs(far)
+                bend = abs(one + other)
+                bent = not bend <= smooth * abs(rise) + abs(far) or (
+                    bend > curved * abs(rise) and abs(one - other) > UNEVEN * bend
+                )
                 wrong = bent or not abs(one - other) <= jump * abs(rise)
         if not wrong:
             continue
@@ -233,7 +242,7 @@ def suspects(
         out[many] = v
         rows[many, 0], rows[many, 1], rows[many, 2], rows[many, 3] = a, b, start, length
         rows[many, 4] = found if found > 0 else 0.5
-        rows[many, 5] = slope if found > 0 else 0.0
+        rows[many, 5] = min(max(slope, -_HUGE), _HUGE) if found > 0 else 0.0
         rows[many, 6] = least[axis, layer - lo[axis]]
         many += 1
     return out[:many], rows[:many]

@@ -16,7 +16,7 @@ from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.field import Backend, Bounds, checked_bounds, number_type, rounding_doubts
 from porelang.mesh.crossed import crossed
 from porelang.mesh.crumbs import Settled, settle
-from porelang.mesh.doubts import Coarse, crossed_doubts, explained, lost_doubts, torn_doubts, volume_doubts
+from porelang.mesh.doubts import Coarse, crossed_doubts, explained, hopeless, lost_doubts, torn_doubts, volume_doubts
 from porelang.mesh.mend import kept_sound
 from porelang.mesh.part import grid_of, refine, surface_of
 from porelang.mesh.solid import Solid
@@ -80,6 +80,8 @@ def make(
         if error.diagnostics[0].code != "E111":
             raise
         raise explained(error, placed.grid, part) from None
+    if not (force or smooth or sharp) and hopeless(part, surface.volume):  # before the longer looks
+        volume_doubts(design, name, bounds, surface.volume, part, Coarse(spacing, None, surface.volume))
     with activity("looking at pieces"):
         settled = settle(surface, placed.grid, part)
     raw = surface = settled.surface
@@ -131,6 +133,8 @@ def _found(settled: Settled, choice: Chosen | None, voxel: float) -> dict[str, A
             "filled_volume": settled.filled_volume,
             "torn": settled.torn,
             "unknown": settled.unknown,
+            "slivers": settled.slivers,
+            "slivers_volume": settled.slivers_volume,
         },
     }
     if choice is not None:

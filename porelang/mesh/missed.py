@@ -3,6 +3,10 @@
 Where thin walls run out something always falls between the samples; a piece by itself is another thing, however small.
 Cells where the part was found to have something (`lost`, and here also next to the mesh) are sampled again, finer: what
 hangs together there, reaches no end of the look and meets no node of the grid is a piece, or a void, that is missing.
+
+A gap is the third thing: where the mesh has closed it two bodies are one. Its sides run parallel, and it has a width
+that most of what is as narrow has; where surfaces meet, in wedges and round points of contact, there are all widths
+down to 0.
 """
 
 from __future__ import annotations
@@ -12,10 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.ir import node
 from porelang.mesh.grid import Grid
-from porelang.mesh.lost import BLOCK, Lost, followed, undecided
-from porelang.mesh.solid import Solid
+from porelang.mesh.lost import BLOCK, PARALLEL, STEPS, Lost, followed, undecided
+from porelang.mesh.solid import Solid, onto
 from porelang.mesh.surface import AT_ONCE, Surface
+from porelang.mesh.walls import least
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -33,16 +39,31 @@ LEAST = 8  # samples of FINE: less is where a wedge runs out
 ROUND = 0.7
 SAMPLES = 1 << 19  # of one look at most
 LOOKS = 24
+SCAN = 24  # distances at which the other side of a gap is looked for
+AROUND = 4  # places looked at round each
+NARROW = 0.01  # voxels: what is narrower is a seam of faces that touch
+MANY = 12  # cells of a gap: fewer are no gap, but where something runs out
 
 
 @dataclass(frozen=True, slots=True)
 class Missed:
     """Pieces that a mesh has nothing of: where their middles are (n, 3) mm, which are `solid` (or voids), how wide each
-    is where it is narrowest (mm). There may be more, as in cells that the mesh passes nothing is looked for."""
+    is where it is narrowest (mm). There may be more, as in cells that the mesh passes nothing is looked for. And gaps
+    that it has closed."""
 
     middle: Floats
     solid: Flags
     across: Floats
+    gaps: tuple[Gap, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A gap that a mesh has closed: a place in it, how wide it is where it is narrowest, and how long at least (mm)."""
+
+    at: Floats
+    width: float
+    length: float
 
 
 def missed(surface: Surface, grid: Grid, part: Solid, found: Lost) -> Missed:
@@ -69,7 +90,30 @@ def missed(surface: Surface, grid: Grid, part: Solid, found: Lost) -> Missed:
         np.array([p[0] for p in pieces]).reshape(-1, 3),
         np.array([p[1] for p in pieces], np.bool_),
         np.array([p[2] for p in pieces], np.float64),
+        _gaps(points[~solid], grid, part),
     )
+
+
+def _gaps(points: Floats, grid: Grid, part: Solid) -> tuple[Gap, ...]:
+    """The gaps, longer than rims and fragments are, that hold some points (n, 3) mm in cells without a surface."""
+    if len(points) < MANY:
+        return ()
+    void = Solid(part.formula.with_roots(node("neg", part.formula.root)), (tuple(part.lo), tuple(part.hi)))
+    # followed from the middles of cells they may all be as far from a line of contact, where the width is that of none
+    points = np.repeat(points, AROUND, axis=0)
+    aside = np.random.default_rng(0).uniform(-grid.spacing, grid.spacing, points.shape)
+    points = onto(part, points + aside, STEPS, grid.spacing)
+    points = points[np.isfinite(points).all(axis=1)]
+    width, facing, _ = void.walls(points, BLOCK * grid.spacing, SCAN)
+    across = (facing < PARALLEL) & (width < grid.spacing)
+    points, width = points[across], width[across]
+    groups, found = _joined(points, grid.spacing), []
+    for group in np.flatnonzero(np.bincount(groups) >= AROUND * MANY):
+        mine, some = points[groups == group], width[groups == group]
+        length, narrow = float(np.ptp(mine, axis=0).max()), least(np.sort(some), len(some))
+        if narrow is not None and narrow > NARROW * grid.spacing and length > LONG * grid.spacing:
+            found.append(Gap(mine[int(np.abs(some - narrow).argmin())], narrow, length))
+    return tuple(found)
 
 
 def far_and_long(found: Lost, grid: Grid) -> bool:

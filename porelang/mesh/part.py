@@ -6,11 +6,12 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
-from porelang.analysis.bounds import box_test
+from porelang.analysis.bounds import box_test, overflows
 from porelang.analysis.box import Box, block
-from porelang.analysis.branches import Branches, switches
+from porelang.analysis.branches import Branches
 from porelang.analysis.enclose import F32, F64
 from porelang.backends.numpy import Dtype, NumpyField
+from porelang.diagnostics import PoreError, fail
 from porelang.field import Backend, Bounds, checked_bounds, make_field, number_type
 from porelang.ir import node
 from porelang.mesh import Grid, Surface, extract, project
@@ -80,16 +81,26 @@ def surface_of(
     dtype = number_type(formula, Box(*placed.cut), placed.grid.spacing, backend, dtype)
     field = make_field(formula, design.program.ranges, backend, dtype, threads=1)
     precision = F32 if field.backend == "glsl" or dtype == "f32" else F64
-    with activity("meshing"):
-        return extract(
-            placed.grid,
-            placed.cut,
-            field.on_grid(placed.grid.axes()).block,
-            box_test(formula, precision) if prune else None,
-            field=NumpyField(formula.taken, dtype, 1).at if switches(formula.taken) else None,
-            threads=workers(threads),
-            folder=folder,
-        )
+    try:
+        with activity("meshing"):
+            return extract(
+                placed.grid,
+                placed.cut,
+                field.on_grid(placed.grid.axes()).block,
+                box_test(formula, precision) if prune else None,
+                field=NumpyField(formula.taken, dtype, 1).at,
+                threads=workers(threads),
+                folder=folder,
+            )
+    except PoreError as error:
+        if error.diagnostics[0].code == "E110" and precision is F32 and overflows(formula, *placed.cut):
+            what = error.diagnostics[0].message
+            raise fail(
+                "E110",
+                f"{what}: values there are too large for float32, which ends at {F32.huge:.1e}",
+                hint="use --backend numpy, which takes float64 where it has to",
+            ) from None
+        raise
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,8 @@ from porelang.mesh.grid import Point
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 _BISECTIONS = 40
+GUESSES = 40  # points along a side, to tell at a glance what volume there is
+AT_ONCE = 4096  # boxes that are enclosed in one call
 
 
 class Solid:
@@ -38,6 +40,24 @@ class Solid:
     def enclosed(self) -> BoxTest:
         """The least and greatest value of the field in boxes (n, 3) .. (n, 3)."""
         return box_test(self.formula, EXACT)
+
+    def decided(self, lo: Floats, hi: Floats) -> NDArray[np.int8]:
+        """What an enclosure says of boxes (n, 3) .. (n, 3): 1 all solid, -1 all void, 0 not known."""
+        inside = ((lo >= self.lo) & (hi <= self.hi)).all(axis=1)
+        outside = ((hi < self.lo) | (lo > self.hi)).any(axis=1)
+        low, high = np.empty(len(lo)), np.empty(len(lo))
+        for i in range(0, len(lo), AT_ONCE):
+            low[i : i + AT_ONCE], high[i : i + AT_ONCE] = self.enclosed(lo[i : i + AT_ONCE], hi[i : i + AT_ONCE])
+        return np.where(outside | (low > 0), -1, np.where(inside & (high < 0), 1, 0)).astype(np.int8)
+
+    @cached_property
+    def guess(self) -> tuple[float, float]:
+        """The volume (mm3), by points, one by chance in every cell of the box; and what three sigmas of that are."""
+        size = self.hi - self.lo
+        cells = np.stack(np.meshgrid(*[np.arange(GUESSES)] * 3, indexing="ij"), -1).reshape(-1, 3)
+        points = self.lo + (cells + np.random.default_rng(0).random(cells.shape)) * size / GUESSES
+        share, whole = float(self.holds(points).mean()), float(np.prod(size))
+        return share * whole, 3 * whole * (share * (1 - share) / len(cells)) ** 0.5
 
     def within(self, points: Floats) -> Flags:
         """Which points (n, 3) lie in the box."""

@@ -66,8 +66,22 @@ def triangles(part: Solid, near: float) -> float:
     return float(2 * lines[beside].sum() / POINTS * np.prod(hi - lo) / (2 * near))
 
 
+@dataclass(frozen=True, slots=True)
+class Thinnest:
+    """How thick the thinnest walls of a part are (mm), and a place on one of them (3,)."""
+
+    wall: float
+    at: Floats
+
+
 def thinnest(part: Solid) -> float | None:
-    """How thick the thinnest walls of a part are, in mm, or None where no walls are found.
+    """How thick the thinnest walls of a part are, in mm, or None where no walls are found."""
+    found = thinnest_walls(part)
+    return None if found is None else found.wall
+
+
+def thinnest_walls(part: Solid) -> Thinnest | None:
+    """The thinnest walls of a part, or None where no walls are found.
 
     Points spread over the box are brought to the surface, and looked from inwards. A wall counts where its sides are
     parallel. The thinnest is the least thickness that is not just the end of a tail: most walls that are no thicker are
@@ -88,11 +102,16 @@ def thinnest(part: Solid) -> float | None:
         at = at[np.abs(value) <= ON * apart * np.linalg.norm(slope, axis=1)]
     if not len(at):
         return None
+    points = len(at)
     thick, facing, _ = part.walls(at, float(size.max()), SCAN)
-    return _least(np.sort(thick[facing < PARALLEL]), len(at))
+    at, thick = at[facing < PARALLEL], thick[facing < PARALLEL]
+    wall = least(np.sort(thick), points)
+    if wall is None:
+        return None
+    return Thinnest(wall, at[int(np.abs(thick - wall).argmin())])
 
 
-def _least(thick: Floats, points: int) -> float | None:
+def least(thick: Floats, points: int) -> float | None:
     """The least thickness, of those in order, that is no tail of thicker walls."""
     for i in range(max(0, math.ceil(FEW * points) - 1), len(thick)):
         alike = int(np.searchsorted(thick, ALIKE * thick[i]))

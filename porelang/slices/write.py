@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from porelang.analysis.box import Box, extent_of
-from porelang.analysis.branches import switches
 from porelang.backends.numpy import Dtype, NumpyField
 from porelang.diagnostics import fail
 from porelang.field import Backend, Bounds, checked_bounds, make_field, number_type
@@ -50,7 +49,7 @@ def write_slices(
     stack = stack_of(box, step, step if pixel is None else pixel)
     dtype = number_type(formula, box, stack.pixel, backend, dtype)
     field = make_field(formula, design.program.ranges, backend, dtype)
-    exact = _between_samples(formula, dtype) if form == "svg" else None
+    exact = NumpyField(formula.taken, dtype).at  # lines between samples misplace contours where a field bends
     digits = max(4, len(str(len(stack.z))))
     with replace_folder(folder) as draft, activity(SLICING):
         areas: list[float] = []
@@ -91,11 +90,6 @@ def _box_of(design: Design, formula: Formula, name: str | None, step: float) -> 
     return extent.outer
 
 
-def _between_samples(formula: Formula, dtype: Dtype) -> At | None:
-    """The field at points (n, 3), where straight lines between its samples would misplace contours: if it has kinks."""
-    return NumpyField(formula.taken, dtype).at if switches(formula.taken) else None
-
-
 def _png(path: Path, bands: Iterable[Band], stack: Stack) -> float:
     """Write a picture, a bit for a pixel, and return the area of what is white."""
     from PIL import Image
@@ -107,10 +101,9 @@ def _png(path: Path, bands: Iterable[Band], stack: Stack) -> float:
     return float(np.count_nonzero(solid)) * stack.pixel**2
 
 
-def _svg(path: Path, bands: Iterable[Band], stack: Stack, k: int, exact: At | None) -> float:
+def _svg(path: Path, bands: Iterable[Band], stack: Stack, k: int, exact: At) -> float:
     """Write the contours as one filled path, and return the area that they enclose."""
-    level = None if exact is None else lambda at: exact(np.column_stack([at, np.full(len(at), stack.z[k])]))
-    rings = outlines(bands, stack, level)
+    rings = outlines(bands, stack, lambda at: exact(np.column_stack([at, np.full(len(at), stack.z[k])])))
     (x0, y0, _), (sx, sy, _) = stack.box.lo, stack.box.size
     with open(path, "w", encoding="ascii") as file:
         file.write(
