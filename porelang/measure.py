@@ -1,10 +1,12 @@
 """What a part measures: volume, porosity, area, components, topology, each with an error.
 
 Volumes, the porosity and the area are found from the fields themselves (`porelang.tasks.numbers`), not from a mesh.
-The Euler number is that of the mesh, without the crumbs that sampling makes, and the components are counted among
-samples at the voxel; their errors are the change from a voxel 1.5 times as large, and infinite (JSON: null) where the
-samples miss so much of the part that nothing can be counted among them. A count with an error is not certain. Pieces of
-solid and closed voids are described one by one (`pieces`). The share of the void that is open errs by the voxel: twice
+The Euler number and the pieces of solid are those of the mesh, without the crumbs that sampling makes; pieces of void,
+and those of solid within another envelope, are counted among samples at the voxel. Their errors are the change from a
+voxel 1.5 times as large, and what is torn off in the mesh. They are infinite (JSON: null) where a gap or a wall lies
+between the samples that could make others of them, for no two voxels that are both larger than it show that, and where
+samples miss much of the part. A count with an error is not certain. Pieces of solid and closed voids are described one
+by one (`pieces`). The share of the void that is open errs by the voxel: twice
 the change is what is left (Richardson, order 1), or the chance of voxels at its edge.
 """
 
@@ -26,10 +28,11 @@ from porelang.formula import Formula
 from porelang.ir import NUMBERS, TASKS, Node, node, order
 from porelang.ir import within as below
 from porelang.mesh.crumbs import settle
+from porelang.mesh.doubts import lost_doubts
 from porelang.mesh.grid import chosen_voxel
 from porelang.mesh.part import Placed, grid_of, surface_of
+from porelang.mesh.parted import parted
 from porelang.mesh.solid import Solid
-from porelang.mesh.surface import Surface
 from porelang.mesh.walls import RESOLUTION
 from porelang.ops import kind
 from porelang.pieces import Pieces, pieces_of, refuse_too_many, sampled
@@ -109,9 +112,11 @@ def measure(
     # an envelope that is found from the part holds all of it
     all_of_it = inside if within is None else design.number(node("volume", root))
     there = all_of_it.value > all_of_it.error
-    surfaces = [_surface(there, design, name, grid, backend, dtype) for grid in grids]
-    seen = abs(surfaces[0].volume - all_of_it.value) <= max(_MISSED * all_of_it.value, all_of_it.error)
-    unsure = 0.0 if seen else math.inf
+    meshed, larger = (_meshed(there, design, name, grid, backend, dtype, grid is grids[0]) for grid in grids)
+    seen = abs(meshed.volume - all_of_it.value) <= max(_MISSED * all_of_it.value, all_of_it.error)
+    seen = seen and not meshed.lacks
+    unsure = float(meshed.torn) if seen else math.inf
+    several = [fine.solid, coarse.solid] if within is not None else [meshed.solids, larger.solids]
     # what the box of the bounds may be too large by is an error of all that is relative to it
     loose = 1 - extent.inner.volume / extent.outer.volume if extent.inner is not None else 1.0
     loose = loose if chosen == BOUNDS and bounds is None else 0.0
@@ -123,12 +128,12 @@ def measure(
         "envelope_volume": whole.value,
         "porosity": share.value,
         "area": surface.value,
-        "solid_components": fine.solid,
+        "solid_components": several[0],
         "void_components": fine.void,
         "open_void_fraction": fine.open,
-        "euler": surfaces[0].euler,
-        "pieces": _listed(pieces, seen),
-        "voids": _listed(voids, seen),
+        "euler": meshed.euler,
+        "pieces": _listed(pieces, not unsure),
+        "voids": _listed(voids, not unsure),
         "closed_voids": voids.count,
         "error": {
             "bounds": extent.error,
@@ -137,10 +142,10 @@ def measure(
             "envelope_volume": whole.error + loose * whole.value,
             "porosity": share.error + loose * (1 - share.value),
             "area": surface.error,
-            "solid_components": abs(fine.solid - coarse.solid) + unsure,
+            "solid_components": abs(several[0] - several[1]) + unsure,
             "void_components": abs(fine.void - coarse.void) + unsure,
-            "open_void_fraction": max(2 * abs(fine.open - coarse.open), fine.grain) + unsure,
-            "euler": abs(surfaces[0].euler - surfaces[1].euler) + unsure,
+            "open_void_fraction": max(2 * abs(fine.open - coarse.open), fine.grain) + (0.0 if seen else math.inf),
+            "euler": abs(meshed.euler - larger.euler) + (math.inf if unsure else 0.0),
         },
         "reduced": {text: _told(design.number(n)) for n, text in design.program.numbers.items() if n in read},
         "numbers": {text: _told(design.valued(n)) for text, n in _made_of(design.program, read).items()},
@@ -172,28 +177,39 @@ def _refuse_infinite(design: Design, name: str | None, box: Box) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Meshed:
-    """What of a surface is told: the volume that it holds (mm3), and its Euler number."""
+    """What of a mesh without crumbs is told: the volume that it holds (mm3), its Euler number, its pieces of solid, how
+    many pieces are torn off, and whether it `lacks` something of the part that lies between its samples."""
 
-    volume: float
-    euler: int
+    volume: float = 0.0
+    euler: int = 0
+    solids: int = 0
+    torn: int = 0
+    lacks: bool = False
 
 
-def _surface(
-    there: bool, design: Design, name: str | None, placed: Placed, backend: Backend, dtype: Dtype
-) -> Surface | _Meshed:
-    """The surface at a voxel, without crumbs; nothing at all where no sample meets a part that is `there`."""
+def _meshed(
+    there: bool, design: Design, name: str | None, placed: Placed, backend: Backend, dtype: Dtype, doubted: bool
+) -> _Meshed:
+    """The mesh at a voxel, and if it is to be `doubted` what it lacks; nothing at all where no sample meets a part that
+    is `there`."""
+    part = Solid(design.of(name), placed.cut)
     try:
-        found = surface_of(design, name, placed, backend, dtype)
-        return settle(found, placed.grid, Solid(design.of(name), placed.cut)).surface
+        settled = settle(surface_of(design, name, placed, backend, dtype), placed.grid, part)
     except PoreError as error:
         if not there or error.diagnostics[0].code != "E111":
             raise
-    return _Meshed(0.0, 0)
+        return _Meshed()
+    surface = settled.surface
+    solids = int(np.count_nonzero(surface.pieces.volume >= 0))
+    lacks = doubted and (
+        parted(surface, placed.grid, part) or bool(lost_doubts(design, name, surface, surface, placed.grid, part))
+    )
+    return _Meshed(surface.volume, surface.euler, solids, settled.torn, lacks)
 
 
-def _listed(found: Pieces, seen: bool) -> list[dict[str, Any]]:
-    """Pieces as they are told; where samples miss much of the part nothing about them is certain."""
-    return [piece.told() | {"certain": piece.certain and seen} for piece in found.described]
+def _listed(found: Pieces, sure: bool) -> list[dict[str, Any]]:
+    """Pieces as they are told; where samples miss something of the part, or tear it, nothing about them is certain."""
+    return [piece.told() | {"certain": piece.certain and sure} for piece in found.described]
 
 
 def _told(found: Reduced) -> dict[str, float]:

@@ -2,7 +2,8 @@
 
 A closed void keeps powder or resin in a printed part until somebody drills a hole for it. Both are found among samples
 in the middle of voxels, solid joined by faces, edges and corners, void by faces; what is also found among voxels 1.5
-times as large, in the same place and about as large, is certain, the rest may be a crumb that sampling makes.
+times as large, in the same place and about as large, is certain if its error leaves something of it; the rest may be a
+crumb that sampling makes.
 """
 
 from __future__ import annotations
@@ -139,7 +140,7 @@ def _piece(fine: _Found, coarse: _Found, label: int, place: tuple[slice, slice, 
     change = _change(coarse, at, volume)
     # each voxel at the edge is in or out by chance: twice the spread of their sum; or all alike, along flat faces
     error = max(2 * float(np.sqrt(edge)) * fine.voxel**3, change if np.isfinite(change) else volume)
-    return Piece(volume, error, (x, y, z), (width, depth, height), bool(np.isfinite(change)))
+    return Piece(volume, error, (x, y, z), (width, depth, height), bool(np.isfinite(change) and error < volume))
 
 
 def _change(found: _Found, at: NDArray[np.float64], volume: float) -> float:

@@ -12,6 +12,7 @@ import pytest
 
 import porelang
 from porelang.cli import main
+from porelang.cli.measuring import figures
 from porelang.diagnostics import PoreError
 from porelang.measure import measure
 from porelang.mesh.made import make
@@ -292,3 +293,53 @@ def test_a_field_that_is_infinite_everywhere_is_told(recwarn: pytest.WarningsRec
     (told,) = (d for d in refusals(program.design()) if "infinite nearly everywhere" in d.message)
     assert told.code in {"E110", "W211"}
     assert not refusals(porelang.compile("exp(x^2 + y^2 + z^2) - 100").design())
+
+
+@pytest.mark.parametrize(
+    ("text", "solids"),
+    [
+        ("cylinder(50, 200) | cylinder(58, 120) \\ cylinder(50.5, 130)", 2),  # half a millimetre between them
+        ("torus(15, 1) | cylinder(13.95, 1)", 2),
+        ("box([10, 10, 10]) | translate(box([10, 10, 10]), [10.02, 0, 0])", 2),
+        ("gyroid(4) & torus(4, 0.6)", 2),  # of three in the samples two are joined by less than a voxel
+    ],
+)
+def test_a_gap_that_no_sample_meets_leaves_counts_open(text: str, solids: int) -> None:
+    """No two voxels that are both wider than a gap show it, however they differ."""
+    found = report(text)
+    error = found["error"]["solid_components"]
+    assert error > 0
+    assert abs(found["solid_components"] - solids) <= error
+    assert not any(piece["certain"] for piece in found["pieces"])
+
+
+@pytest.mark.parametrize(
+    ("text", "solids", "euler"),
+    [
+        ("sphere(10) \\ union([for i in range(6): translate(cylinder(0.8, 30), [3*i - 7.5, 0, 0])])", 1, 2 - 2 * 6),
+        ("gyroid(4) & cylinder(10, 20)", 1, None),
+        ("sphere(10) | translate(sphere(10), [19, 0, 0])", 1, 2),  # a narrow groove round the neck
+        ("sphere(10) | translate(sphere(5), [20, 0, 0])", 2, 4),
+    ],
+)
+def test_what_samples_show_is_certain(text: str, solids: int, euler: int | None) -> None:
+    found = report(text)
+    assert found["solid_components"] == solids
+    assert found["error"]["solid_components"] == 0
+    assert euler is None or (found["euler"], found["error"]["euler"]) == (euler, 0)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (5593.2, 21.4, "5593 +- 21"),
+        (371.7, 104.0, "370 +- 100"),
+        (523.5987, 0.0423, "523.599 +- 0.042"),
+        (0.5, 1.2e-4, "0.50000 +- 0.00012"),
+        (0.4187, 0.4, "0.42 +- 0.40"),
+        (3e-12, 1e-15, "3e-12 +- 1e-15"),
+        (7.0, 0.0, "7 +- 0"),
+    ],
+)
+def test_numbers_are_shown_to_the_place_of_their_error(value: float, error: float, text: str) -> None:
+    assert figures(value, error) == text

@@ -15,7 +15,9 @@ from porelang.checks import failed_checks, late_doubts
 from porelang.program import Program
 from porelang.tasks.numbers import region
 from porelang.tasks.numbers.area import area
+from porelang.tasks.numbers.brackets import last_inside
 from porelang.tasks.numbers.extremes import Hill
+from porelang.tasks.numbers.nearby import parted
 from porelang.tasks.numbers.rods import Rods
 
 
@@ -37,6 +39,7 @@ def numbers(text: str, **settings: float) -> list[tuple[float, float]]:
         ("area(sphere(10) * 1e200)", 400 * math.pi, 1e-3),
         ("area(sphere(10) * 1e-200)", 400 * math.pi, 1e-3),
         ("area(cylinder(10, 20))", 2 * math.pi * 100 + 2 * math.pi * 10 * 20, 3e-3),
+        ("volume(sphere(5) * 1e300)", 500 / 3 * math.pi, 1e-3),  # of which float32 knows next to nothing
         ("mean(x * x, sphere(10))", 20.0, 1e-3),
         ("mean(z, sphere(10) |> translate([0, 0, 7]))", 7.0, 1e-3),
         ("volume(max(sphere(5), 0) | sphere(2))", 32 / 3 * math.pi, 1e-3),  # where it is 0 it is no solid
@@ -535,3 +538,88 @@ def test_lines_that_meet_a_box_are_cut_where_they_meet_it(monkeypatch: pytest.Mo
     found = area(design.of(None), 5e-3)
     assert abs(found.value - 18) <= found.error < 0.3
     assert sum(looked_at) <= 4 * sum(first)
+
+
+SLOTS = """
+let block = box([8.05, 10, 0.8])
+let slots = union([for i in range(40): translate(box([0.15, 20, 0.4]), [(i - 19.5) * 0.2, 0, 0])])
+"""
+
+
+@pytest.mark.slow
+def test_the_area_of_a_block_with_forty_slots() -> None:
+    ((value, error),) = numbers(f"{SLOTS}block | area(block \\ slots)")
+    outside = 2 * (8.05 * 10 + 8.05 * 0.8 + 10 * 0.8) - 2 * 40 * 0.15 * 0.4
+    assert abs(value - (outside + 40 * 10 * 2 * (0.15 + 0.4))) <= error < 3
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"{SLOTS}block \\ slots",
+        "union([for i in range(20): translate(rotate(box([1, 2, 3]), [1, 1, 0], 20deg * i), [3 * i, 0, 0])])",
+        "union([for i in range(20): translate(cone(2, 1, 3), [3 * i, 0, 0])]) & gyroid(4)",
+        "shell(union([for i in range(12): translate(sphere(2), [3 * i, 0, 0])]), 0.3)",
+        "union([for i in range(12): translate(if z > 0 then sphere(2) else sphere(1), [3 * i, 0, 0])])",
+    ],
+)
+def test_a_solid_near_a_place_is_the_solid_there(text: str) -> None:
+    """By signs at random points of cells, and by slopes on its surface."""
+    solid = porelang.compile(text).design().of(None)
+    where = region.finer(solid, region.region(solid, "the solid"), 2000)
+    whole, rods, seen, longest = NumpyField(solid), Rods(solid), 0, 0
+    random = np.random.default_rng(7)
+    for rows, local in parted(solid, where.undecided, where.size):
+        points = (where.undecided[rows, None] + random.random((len(rows), 16, 3)) * where.size).reshape(-1, 3)
+        inside = whole.at(points) < 0
+        assert np.array_equal(NumpyField(local).at(points) < 0, inside)
+        ends = points.reshape(-1, 2, 3)
+        crossed = inside[::2] != inside[1::2]
+        found = last_inside(rods.field, ends[crossed, 0], ends[crossed, 1], inside[::2][crossed])
+        there, here = rods.normals(found), Rods(local).normals(found)
+        known = np.isfinite(there).all(axis=1) & np.isfinite(here).all(axis=1)
+        alike = np.isclose(there, here, atol=1e-6).all(axis=1)[known]
+        assert not alike.size or alike.mean() > 0.97  # on rims either slope may be meant
+        seen += len(rows)
+        longest = max(longest, len(local.tape.field))
+    assert seen == len(where.undecided)
+    assert longest < len(solid.tape.field)
+
+
+@pytest.mark.parametrize(
+    ("text", "at"),
+    [
+        ("x - 0.3", 0.3),
+        ("x^9 - 0.3^9", 0.3),
+        ("exp(40 * x) - exp(40 * 0.7)", 0.7),
+        ("max(x - 0.3, 1e-9 * (x - 0.3))", 0.3),
+        ("1e300 * (x - 0.3)", 0.3),
+        ("if x < 0.3 then -1 else 1", 0.3),
+        ("if x < 0.3 then x - 1 else 1e12", 0.3),
+        ("min(x - 0.3, 0)", 0.3),  # level beyond
+    ],
+)
+def test_a_crossing_is_the_last_point_inside(text: str, at: float) -> None:
+    field = NumpyField(porelang.compile(text).design().of(None))
+    looks: list[int] = []
+
+    class Counted:
+        def at(self, points: np.ndarray) -> np.ndarray:
+            looks.append(len(points))
+            return np.asarray(field.at(points))
+
+    low, high = np.array([[0.0, 0, 0], [-0.7, 3, 4]]), np.array([[1.0, 0, 0], [1.1, 3, 4]])
+    for ends, inside in (((low, high), True), ((high, low), False)):
+        found = last_inside(Counted(), *ends, np.array([inside, inside]))  # type: ignore[arg-type]
+        assert (field.at(found) < 0).all()
+        assert np.abs(found[:, 0] - at).max() < 1e-11
+    assert len(looks) <= 2 * (2 + 60)
+
+
+@pytest.mark.parametrize(
+    "call",
+    ["porosity(sphere(12), box([9, 9, 9]))", "porosity(box([1, 1, 1]) |> rotate([1, 2, 3], 20deg), sphere(0.5))"],
+)
+def test_a_full_part_has_no_porosity_below_nothing(call: str) -> None:
+    ((value, error),) = numbers(f"x + {call}")
+    assert 0 <= value <= error

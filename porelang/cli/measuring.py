@@ -26,6 +26,8 @@ _WORDS = {
 #: What is listed by place, and what is to be known of it.
 _LISTED = {"pieces": ("separate pieces", ""), "voids": ("closed voids", ", where powder or resin stays")}
 _SHOWN = 3
+#: Errors that are written without an exponent.
+_ORDINARY = (1e-6, 1e9)
 
 
 def measure(options: Namespace) -> int:
@@ -68,7 +70,7 @@ def _text(path: str, found: dict[str, Any]) -> str:
         several = found["solid_components"] if key == "pieces" else found["closed_voids"]
         if told := _largest(found[key], several, what, least=2 if key == "pieces" else 1):
             lines.append(f"  {name:<16} {told}")
-    lines.extend(f"  {text} = {r['value']:.6g} +- {r['error']:.2g}" for text, r in found["reduced"].items())
+    lines.extend(f"  {text} = {figures(r['value'], r['error'])}" for text, r in found["reduced"].items())
     lines.append(f"  counted at a voxel of {found['voxel']:.4g} mm; certain is what one 1.5 times as large counts too")
     return "\n".join(lines)
 
@@ -76,10 +78,20 @@ def _text(path: str, found: dict[str, Any]) -> str:
 def _with_error(value: float, error: float, unit: str) -> str:
     """A number with its error; a count is certain or it is not."""
     if not math.isfinite(error):
-        return "not known: the voxel is too coarse"
+        counted = f" ({value} are counted)" if isinstance(value, int) and value else ""
+        return f"not known: the voxel is too coarse{counted}"
     if isinstance(value, int):
         return f"{value}" if not error else f"not certain at this voxel ({value} are counted)"
-    return f"{value:.6g} +- {error:.2g} {unit}".rstrip()
+    return f"{figures(value, error)} {unit}".rstrip()
+
+
+def figures(value: float, error: float) -> str:
+    """A number to the place of its error, which has two figures; without exponents where sizes are ordinary."""
+    if not (_ORDINARY[0] <= error < _ORDINARY[1] and abs(value) < _ORDINARY[1]):
+        return f"{value:.6g} +- {error:.2g}"
+    place = math.floor(math.log10(error)) - 1
+    decimals = max(0, -place)
+    return f"{round(value, -place):.{decimals}f} +- {round(error, -place):.{decimals}f}"
 
 
 def _largest(found: list[dict[str, Any]], several: int, what: str, least: int) -> str:
@@ -98,4 +110,4 @@ def _largest(found: list[dict[str, Any]], several: int, what: str, least: int) -
 
 def _piece(piece: dict[str, Any]) -> str:
     at = coordinates(piece["at"], 3)
-    return f"{piece['volume']:.4g} +- {piece['error']:.1g} mm3 at ({at}) mm"
+    return f"{figures(piece['volume'], piece['error'])} mm3 at ({at}) mm"

@@ -71,13 +71,13 @@ def missed(surface: Surface, grid: Grid, part: Solid, found: Lost) -> Missed:
     the mesh."""
     points, solid = found.points, found.solid
     if np.prod(grid.shape) <= CELLS:
-        at, kinds, _, _ = followed(_beside(surface, grid, part), grid, part)
+        at, kinds, _, _ = followed(beside(surface, grid, part), grid, part)
         points, solid = np.concatenate([points, at]), np.concatenate([solid, kinds])
     pieces: list[tuple[Floats, bool, float]] = []
     looks = 0
     for kind in (True, False):
         some = points[solid == kind]
-        groups = _groups(some, grid.spacing)
+        groups = groups_of(some, grid.spacing)
         for group in range(int(groups.max(initial=-1)) + 1):
             if looks >= LOOKS:
                 break
@@ -127,7 +127,7 @@ def far_and_long(found: Lost, grid: Grid) -> bool:
     )
 
 
-def _beside(surface: Surface, grid: Grid, part: Solid) -> Ints:
+def beside(surface: Surface, grid: Grid, part: Solid) -> Ints:
     """Cells of the grid (n, 3) that enclosures leave open and that lie in blocks which the mesh passes, or next to such
     blocks, but that it does not pass itself."""
     shape = np.array(grid.shape)
@@ -164,7 +164,7 @@ def _wider(flags: Flags, after: bool = True) -> None:
             rows[1:] |= before[:-1]
 
 
-def _groups(points: Floats, voxel: float) -> Ints:
+def groups_of(points: Floats, voxel: float) -> Ints:
     """The number (n,) of the group of each point, in the order in which they come; a rim goes on and on, and is looked
     at in parts."""
     if not len(points):

@@ -67,12 +67,20 @@ class Solid:
         """Which points (n, 3) are solid."""
         return np.asarray(self._field.at(points) < 0) & self.within(points)
 
+    def value(self, points: Floats) -> Floats:
+        """The field (n,) at points (n, 3), without the cut."""
+        return np.asarray(self._field.at(points))
+
     def on(self, axes: Sequence[Floats]) -> Flags:
         """Which nodes of three axes are solid."""
-        solid = np.asarray(self._field.on_grid(axes).all() < 0)
+        return self.values_on(axes) < 0
+
+    def values_on(self, axes: Sequence[Floats]) -> Floats:
+        """The field on the nodes of three axes; infinite beyond the cut."""
+        values: Floats = np.asarray(self._field.on_grid(axes).all())
         for n, axis in enumerate(axes):
-            np.moveaxis(solid, n, 0)[(axis < self.lo[n]) | (axis > self.hi[n])] = False
-        return solid
+            np.moveaxis(values, n, 0)[(axis < self.lo[n]) | (axis > self.hi[n])] = np.inf
+        return values
 
     def slope(self, points: Floats) -> tuple[Floats, Floats]:
         """The field (n,) at points (n, 3), without the cut, and its gradient (n, 3)."""

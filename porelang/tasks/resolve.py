@@ -187,11 +187,14 @@ def _with_errors(
 
 #: Where a result is looked at that may turn within the error of a number: so far from it, in errors to either side.
 _BETWEEN = (-1.0, -0.7, -0.3, 0.3, 0.7, 1.0)
+_ROUNDED = 2.0**-48  # of a number: of one that is known so well there are a dozen others at most within its error
 
 
 def _looked_at(roots: Sequence[Node], filled: Bindings, source: Node, known: Reduced) -> Sequence[float]:
     """How many errors from a number its effect is looked at: the ends tell where one root alone reads it, and is proven
-    to rise or to fall with it throughout."""
+    to rise or to fall with it throughout; and of a number that is known to its rounding, between which nothing lies."""
+    if known.error <= _ROUNDED * abs(known.value):
+        return (-1.0, 1.0)
     reading = [root for root in roots if source in order([root], within)]
     ends = known.value - known.error, known.value + known.error
     if len(reading) == 1 and math.isfinite(known.error) and one_way(reading[0], source, *ends, filled):

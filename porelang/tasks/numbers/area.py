@@ -20,7 +20,7 @@ from porelang.analysis.bounds import Points
 from porelang.data import Reduced
 from porelang.formula import Formula
 from porelang.tasks.numbers.region import finer, region
-from porelang.tasks.numbers.rods import Count, Crossings, Rods, Values, along
+from porelang.tasks.numbers.rods import Count, Counted, Crossings, Field, Rods, along
 
 #: Four standard deviations, relative to the area; three times that where it would take many lines, as in lattices.
 ACCURACY = 1e-3
@@ -34,11 +34,10 @@ def area(solid: Formula, accuracy: float = ACCURACY) -> Reduced:
     where = finer(solid, region(solid, "the solid", apart=True))
     if not len(where.undecided):
         return Reduced(0.0, 0.0)
-    rods = Rods(solid)
-    sure = rods.rising(where.undecided, where.size)
+    field = Field.of(solid, where)
     m = 1
     while True:
-        found = [along(rods, where, sure, axis, m, _shown(rods, axis)) for axis in range(3)]
+        found = [along(field, axis, m, _shown(axis)) for axis in range(3)]
         least, most = math.hypot(*(f.uncounted for f in found)), sum(f.uncounted for f in found)
         value, doubt = sum(f.total for f in found) + (least + most) / 2, (most - least) / 2
         doubt += 2 * sum(f.touches for f in found)  # a touch may be a wall, whose two sides count 1 each at most
@@ -52,10 +51,11 @@ def area(solid: Formula, accuracy: float = ACCURACY) -> Reduced:
         m = min(max(m + 1, math.ceil(1.1 * m * math.sqrt(spread / (enough * value))) if value > 0 else finest), finest)
 
 
-def _shown(rods: Rods, axis: int) -> Count:
+def _shown(axis: int) -> Count:
     """Of each crossing how much of the surface the line along an axis sees."""
 
-    def count(met: Crossings, starts: Points) -> tuple[Values, Values]:
-        return np.zeros(len(starts)), np.where(met.jumps, np.nan, np.abs(rods.normals(met.points)[:, axis]))
+    def count(rods: Rods, met: Crossings, starts: Points, random: np.random.Generator) -> Counted:
+        shown = np.abs(rods.normals(met.points)[:, axis])
+        return Counted(np.zeros(len(starts)), np.where(met.jumps, np.nan, shown))
 
     return count

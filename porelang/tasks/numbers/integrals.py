@@ -31,11 +31,10 @@ from porelang.tasks.numbers.region import (
     pairs,
     refuse_undefined,
     region,
-    seed,
     sorted_out,
     undefined,
 )
-from porelang.tasks.numbers.rods import Count, Crossings, Indices, Rods, along
+from porelang.tasks.numbers.rods import Count, Counted, Crossings, Field, Indices, Rods, along
 
 #: Three standard deviations of a porosity, or of a volume relative to itself, unless asked otherwise.
 ACCURACY = 5e-4
@@ -101,39 +100,34 @@ def _by_lines(solid: Formula, where: Region, relative: float, goal: float) -> Re
     """
     where = finer(solid, where, _CELLS_OF_LINES)  # so that a rod beside a plate is met too
     certain = where.certain
-    rods = Rods(solid)
-    sure = rods.rising(where.undecided, where.size)
+    field = Field.of(solid, where)
     m = 1
     while True:
-        doubtful = [0.0, 0.0, 0.0]
-        counts = [_lengths(rods, i, float(where.size[i]), m, doubtful) for i in range(3)]
-        found = [along(rods, where, sure, i, m, counts[i], _SHORTEST) for i in range(3)]
+        found = [along(field, i, m, _lengths(i, float(where.size[i])), _SHORTEST) for i in range(3)]
         value = certain + sum(f.total for f in found)
         # as if nine more lines had met the most that one has, and had not been seen; where none met anything, all of it
         stand_for = [float(np.prod(where.size)) / float(where.size[i]) / (2 * m * m) for i in range(3)]
         most = max(f.most for f in found) or float(where.size.max())
         error = 3 * math.sqrt(sum(f.variance for f in found) + 9 * (max(stand_for) * most) ** 2)
-        error += sum(f.touched for f in found) + sum(a * b for a, b in zip(stand_for, doubtful, strict=True))
+        error += sum(f.touched + f.doubtful for f in found)
         pieces = 6 * len(where.undecided) * (2 * m) ** 2
         if error <= max(goal, relative * value) or pieces > _MOST_PIECES:
             return Reduced(value, error)
         m *= 2
 
 
-def _lengths(rods: Rods, axis: int, length: float, m: int, doubtful: list[float]) -> Count:
-    """What each piece has inside, counted by the share of its axis at a random point of each stretch; `doubtful` grows
-    by the stretches of the axis that end where the field jumps."""
-    random = np.random.default_rng(seed(100 * m + axis))
+def _lengths(axis: int, length: float) -> Count:
+    """What each piece has inside, counted by the share of its axis at a random point of each stretch; doubtful are the
+    stretches that end where the field jumps."""
 
-    def count(met: Crossings, starts: Points) -> tuple[Values, Values]:
+    def count(rods: Rods, met: Crossings, starts: Points, random: np.random.Generator) -> Counted:
         piece, first, last, jumps = _stretches(met, starts, axis, length)
-        doubtful[axis] += float((last - first)[jumps].sum())
         at = starts[piece]
         at[:, axis] += first + random.random(len(piece)) * (last - first)
         share = rods.normals(at)[:, axis] ** 2
         share = np.where(np.isnan(share), 1 / 3, share)  # where the field has no slope the axes share alike
         counted = np.bincount(piece, share * (last - first), len(starts)).astype(np.float64)
-        return counted, np.zeros(len(met.points))
+        return Counted(counted, np.zeros(len(met.points)), float((last - first)[jumps].sum()))
 
     return count
 
@@ -182,7 +176,7 @@ def porosity(solid: Formula, within: Formula, accuracy: float = ACCURACY) -> Red
     found = _share(part, finer(part, seen), 0.0, 0.7 * accuracy * whole.value)
     share = found.value / whole.value
     error = (found.error + share * whole.error) / whole.value
-    return Reduced(1 - share, error)
+    return Reduced(min(max(1 - share, 0.0), 1.0), error)  # its two volumes have errors of their own
 
 
 @dataclass(frozen=True, slots=True)

@@ -172,9 +172,12 @@ def pairs(low: Points, size: NDArray[np.float64], m: int) -> Iterator[tuple[Poin
 
 
 def fast_enough(solid: Formula, where: Region) -> Dtype:
-    """f32 where it tells inside from outside as f64 does, f64 where it does not: far from the origin, in tiny parts."""
+    """f32 where it tells inside from outside as f64 does; f64 elsewhere: far from the origin, in tiny parts, where
+    f32 has no such numbers."""
     random = np.random.default_rng(5)
     pick = random.integers(0, len(where.undecided), _DOUBTFUL)
     points = where.undecided[pick] + random.random((_DOUBTFUL, 3)) * where.size
-    single, double = (NumpyField(solid, dtype).at(points) < 0 for dtype in ("f32", "f64"))
-    return "f32" if np.count_nonzero(single != double) <= 1 else "f64"
+    single, double = (NumpyField(solid, dtype).at(points) for dtype in ("f32", "f64"))
+    if (np.isfinite(double) & ~np.isfinite(single)).any():
+        return "f64"
+    return "f32" if np.count_nonzero((single < 0) != (double < 0)) <= 1 else "f64"
