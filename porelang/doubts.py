@@ -24,6 +24,7 @@ from porelang.formula import Bindings, Formula
 from porelang.interval import interval
 from porelang.ir import SLOTS, Node, X, Y, Z, node, order, param, substitute, within
 from porelang.rewrites import flatten
+from porelang.settings import off_step
 from porelang.source import Span
 
 #: As many of the points that were looked at make a suspicion a doubt.
@@ -429,30 +430,6 @@ def _unread(found: Elaborated) -> list[Diagnostic]:
             if u.fixed:
                 hint = f'use it, or leave it out; call it `_{u.name}` if only Python asks for it: `number("_{u.name}")`'
         out.append(_warning("W220", message, u.span, "bound here, and not used", hint))
-    return out
-
-
-def off_step(params: Mapping[str, ParamInfo], values: Mapping[str, float], default: bool = False) -> list[Diagnostic]:
-    """A warning for each value that lies between two steps of its param, counted from the lower end or from 0."""
-    out = []
-    for name, value in values.items():
-        info = params[name]
-        if info.step is None or info.choices or value in (info.low, info.high):
-            continue
-        counts = [(value - start) / info.step for start in (info.low, 0.0)]
-        if any(abs(c - round(c)) < 1e-6 for c in counts) or (not default and value == info.default):
-            continue
-        near = [info.low + info.step * k for k in (np.floor(counts[0]), np.ceil(counts[0]))]
-        what = "the default of `{}` is {}" if default else "`{}` = {}"
-        out.append(
-            _warning(
-                "W219",
-                f"{what.format(name, info.shown(value))}, between two of its steps of {info.shown(info.step)}",
-                info.span,
-                "declared with this step",
-                f"take {' or '.join(info.shown(float(v)) for v in near if v <= info.high)}, or change the step",
-            )
-        )
     return out
 
 

@@ -22,7 +22,6 @@ from porelang.analysis.enclose import enclose
 from porelang.data import Data, Reduced
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest, warn
 from porelang.doors import Doors, Settings, options
-from porelang.doubts import off_step
 from porelang.elaborate.results import Elaborated, Listed, Output, ParamInfo, Requirement
 from porelang.elaborate.values import Scalar, Vector
 from porelang.extents import Cut, part_extent
@@ -32,7 +31,7 @@ from porelang.interval import interval
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, node, order, param, within
 from porelang.once import alone
 from porelang.rewrites import Graph, flatten
-from porelang.settings import Setting, settle
+from porelang.settings import Setting, off_step, settle
 from porelang.source import Source, Span
 from porelang.tasks import all_read, bind_files, bind_tasks, find
 from porelang.tasks.run import READERS

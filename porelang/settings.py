@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from porelang.diagnostics import PoreError, fail, suggest
+from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
 from porelang.elaborate.results import ParamInfo
 from porelang.units import UNITS
 
@@ -127,3 +127,28 @@ def _choice(info: ParamInfo, setting: Setting) -> float:
 
 def _with_unit(value: float, info: ParamInfo) -> str:
     return info.shown(value) if info.written or info.unit in UNITS else f"{value:g}"  # as it may be set
+
+
+def off_step(params: Mapping[str, ParamInfo], values: Mapping[str, float], default: bool = False) -> list[Diagnostic]:
+    """A warning for each value that lies between two steps of its param, counted from the lower end or from 0."""
+    out = []
+    for name, value in values.items():
+        info = params[name]
+        if info.step is None or info.choices or value in (info.low, info.high):
+            continue
+        counts = [(value - start) / info.step for start in (info.low, 0.0)]
+        if any(abs(c - round(c)) < 1e-6 for c in counts) or (not default and value == info.default):
+            continue
+        near = [info.low + info.step * k for k in (np.floor(counts[0]), np.ceil(counts[0]))]
+        what = "the default of `{}` is {}" if default else "`{}` = {}"
+        out.append(
+            Diagnostic(
+                "W219",
+                f"{what.format(name, info.shown(value))}, between two of its steps of {info.shown(info.step)}",
+                info.span,
+                "declared with this step",
+                hint=f"take {' or '.join(info.shown(float(v)) for v in near if v <= info.high)}, or change the step",
+                severity="warning",
+            )
+        )
+    return out

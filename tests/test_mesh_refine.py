@@ -68,7 +68,7 @@ def test_vertices_of_a_sphere_lie_on_it_to_rounding(dtype):
 
 
 def test_the_error_at_the_vertices_falls_faster_than_the_cube_of_the_voxel():
-    """Before, a chord's: h^2 / 8 over the radius of the tube, and less where the bend is asked for; to rounding after."""
+    """Before, a chord's: h^2 / 8 over the radius of the tube, less where the bend is asked for; to rounding after."""
 
     def off(surface):
         v = surface.vertices

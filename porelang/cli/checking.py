@@ -17,9 +17,10 @@ from porelang.cli import report
 from porelang.cli.loading import source_of
 from porelang.compiler import MOST_DIAGNOSTICS, try_compile
 from porelang.diagnostics import PoreError
-from porelang.doubts import idle_cuts, off_step
+from porelang.doubts import idle_cuts
 from porelang.program import Design
 from porelang.refusals import endless, refusals, structural_faults
+from porelang.settings import off_step
 from porelang.syntax.parse import MOST
 
 

@@ -7,9 +7,9 @@ from argparse import Namespace
 from porelang.cli import report
 from porelang.compiler import try_compile
 from porelang.diagnostics import PoreError
-from porelang.doubts import off_step
 from porelang.files import read_source, read_standard_input
 from porelang.program import Design, Program
+from porelang.settings import off_step
 from porelang.source import Source
 
 
