@@ -6,8 +6,8 @@ and those of solid within another envelope, are counted among samples at the vox
 voxel 1.5 times as large, and what is torn off in the mesh. They are infinite (JSON: null) where a gap or a wall lies
 between the samples that could make others of them, for no two voxels that are both larger than it show that, and where
 samples miss much of the part. A count with an error is not certain. Pieces of solid and closed voids are described one
-by one (`pieces`). The share of the void that is open errs by the voxel: twice
-the change is what is left (Richardson, order 1), or the chance of voxels at its edge.
+by one (`pieces`). The share of the void that is open errs by the voxel: twice the change is what is left (Richardson,
+order 1), or the chance of voxels at its edge.
 """
 
 from __future__ import annotations
