@@ -222,8 +222,8 @@ def _envelope(design: Design, part: Formula, within: str | None, box: Box) -> tu
         return _named(design.program, within), within
     shapes = _shapes(part, part.root)
     # A union may be the infill itself, spheres in a box, and so may what has waves: each is the envelope only where
-    # nothing else is.
-    plain = [n for n in shapes if not _waves(n)] or shapes
+    # nothing else is, and a union with waves is none, but a lattice in its skin.
+    plain = [n for n in shapes if not _waves(n)] or [n for n in shapes if n.op != "min"]
     plain = [n for n in plain if n.op != "min"] or plain
     if not plain:
         return block(box), BOUNDS

@@ -115,6 +115,15 @@ def test_pieces_and_envelopes() -> None:
     assert abs(found["porosity"] - (1 - 2 * 4 / 3 * math.pi * 27 / 4000)) <= found["error"]["porosity"]  # type: ignore[operator, index]
 
 
+def test_a_lattice_in_its_skin_with_holes_is_no_envelope_of_itself() -> None:
+    """Its porosity was that of the holes alone, 2 %: the shape that they are cut out of is the part."""
+    text = 'let b = cube(20)\n((shell(b, 2, side="inside") | gyroid(10) & b) \\ cylinder(2, 30)) '
+    found = report(text)
+    assert found["envelope"] == "the bounds"
+    void = 16**3 / 2 + math.pi * 4 * (2 * 2 + 16 / 2)  # half of what the skin holds, and of the hole what was solid
+    assert found["porosity"] == pytest.approx(void / 8000, abs=2e-3)
+
+
 def test_bounds_cut_the_part_and_its_envelope() -> None:
     found = report("sphere(10)", bounds=(0, -10, -10, 10, 10, 10))
     assert found["volume"] == pytest.approx(2 / 3 * math.pi * 1000, rel=2e-3)
