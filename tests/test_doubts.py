@@ -440,7 +440,6 @@ def test_the_share_of_a_copy_that_is_lost() -> None:
         ("gyroid(200) |> shell(0.3) & cube(20)", "W225"),
         ("rotate(translate(gyroid(200), [3, 0, 0]), [1, 1, 0], 0.5) |> shell(0.3) & cube(20)", "W225"),
         ("param k = gyroid in {gyroid, diamond}\nk(200) |> shell(0.3) & cube(20)", "W225"),
-        ("out core = sphere(2) & translate(sphere(2), [10, 0, 0])\nout part = cube(5)", "E103"),
     ],
 )
 def test_what_takes_longer_is_found_by_measuring(text: str, code: str) -> None:

@@ -228,8 +228,8 @@ class _Look:
         self.nodes = near.nodes(piece)
 
     def joined(self, budget: int) -> Ints | Fate:
-        """The pieces (k,) that the piece is one with, or what it is; PENDING where the `budget` of samples is spent before
-        it was looked at."""
+        """The pieces (k,) that the piece is one with, or what it is; PENDING where the `budget` of samples is spent
+        before it was looked at."""
         found: Ints | Fate = Fate.UNKNOWN
         for fine, margin in LOOKS:
             for wide in (margin, *(w for w in WIDER if w > margin)):
