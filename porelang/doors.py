@@ -146,6 +146,7 @@ class Doors(ABC):
     ) -> dict[str, Any]:
         """Volume, porosity, area, components and topology of an output, each with its error under `"error"`.
 
+        Pieces are counted among samples at the `voxel` (or `resolution`), else at one that is found from the walls.
         `within` names the envelope: an output or a let. The keys are those of `pore measure --json`; mm, mm^2, mm^3.
         A `check` of the program that fails is listed under `"failed_checks"`, and told as a `PoreWarning`.
         """

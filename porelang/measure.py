@@ -33,12 +33,14 @@ from porelang.mesh.grid import chosen_voxel
 from porelang.mesh.part import Placed, grid_of, surface_of
 from porelang.mesh.parted import parted
 from porelang.mesh.solid import Solid
-from porelang.mesh.walls import RESOLUTION
+from porelang.mesh.walls import chosen
 from porelang.ops import kind
 from porelang.pieces import Pieces, pieces_of, refuse_too_many, sampled
 from porelang.program import Design, Program
 
 _COARSER = 1.5
+#: Samples among which is counted, where no voxel is given: three times as many as along the sides of a cube.
+COUNTED = 6_000_000
 #: What the envelope is called where the part has none of its own.
 BOUNDS = "the bounds"
 #: Points of the part's box, and the share of them where a field is infinite that is none.
@@ -81,7 +83,7 @@ def measure(
     """
     part = design.of(name)
     box = checked_bounds(bounds) if bounds is not None else design.bounds(name)
-    envelope, chosen = _envelope(design, part, within, box)
+    envelope, called = _envelope(design, part, within, box)
     root = part.root
     if bounds is not None:
         root, envelope = node("max", root, block(box)), node("max", envelope, block(box))
@@ -90,7 +92,9 @@ def measure(
         raise fail("E103", f"`{design.program.output(name)}` holds no material within the bounds",
                    hint="solid is negative: widen --bounds")  # fmt: skip
     _refuse_infinite(design, name, extent.outer)
-    h = chosen_voxel(max(box.size), voxel, RESOLUTION if voxel is None and resolution is None else resolution)
+    if voxel is None and resolution is None:
+        voxel = chosen(Solid(part, box), COUNTED).voxel
+    h = chosen_voxel(max(box.size), voxel, resolution)
     formulas = [design.formula(r) for r in (root, envelope)]
     dtype = number_type(formulas[0], extent.outer, h, backend, dtype)
     fields = [make_field(f, design.program.ranges, backend, dtype) for f in formulas]
@@ -119,12 +123,12 @@ def measure(
     several = [fine.solid, coarse.solid] if within is not None else [meshed.solids, larger.solids]
     # what the box of the bounds may be too large by is an error of all that is relative to it
     loose = 1 - extent.inner.volume / extent.outer.volume if extent.inner is not None else 1.0
-    loose = loose if chosen == BOUNDS and bounds is None else 0.0
+    loose = loose if called == BOUNDS and bounds is None else 0.0
     return {
         "bounds": [list(extent.outer.lo), list(extent.outer.hi)],
         "voxel": h,
         "volume": inside.value,
-        "envelope": chosen,
+        "envelope": called,
         "envelope_volume": whole.value,
         "porosity": share.value,
         "area": surface.value,
@@ -144,7 +148,7 @@ def measure(
             "area": surface.error,
             "solid_components": abs(several[0] - several[1]) + unsure,
             "void_components": abs(fine.void - coarse.void) + unsure,
-            "open_void_fraction": max(2 * abs(fine.open - coarse.open), fine.grain) + (0.0 if seen else math.inf),
+            "open_void_fraction": _of_a_share(max(2 * abs(fine.open - coarse.open), fine.grain), seen),
             "euler": abs(meshed.euler - larger.euler) + (math.inf if unsure else 0.0),
         },
         "reduced": {text: _told(design.number(n)) for n, text in design.program.numbers.items() if n in read},
@@ -178,7 +182,7 @@ def _refuse_infinite(design: Design, name: str | None, box: Box) -> None:
 @dataclass(frozen=True, slots=True)
 class _Meshed:
     """What of a mesh without crumbs is told: the volume that it holds (mm3), its Euler number, its pieces of solid, how
-    many pieces are torn off, and whether it `lacks` something of the part that lies between its samples."""
+    many pieces are or may be torn off, and whether it `lacks` something of the part that lies between its samples."""
 
     volume: float = 0.0
     euler: int = 0
@@ -204,12 +208,17 @@ def _meshed(
     lacks = doubted and (
         parted(surface, placed.grid, part) or bool(lost_doubts(design, name, surface, surface, placed.grid, part))
     )
-    return _Meshed(surface.volume, surface.euler, solids, settled.torn, lacks)
+    return _Meshed(surface.volume, surface.euler, solids, settled.torn + settled.pending, lacks)
 
 
 def _listed(found: Pieces, sure: bool) -> list[dict[str, Any]]:
     """Pieces as they are told; where samples miss something of the part, or tear it, nothing about them is certain."""
     return [piece.told() | {"certain": piece.certain and sure} for piece in found.described]
+
+
+def _of_a_share(error: float, seen: bool) -> float:
+    """The error of a share: one of the whole tells nothing."""
+    return error if seen and error < 1 else math.inf
 
 
 def _told(found: Reduced) -> dict[str, float]:

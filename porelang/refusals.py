@@ -29,6 +29,8 @@ from porelang.source import Span
 QUICK = 5000
 #: Of larger ones no end is proven without `--measure`: of 37 tubes in two sheets it takes a minute.
 PROVEN = 150
+#: Other outputs than the one that is taken by itself are looked at without `--measure` up to so many operations.
+TOGETHER = 500
 #: Samples of the box of a part, with `--measure`.
 SAMPLES = 200_000
 #: More than this share of infinite values is no matter of a few places.
@@ -43,18 +45,23 @@ END_IT = "intersect it with a shape, `... & box([50, 50, 50])`, or mesh it with 
 
 
 def refusals(design: Design, measure: bool = False) -> list[Diagnostic]:
-    """What meshing would say of the output that it takes by itself: an error where there is no material.
+    """What meshing would say of the output that it takes by itself, and of others that are solids: an error where there
+    is no material.
 
-    Without `measure` it takes 0.1 s at most, and nothing is said of a part that depends on numbers found from fields.
-    With it every output that is a solid is looked at, also with each param at either end of its range.
+    Without `measure` it takes 0.1 s at most: of other outputs the short ones are looked at, as long as there are few,
+    and nothing is said of a part that depends on numbers found from fields. With it every output that is a solid is
+    looked at, and the one that is taken by itself also with each param at either end of its range.
     """
     program = design.program
     if not program.outputs:
         return _no_output(program)
     chosen = _chosen(program)
     found: list[Diagnostic] = []
+    left = TOGETHER
     for name, output in program.outputs.items():
-        if name == chosen or (measure and output.solid):
+        if name != chosen and not measure:
+            left -= len(order(program.graph.outputs[name], within))
+        if name == chosen or (output.solid and (measure or left >= 0)):
             found += _refused(design, name, measure, chosen)
     if measure and chosen and not found:
         found += _as_a_part(design, chosen)

@@ -37,7 +37,7 @@ def _number(info: ParamInfo, setting: Setting) -> float:
         setting = setting.item()
     if info.choices and not info.numbers:
         return _choice(info, setting)
-    if not isinstance(setting, str | int | float | np.number):
+    if isinstance(setting, bool | np.bool_) or not isinstance(setting, str | int | float | np.number):
         raise fail(
             "E084", f"`{info.name}` cannot be {setting!r}", info.span, label="declared here", hint="give a number"
         )

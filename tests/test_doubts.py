@@ -440,7 +440,6 @@ def test_the_share_of_a_copy_that_is_lost() -> None:
         ("gyroid(200) |> shell(0.3) & cube(20)", "W225"),
         ("rotate(translate(gyroid(200), [3, 0, 0]), [1, 1, 0], 0.5) |> shell(0.3) & cube(20)", "W225"),
         ("param k = gyroid in {gyroid, diamond}\nk(200) |> shell(0.3) & cube(20)", "W225"),
-        ("out core = sphere(2) & translate(sphere(2), [10, 0, 0])\nout part = cube(5)", "E103"),
     ],
 )
 def test_what_takes_longer_is_found_by_measuring(text: str, code: str) -> None:
@@ -534,3 +533,10 @@ def test_a_users_def_may_say_what_it_gives() -> None:
     own = "## Gives: a raw lattice\ndef waves(w) = sin(tau * x / w) + sin(tau * y / w) + sin(tau * z / w)\n"
     assert codes(own + "waves(10) |> shell(0.4mm) & cube(20)") == ["W212"]
     assert codes("def waves(w) = sin(tau * x / w) + sin(tau * z / w)\nwaves(9) |> shell(0.4mm) & cube(20)") == []
+
+
+def test_an_output_that_holds_nothing_is_refused_beside_the_part() -> None:
+    """`check` looked at the output that commands take by themselves, and `mesh --out b` refused another."""
+    text = "out part = sphere(5)\nout b = sphere(3) & translate(sphere(2), [20, 0, 0])\nout heat = x + 3"
+    (found,) = refusals(porelang.compile(text).design())
+    assert (found.code, found.span.text) == ("E103", "sphere(3) & translate(sphere(2), [20, 0, 0])")

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import porelang
+from porelang.analysis import backwards
 from porelang.analysis.bounds import rounding
 from porelang.analysis.box import extent_of
 from porelang.cli import main
@@ -252,6 +253,27 @@ CLOSED: dict[str, Corners] = {
     "translate(sphere(0.1), [90000, 0, 0])": ((89999.9, -0.1, -0.1), (90000.1, 0.1, 0.1)),
     "cube(0.002)": both_ways(0.001, 0.001, 0.001),
 }
+
+
+def test_a_bundle_of_tubes_is_bounded_without_its_bores(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of 37 tubes was bounded together with all 37 bores, by every clamp in them: 2.5 minutes, now 1.3 s."""
+    looked = []
+    pushed_back = backwards._pushed_back
+
+    def counted(kin, bound, times):  # type: ignore[no-untyped-def]
+        looked.append(times * len(kin.formula.tape))
+        return pushed_back(kin, bound, times)
+
+    monkeypatch.setattr(backwards, "_pushed_back", counted)
+    text = (
+        "let spots = [for i in range(-3, 4) for j in range(-3, 4) if abs(i + j) <= 3: [12 * (i + j / 2), 10 * j, 0]]\n"
+    )
+    text += "let tubes = union([for q in spots: translate(cylinder(4, 200), q)])\n"
+    text += "let sheets = union([for s in [-1, 1]: translate(cylinder(45, 6), [0, 0, 97 * s])])\n"
+    text += "(tubes | sheets) \\ union([for q in spots: translate(cylinder(3.5, 202), q)])"
+    found = porelang.compile(text).design().extent()
+    assert found.outer == both_ways(45, 45, 100)
+    assert sum(looked) < 100_000  # of 2 500 000
 
 
 @pytest.mark.parametrize(("text", "corners"), CLOSED.items(), ids=list(CLOSED))

@@ -25,6 +25,23 @@ def report(text: str, **more: object) -> dict[str, object]:
     return measure(porelang.compile(text).design(), **{"resolution": 64, **more})  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(
+    ("text", "solids", "voids", "euler"), [("box([200, 200, 0.5])", 1, 0, 2), ("sphere(5) \\ sphere(4.9)", 1, 1, 4)]
+)
+def test_counts_are_taken_at_a_voxel_that_holds_the_walls(text: str, solids: int, voids: int, euler: int) -> None:
+    """Without a voxel they were not known of a plate and of a thin shell, at 1/128 of the longest side."""
+    found = report(text, resolution=None)
+    assert [found[k] for k in ("solid_components", "void_components", "euler")] == [solids, voids, euler]
+    assert [found["error"][k] for k in ("solid_components", "void_components", "euler")] == [0, 0, 0]
+
+
+def test_an_error_of_the_whole_tells_nothing_of_a_share() -> None:
+    """Of a shell far thinner than the voxel it was told that 0 +- 2 of the void is open."""
+    found = report("sphere(5) \\ sphere(4.9)", voxel=0.078, resolution=None)
+    error = found["error"]["open_void_fraction"]
+    assert error < 1 or math.isinf(error)
+
+
 def test_a_hollow_ball() -> None:
     found = report("sphere(10) \\ sphere(6)")
     error = found["error"]

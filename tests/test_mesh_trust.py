@@ -14,6 +14,7 @@ from porelang.analysis.bounds import overflows
 from porelang.cli import main
 from porelang.diagnostics import PoreError
 from porelang.field import make_field
+from porelang.measure import measure
 from porelang.mesh import Grid, crumbs, extract, write
 from porelang.mesh.crossed import crossed
 from porelang.mesh.crumbs import settle
@@ -113,6 +114,19 @@ def test_pieces_that_are_closed_off_need_no_look(monkeypatch):
     hollow = settled("sphere(10) \\ union([for i in range(-1, 2): translate(sphere(2), [5 * i, 0, 0])])", voxel=0.5)
     assert hollow.surface.components == 4
     assert hollow.unknown == hollow.filled == 0
+
+
+def test_more_pieces_than_there_is_time_to_look_at_are_told(monkeypatch):
+    """The porous coat of a hip cup came in 1 684 surfaces without a word: 4 327 others had been found torn off."""
+    monkeypatch.setattr(crumbs, "BUDGET", 0)  # as many samples as the grid has
+    design = porelang.compile("shell(gyroid(10mm), 0.6) & sphere(15mm)").design()
+    found = make(design, resolution=70)
+    assert found.facts["crumbs"]["pending"] > 10
+    (told,) = [d for d in found.doubts if d.code == "W205" and "may be torn off" in d.message]
+    assert f"{found.facts['crumbs']['pending']:,} small pieces" in told.message
+    error = measure(design, resolution=70)["error"]
+    assert error["solid_components"] > 0
+    assert error["euler"] == np.inf
 
 
 def test_what_lies_in_the_box_of_a_piece_is_not_closed_off_with_it():

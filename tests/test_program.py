@@ -424,6 +424,7 @@ def test_nonsense_from_python_is_said_in_words() -> None:
         ("E084", lambda: program.design({"voxel": 10**400})),
         ("E084", lambda: program.design({"voxel": 4}, voxel=5)),
         ("E084", lambda: program.design(k=math.nan)),
+        ("E084", lambda: program.design(k=True)),
         ("E083", lambda: program.design({3: 4})),  # type: ignore[dict-item]  # as a user might
         ("E100", lambda: program.field(3)),  # type: ignore[arg-type]  # as above
         ("E109", lambda: program.measure(within=3)),  # type: ignore[arg-type]  # as above

@@ -79,6 +79,7 @@ THIN = 5.005**3 - 4.995**3
         ),
         ("volume(shell(sphere(5), 0.01))", 4 / 3 * math.pi * THIN, 1e-2),
         ("area(box([10, 20, 30]))", 2200.0, 4e-3),
+        ("area(cone(30, 15, 40))", math.pi * (900 + 225 + 45 * math.hypot(15, 40)), 4e-3),  # it was 10233 +- 2650
         ("area(shell(sphere(50), 0.1))", 4 * math.pi * (50.05**2 + 49.95**2), 4e-3),
         ("area(box([100, 100, 0.1]))", 20040.0, 4e-3),
         ("area(sphere(1) | (sphere(1) |> translate([300, 0, 0])))", 8 * math.pi, 4e-3),

@@ -28,15 +28,20 @@ UNIVERSE = FARTHEST
 #: Unions within smooth unions within ... are followed this deep, and clamps (`min(u, 0)`) within each other so deep.
 DEEPEST, CLAMPED = 40, 1
 _TURNS, _TURNED = 4, 8
+#: Intersections of so many operations are bounded by their sides, one by one.
+_LONG = 120
 _NEARLY = 1 - 1e-9
 
 #: Boxes (n, 3) .. (n, 3); where lo > hi there is nothing.
 Rough = tuple[Points, Points]
 
 
-def rough_boxes(kin: Kin) -> Rough:
-    """A box of each solid within the universe: never too small, exact for many plain shapes, infinite for lattices."""
-    return _held(kin, _Bound(0.0), DEEPEST, CLAMPED, {})
+def rough_boxes(kin: Kin, seen: Seen | None = None) -> Rough:
+    """A box of each solid within the universe: never too small, exact for many plain shapes, infinite for lattices.
+
+    `seen` keeps what was found from one solid to the next that shares parts with it.
+    """
+    return _held(kin, _Bound(0.0), DEEPEST, CLAMPED, {} if seen is None else seen)
 
 
 def surely_void(kin: Kin) -> NDArray[np.bool_]:
@@ -54,20 +59,22 @@ class _Bound:
     below: Node | None = None
 
 
-#: Boxes that were found, by the root, what is known of it, how deep was looked, and whose numbers these are.
-_Seen = dict[tuple[Node, _Bound, int, int], tuple[Kin, Rough]]
+#: Boxes that were found, by the root, what is known of it, how deep was looked, and how many solids have which numbers.
+Seen = dict[tuple[Node, _Bound, int, int, bytes], Rough]
 
 
-def _held(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: _Seen) -> Rough:
+def _held(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: Seen) -> Rough:
     """Boxes of `root <= most`."""
-    key = (kin.formula.root, bound, clamps, id(kin.numbers))
+    key = (kin.formula.root, bound, clamps, len(kin), kin.numbers.tobytes())
     if key not in seen:
-        seen[key] = kin, _found(kin, bound, depth, clamps, seen)
-    lo, hi = seen[key][1]
+        seen[key] = _found(kin, bound, depth, clamps, seen)
+    lo, hi = seen[key]
     return lo.copy(), hi.copy()
 
 
-def _found(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: _Seen) -> Rough:
+def _found(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: Seen) -> Rough:
+    if (cut := _by_sides(kin, bound, depth, clamps, seen)) is not None:
+        return cut
     halves = _halves(kin, bound) if clamps else []
     known, lo, hi = _pushed_back(kin, bound, 1 if halves else _TURNS)
     there = np.flatnonzero((lo <= hi).all(axis=1))
@@ -81,6 +88,27 @@ def _found(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: _Seen) -> Rou
         some = kin.some(far)
         lo[far], hi[far] = _by_branches(some, _rows(known, far, len(kin)), lo[far], hi[far], depth, seen)
     return lo, hi
+
+
+def _by_sides(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: Seen) -> Rough | None:
+    """Boxes of a long intersection by its sides, each by itself: a bundle of tubes without its bores reads 37 of them
+    for each of its tubes. None of a short one, and where the sides do not end by themselves."""
+    root = kin.formula.root
+    if root.op != "max" or bound.below is not None or len(kin.formula.tape) < _LONG:
+        return None
+    lo, hi = np.full((len(kin), 3), -UNIVERSE), np.full((len(kin), 3), UNIVERSE)
+    for side in _sides(root):
+        if not side.axes:
+            return None
+        # what a solid is cut by has no end, whatever is in it
+        low, high = _held(kin.with_root(side), bound, depth, 0 if side.op == "neg" else clamps, seen)
+        lo, hi = np.maximum(lo, low), np.minimum(hi, high)
+    return None if ((lo <= hi).all(axis=1) & ((hi - lo).max(axis=1) >= UNIVERSE)).any() else (lo, hi)
+
+
+def _sides(root: Node) -> list[Node]:
+    """What a solid is the intersection of."""
+    return [root] if root.op != "max" else list(dict.fromkeys(side for a in root.args for side in _sides(a)))
 
 
 def _rows(known: Mapping[int, Interval], rows: NDArray[np.intp], count: int) -> dict[int, Interval]:
@@ -205,7 +233,7 @@ def _hull(parts: list[Rough]) -> Rough:
     return np.min([p[0] for p in parts], axis=0), np.max([p[1] for p in parts], axis=0)
 
 
-def _by_branches(kin: Kin, known: Mapping[int, Interval], lo: Points, hi: Points, depth: int, seen: _Seen) -> Rough:
+def _by_branches(kin: Kin, known: Mapping[int, Interval], lo: Points, hi: Points, depth: int, seen: Seen) -> Rough:
     """The boxes cut to where a lesser of two inside the formula, or a choice, can be as small as it must be, by either
     branch."""
     tape = kin.formula.tape

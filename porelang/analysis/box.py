@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.backwards import UNIVERSE, rough_boxes, surely_void
+from porelang.analysis.backwards import UNIVERSE, Seen, rough_boxes, surely_void
 from porelang.analysis.faces import TOLERANCE, Boxes, ends_of
 from porelang.analysis.kin import Kin, alone, kin_of
 from porelang.analysis.shaving import shaved
@@ -170,7 +170,8 @@ def _void(kins: list[Kin]) -> bool:
 def _rough(formula: Formula, kins: list[Kin], known: Box | None = None) -> list[tuple[Points, Points]]:
     """Boxes of the members of a union, with an end wherever that can be proven; `kins` is left with those that are
     there, or where too many have none with the union as one."""
-    rough = [rough_boxes(kin) for kin in kins]
+    seen: Seen = {}
+    rough = [rough_boxes(kin, seen) for kin in kins]
     if known is not None:
         rough = [(np.maximum(lo, known.lo), np.minimum(hi, known.hi)) for lo, hi in rough]
     if sum(int(_far(lo, hi).sum()) for lo, hi in rough) > MOST_ALONE:

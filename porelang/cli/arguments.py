@@ -249,7 +249,7 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "force": (("--force",), {"action": "store_true", "help": "write a mesh also if it lost much of the part"}),
     "resolution": (
         ("--resolution",),
-        {"metavar": "N", "type": values.count, "help": "samples along the longest side (default: 128)"},
+        {"metavar": "N", "type": values.count, "help": "in place of a voxel: samples along the longest side"},
     ),
     "smooth": (("--smooth",), {"action": "store_true", "help": "move the vertices onto the field"}),
     "sharp": (("--sharp",), {"action": "store_true", "help": "sharp rims where surfaces meet; includes --smooth"}),

@@ -90,7 +90,8 @@ def _largest(found: list[dict[str, Any]], several: int, what: str, least: int) -
     if len(certain) < least:
         return ""
     shown = "; ".join(_piece(p) for p in certain[:_SHOWN])
-    more = f"; and {len(certain) - _SHOWN} smaller ones (--json lists them)" if len(certain) > _SHOWN else ""
+    hidden = len(certain) - _SHOWN
+    more = f"; and {hidden} smaller {'one' if hidden == 1 else 'ones'} (--json lists them)" if hidden > 0 else ""
     doubt = f"; {unsure} more are not certain at this voxel" if unsure else ""
     rest = several - len(found)
     doubt += f"; and {rest} yet smaller ones that are only counted" if rest > 0 else ""

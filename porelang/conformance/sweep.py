@@ -30,6 +30,7 @@ RANDOM = 12_000
 ORDINARY = (1e-9, 1e6)
 #: A divisor that the cheaper quotient accepts is no smaller than this.
 LEAST_DIVISOR = 2.0**-60
+LARGEST_DIVISOR = 2.0**126
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +81,7 @@ def _measure(row: Op, backend: Backend, form: str, seed: int, count: int) -> Mea
         usable = (np.abs(points[:, : len(row.args)]) <= CALM).all(axis=1)
         points = points[usable & ~np.isin(points, list(STAND_IN)).any(axis=1)]
     arguments, root = _graph(row, form, points)
-    keep = _within_domain(row, arguments)
+    keep = _within_domain(row, arguments) & _decided(row, points)
     points, arguments = points[keep], [a[keep] for a in arguments]
     got = backend.evaluate(Formula.of(root), points, {}).astype(np.float64)
     return _judge(row, backend, form, arguments, got)
@@ -118,13 +119,21 @@ def _opening(n: Node) -> Node:
     return n
 
 
+def _decided(row: Op, points: NDArray[Any]) -> NDArray[np.bool_]:
+    """Where a condition is one: it is made of a coordinate above 0, and a denormal number may count as 0 there."""
+    tiny = np.finfo(points.dtype).tiny
+    held = [points[:, i] for i, kind in enumerate(row.args) if kind == "bool"]
+    return np.all([(c == 0) | ~(np.abs(c) < tiny) for c in held], axis=0) if held else np.ones(len(points), np.bool_)
+
+
 def _within_domain(row: Op, arguments: Arrays) -> NDArray[np.bool_]:
     """Where the operation is ever used: a direction's divisor is the length of a vector that its argument is part of,
-    and the parts of a remainder neither overflow nor vanish."""
+    and one that a shader can divide by (2^126 at most, OpenGL 4.3 core, GLSL 4.7.1); and the parts of a remainder
+    neither overflow nor vanish."""
     a, b = (v.astype(np.longdouble) for v in (arguments[0], arguments[-1]))
     with np.errstate(all="ignore"):
         if row.name == "direction":
-            return np.asarray(~(np.abs(a) > b))
+            return np.asarray(~(np.abs(a) > b) & ~((b > LARGEST_DIVISOR) & np.isfinite(b)))
         if row.name == "mod":
             parts = np.stack([np.abs(a / b), np.abs(a), np.abs(b)])
             wild = ((parts > 1e37) & np.isfinite(parts)).any(axis=0) | ((np.abs(b) < 1e-37) & (b != 0))
@@ -189,8 +198,8 @@ def _use(row: Op, precision: Precision, arguments: Arrays, wanted: NDArray[Any],
         none = np.zeros(len(got), np.bool_)
         ranges = [Interval(a.astype(np.float64), a.astype(np.float64), none) for a in arguments]
         width = width + precision.eps * t.extra(*ranges)
-    if t.ulp or t.absolute or t.extra:
-        width = width + precision.tiny  # a result too small for the type may count as 0
+    if row.result == "real":
+        width = width + precision.tiny  # numbers too small for the type may count as 0, in the result or on the way
     error = np.abs(got - wanted)
     use = np.where(error == 0, 0.0, error / width)
     over = np.abs(wanted) + width >= precision.huge  # the greatest number and infinity are neighbours

@@ -43,8 +43,8 @@ LITTLE = 0.01  # of the volume of the mesh: more than this is not taken out
 @dataclass(frozen=True, slots=True)
 class Settled:
     """A mesh without crumbs: how many were taken out of it and filled in it, the volume (mm3) of each kind, how many
-    pieces are larger than crumbs and torn off, how many were not looked at; and the slivers that were taken out or
-    filled."""
+    pieces are larger than crumbs and torn off, how many were not looked at, how many of those for want of time and not
+    because they are large; and the slivers that were taken out or filled."""
 
     surface: Surface
     removed: int = 0
@@ -53,17 +53,21 @@ class Settled:
     filled_volume: float = 0.0
     torn: int = 0
     unknown: int = 0
+    pending: int = 0
+    joined: int = 0
+    alone: int = 0
     slivers: int = 0
     slivers_volume: float = 0.0
 
 
 class Fate(Enum):
     """Of a piece that is not one with another: it is a piece by itself; it goes on where the mesh has nothing, further
-    than was looked; it was not looked at, or not closely enough."""
+    than was looked; it was not looked at, or not closely enough, because it is large; or for want of time."""
 
     ALONE = 1
     ENDLESS = 2
     UNKNOWN = 3
+    PENDING = 4
 
 
 def settle(surface: Surface, grid: Grid, part: Solid) -> Settled:
@@ -83,7 +87,7 @@ def settle(surface: Surface, grid: Grid, part: Solid) -> Settled:
     budget = max(BUDGET // each, int(np.prod(grid.shape)))
     reached: dict[int, Ints] = {}
     slivers = (pieces.high - pieces.low).max(axis=1) < SLIVER * grid.spacing
-    torn, unknown = 0, 0
+    torn, unknown, pending, alone = 0, 0, 0, 0
     for i, c in enumerate(order):
         tell(i, len(order))
         if closed[c]:
@@ -96,7 +100,9 @@ def settle(surface: Surface, grid: Grid, part: Solid) -> Settled:
         if found is Fate.ENDLESS:
             torn += 1
             slivers[c] = False
-        unknown += found is Fate.UNKNOWN
+        unknown += found is Fate.UNKNOWN or found is Fate.PENDING
+        pending += found is Fate.PENDING
+        alone += found is Fate.ALONE
     gone = np.zeros(count, np.bool_)
     most, taken = LITTLE * abs(surface.volume), 0.0
     for c in order:
@@ -114,7 +120,7 @@ def settle(surface: Surface, grid: Grid, part: Solid) -> Settled:
         taken += size
     kinds = (gone & ~slivers & ~near.void, gone & ~slivers & near.void, gone & slivers)
     (removed, specks), (filled, bubbles), last = ((int(k.sum()), float(np.abs(pieces.volume[k]).sum())) for k in kinds)
-    told = (removed, specks, filled, bubbles, torn, unknown, *last)
+    told = (removed, specks, filled, bubbles, torn, unknown, pending, len(reached), alone, *last)
     return Settled(surface.without(gone) if gone.any() else surface, *told)
 
 
@@ -222,14 +228,16 @@ class _Look:
         self.nodes = near.nodes(piece)
 
     def joined(self, budget: int) -> Ints | Fate:
-        """The pieces (k,) that the piece is one with, or what it is; UNKNOWN where the `budget` of samples is too small
-        to tell."""
+        """The pieces (k,) that the piece is one with, or what it is; PENDING where the `budget` of samples is spent
+        before it was looked at."""
         found: Ints | Fate = Fate.UNKNOWN
         for fine, margin in LOOKS:
             for wide in (margin, *(w for w in WIDER if w > margin)):
                 size = int(np.prod((self.last - self.first + 2 * wide) * fine + 1))
-                if size > AT_ONCE or size + EACH > budget - self.samples:
+                if size > AT_ONCE:
                     return found
+                if size + EACH > budget - self.samples:
+                    return Fate.PENDING if found is Fate.UNKNOWN else found
                 found = self._at(fine, wide)
                 if found is not Fate.ENDLESS:
                     break

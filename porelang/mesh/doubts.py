@@ -233,14 +233,19 @@ def _size(size: Floats) -> str:
 
 
 def torn_doubts(design: Design, name: str | None, settled: Settled, grid: Grid) -> list[Diagnostic]:
-    """W205, where pieces of the mesh hang together in the part."""
-    if not settled.torn:
+    """W205, where pieces of the mesh hang together in the part, or may, as most do that there was time to look at."""
+    torn, joined = settled.torn, settled.joined
+    pending = settled.pending if joined > settled.alone else 0  # most of their like are torn off, or most are not
+    if not torn and not pending:
         return []
-    many = f"{settled.torn} pieces of the mesh are" if settled.torn > 1 else "a piece of the mesh is"
+    told = f"{torn} pieces of the mesh are torn off" if torn > 1 else "a piece of the mesh is torn off" if torn else ""
+    if pending:
+        may = f"{pending:,} small pieces of the mesh may be torn off, as {joined:,} of {joined + settled.alone:,} are that were looked at"
+        told = f"{told} and {may}" if told else may
     return [
         Diagnostic(
             "W205",
-            f"{many} torn off: in the part what lies between is thinner than the voxel of {grid.spacing:.3g} mm",
+            f"{told}: in the part what lies between is thinner than the voxel of {grid.spacing:.3g} mm",
             _span(design, name),
             "some of this falls between the samples",
             hint="use a smaller --voxel, a few to the thinnest wall",

@@ -133,6 +133,7 @@ def _found(settled: Settled, choice: Chosen | None, voxel: float) -> dict[str, A
             "filled_volume": settled.filled_volume,
             "torn": settled.torn,
             "unknown": settled.unknown,
+            "pending": settled.pending,
             "slivers": settled.slivers,
             "slivers_volume": settled.slivers_volume,
         },

@@ -35,16 +35,16 @@ class Chosen:
     wanted: float
 
 
-def chosen(part: Solid) -> Chosen:
+def chosen(part: Solid, affordable: float = AFFORDABLE) -> Chosen:
     """The voxel for a part in its box: RESOLUTION samples along the longest side, or as fine as its thinnest walls ask
-    for, as long as that is AFFORDABLE and makes no more than about MOST_TRIANGLES."""
+    for, as long as no more samples are taken than are `affordable` and about MOST_TRIANGLES are made."""
     size = part.hi - part.lo
     usual = float(size.max()) / RESOLUTION
     wall = thinnest(part)
     if wall is None or wall / TO_A_WALL >= usual:
         return Chosen(usual, wall, usual)
     wanted = wall / TO_A_WALL
-    finest = float(np.prod(size) / AFFORDABLE) ** (1 / 3)
+    finest = float(np.prod(size) / affordable) ** (1 / 3)
     finest = max(finest, math.sqrt(triangles(part, wall / 4) / MOST_TRIANGLES))
     return Chosen(max(wanted, min(usual, finest)), wall, wanted)
 

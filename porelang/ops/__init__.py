@@ -156,7 +156,7 @@ _ROWS = (
        narrow=lambda w, a, b: (iv.up_to(w), iv.up_to(w))),
     Op("direction", RR, "real", "a / r, for |a| <= r: a cosine; 0 where r is 0.", forms.direction,
        "({1} == 0.0 ? 0.0 : {0} / {1})", lambda a, r: _cosine(a, r), lambda a, r, f: (1.0 / r, -f / r), "",
-       ("hypot(3, 4) / 5", 1.0), units="quotient", tolerance=Tolerance(2.5), domain="|a| <= r",
+       ("hypot(3, 4) / 5", 1.0), units="quotient", tolerance=Tolerance(2.5), domain="|a| <= r, r below 8e37",
        jumps=lambda a, r: r.contains(0.0)),
     Op("exp", R, "real", "e to the power a.", np.exp, "pore_exp({0})", iv.monotone(np.exp), lambda a, f: (f,), "exp",
        ("exp(0)", 1.0), units="pure", tolerance=Tolerance(3.0)),
