@@ -17,7 +17,10 @@ from scipy.ndimage import map_coordinates
 
 from porelang.data import SampledField
 from porelang.diagnostics import PoreError
+from porelang.formula import Formula
+from porelang.ir import X, Y, Z, const, node
 from porelang.progress import CancelledError, watching
+from porelang.tasks.phase.asked import phase_of
 from porelang.tasks.phase.find import find
 from porelang.tasks.phase.got import Got
 from porelang.tasks.phase.poisson import apply, poisson, pull, solve
@@ -214,6 +217,19 @@ def test_a_fold_is_found() -> None:
     assert first_fold(nodes, Wanted(ones, ones, ones > 0, (1.0, 1.0, 1.0))) is None
     assert first_fold(bent, Wanted(ones, ones, ones > 0, (1.0, 1.0, 1.0))) in set(np.ndindex(6, 6, 6))
     assert first_fold(bent, Wanted(ones, ones, within, (1.0, 1.0, 1.0))) is None
+
+
+def test_phase_of_formulas_is_that_of_their_values() -> None:
+
+    r = node("sqrt", node("add", node("mul", X, X), node("mul", Y, Y)))
+    far = node("sub", node("abs", Z), const(150.0))
+    solid = node("max", node("sub", r, const(75.0)), far)
+    period = node("add", const(25.0), node("mul", const(0.1), Z))
+    phase = phase_of(Formula((period,), {}), Formula((solid,), {}), True)
+    points = inner(PERIODS["10..40 along z"], 500)
+    assert np.abs(turns_at(phase, points) - turns_at(found("10..40 along z")[0], points)).max() < 0.05
+    with pytest.raises(PoreError, match="no end along z"):
+        phase_of(Formula((period,), {}), Formula((node("sub", r, const(75.0)),), {}), True)
 
 
 # ---- what it is made of ----------------------------------------------------------------------------------------------
