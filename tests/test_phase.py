@@ -330,6 +330,17 @@ def test_what_lies_beyond_the_part_does_not_matter() -> None:
     assert find(bad, cylinder, LOW, HIGH, True)[1].off_most < 1e-6
 
 
+@pytest.mark.parametrize("free", [True, False])
+def test_a_wall_thinner_than_a_cell_of_the_grid_does_not_fold(free: bool) -> None:
+    """The cubic reads nodes beyond the cells that the part lies in."""
+
+    def tube(x: Values, y: Values, z: Values) -> Values:
+        return np.maximum(abs(np.hypot(x, y) - 72.5) - 2.5, abs(z) - 150)
+
+    told = find(PERIODS["10..40 along z"], tube, LOW, HIGH, free)[1]
+    assert told.off_median < 0.02
+
+
 def test_it_can_be_cancelled() -> None:
     with pytest.raises(CancelledError), watching(cancel=lambda: True):
         find(PERIODS["random"], cylinder, LOW, HIGH, True)

@@ -94,7 +94,16 @@ def _wanted(period: Field, inside: Field, corner: Values, spacing: Values, count
         raise _empty()
     asked = np.where(right, asked, np.exp(np.log(good).mean())).clip(good.min(), good.max())
     steps: Triple = (float(spacing[0]), float(spacing[1]), float(spacing[2]))
-    return Wanted(asked, np.where(within, 1.0, OUTSIDE), within, steps)
+    return Wanted(asked, np.where(within, 1.0, OUTSIDE), _about(within), steps)
+
+
+def _about(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The cells and those about them: the cubic between the nodes of a cell reads theirs."""
+    for axis in range(3):
+        wide = np.pad(cells, [(int(a == axis),) * 2 for a in range(3)])
+        wide = np.moveaxis(wide, axis, 0)
+        cells = np.moveaxis(wide[:-2] | wide[1:-1] | wide[2:], 0, axis)
+    return cells
 
 
 def _empty() -> Exception:
