@@ -95,6 +95,11 @@ def inner(period: Period, count: int, rim: float = 1.0) -> Values:
     return points[:, cylinder(*points) < -rim * period(*points)][:, :count]
 
 
+def wanted(period: Values, within: Values, free: bool = True) -> Wanted:
+    """Of one period, in a grid of nodes 1 mm apart."""
+    return Wanted(np.broadcast_to(period, (3, *period.shape)), np.ones_like(period), within, (1.0, 1.0, 1.0), free)
+
+
 # ---- the phase -------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("name", "off", "stretch"),
@@ -174,7 +179,7 @@ def test_mean_rotation_is_taken_out() -> None:
     nodes, ones = np.stack(np.meshgrid(*[np.arange(9.0)] * 3, indexing="ij")), np.ones((8, 8, 8))
     c, s = np.cos(0.7), np.sin(0.7)
     aslant = np.tensordot(np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), nodes, 1)
-    found = turned(Wanted(ones, ones, ones > 0, (1.0, 1.0, 1.0)), aslant, True)
+    found = turned(wanted(ones, ones > 0), aslant)
     assert np.ptp(found - nodes, axis=(1, 2, 3)).max() < 1e-4
 
 
@@ -203,8 +208,8 @@ def test_a_step_that_would_fold_is_not_taken(spread: float, free: bool) -> None:
     """Periods that are noise: without the guard 5 to 583 of 1728 cells fold."""
     nodes = np.stack(np.meshgrid(*[np.arange(13.0)] * 3, indexing="ij"))
     period = np.exp(np.random.default_rng(0).normal(0, spread, (12, 12, 12)))
-    wanted = Wanted(period, np.ones_like(period), np.ones(period.shape, np.bool_), (1.0, 1.0, 1.0))
-    slopes = np.stack([np.diff(turned(wanted, nodes, free), axis=a)[:, :12, :12, :12] for a in (1, 2, 3)], -1)
+    asked = wanted(period, np.ones(period.shape, np.bool_), free)
+    slopes = np.stack([np.diff(turned(asked, nodes), axis=a)[:, :12, :12, :12] for a in (1, 2, 3)], -1)
     assert (np.linalg.det(np.moveaxis(slopes, 0, -2)) > 0).all()
 
 
@@ -214,9 +219,9 @@ def test_a_fold_is_found() -> None:
     bent = nodes.copy()
     bent[:, 4, 4, 4] += 1.5
     within = np.indices((8, 8, 8)).max(0) >= 5  # not all of the eight cells about that node
-    assert first_fold(nodes, Wanted(ones, ones, ones > 0, (1.0, 1.0, 1.0))) is None
-    assert first_fold(bent, Wanted(ones, ones, ones > 0, (1.0, 1.0, 1.0))) in set(np.ndindex(6, 6, 6))
-    assert first_fold(bent, Wanted(ones, ones, within, (1.0, 1.0, 1.0))) is None
+    assert first_fold(nodes, wanted(ones, ones > 0)) is None
+    assert first_fold(bent, wanted(ones, ones > 0)) in set(np.ndindex(6, 6, 6))
+    assert first_fold(bent, wanted(ones, within)) is None
 
 
 def test_phase_of_formulas_is_that_of_their_values() -> None:
@@ -308,8 +313,8 @@ def test_error_falls_with_the_square_of_the_spacing() -> None:
 @pytest.mark.parametrize(
     ("period", "inside", "code", "says"),
     [
-        (lambda x, y, z: z + 0 * x * y, cylinder, "E097", "mm at ("),
-        (lambda x, y, z: np.nan * (x + y + z), cylinder, "E097", "nan mm at ("),
+        (lambda x, y, z: z + 0 * x * y, cylinder, "E147", "mm at ("),
+        (lambda x, y, z: np.nan * (x + y + z), cylinder, "E147", "nan mm at ("),
         (lambda x, y, z: 20 + 0 * (x + y + z), lambda x, y, z: 1 + 0 * (x + y + z), "E092", "no material"),
         (lambda x, y, z: 0.01 + 0 * (x + y + z), cylinder, "E096", "cells of 0.01 mm need"),
     ],

@@ -94,6 +94,15 @@ def _sample(asked: Formula) -> Result:
     return bake(asked.with_roots(*(asked.roots[i] for i in fields)), _number(asked, voxel), _field(asked, within))
 
 
+def _phase(asked: Formula) -> Result:
+    from porelang.tasks.phase.asked import phase_of
+
+    roots, several = asked.roots, {4: 1, 6: 3, 7: 1, 9: 3}[len(asked.roots)]  # periods; three more are a direction
+    free, volume = (bool(_number(asked, several + i)) for i in (1, 2))
+    way = asked.with_roots(*roots[several + 3 :]) if len(roots) > several + 3 else None
+    return phase_of(asked.with_roots(*roots[:several]), _field(asked, several), free, volume, way)
+
+
 #: Each takes a formula of the task's arguments, fully bound. `solve` is not here: it asks tasks itself (`resolve`).
 RUN: Mapping[str, Callable[[Formula], Result]] = {
     "porosity": _porosity,
@@ -105,6 +114,7 @@ RUN: Mapping[str, Callable[[Formula], Result]] = {
     "to_porosity": _to_porosity,
     "shell_to_porosity": _shell_to_porosity,
     "sample": _sample,
+    "phase": _phase,
 }
 
 

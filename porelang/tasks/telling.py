@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from porelang.data import Reduced
+from porelang.data import Reduced, SampledField
 from porelang.diagnostics import Diagnostic
 from porelang.ir import Node
 from porelang.source import Span
@@ -43,8 +43,16 @@ def _solve(found: Result) -> Told:
     return Told(doubts=(Doubt("W206", said, "looked at in some places only", hint),))
 
 
+def _phase(found: Result) -> Told:
+    from porelang.tasks.phase.got import told
+
+    assert isinstance(found, SampledField)
+    note, doubt, hint = told(found.facts)
+    return Told(note, (Doubt("W229", doubt, "what was got is not what was asked for", hint),) if doubt else ())
+
+
 #: By the name of the task; what is not here has nothing to tell.
-TELL: Mapping[str, Callable[[Result], Told]] = {"solve": _solve}
+TELL: Mapping[str, Callable[[Result], Told]] = {"solve": _solve, "phase": _phase}
 
 
 def told(n: Node, found: Result, place: Span | None) -> list[Diagnostic]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,48 +30,99 @@ MARGIN = 1 / 16
 MOST_NODES = 64_000_000
 
 
-def find(period: Field, inside: Field, low: Triple, high: Triple, free: bool) -> tuple[SampledField, Got]:
+def find(
+    period: Field,
+    inside: Field,
+    low: Triple,
+    high: Triple,
+    free: bool,
+    volume: bool = False,
+    direction: Field | None = None,
+    apart: bool = False,
+) -> tuple[SampledField, Got]:
     """The phase (3 components, in turns, 0 at the place nearest to the origin) over a box, and what it got.
 
-    `period` is in mm, `inside` negative within the part; `free` lets cells turn. Errors: E092 where the box holds no
-    part, E096 for cells so small that too many samples are needed, E097 where the period is none, or cells would fold.
+    `period` is in mm: one number at each point, or three (3, ...) for the axes of the cells; `inside` is negative
+    within the part. `free` lets cells turn, or they stand along a `direction` (3, ...); `volume` gives up shape for
+    size. With `apart` each of the three periods varies along its own axis alone: the phase is known in closed form.
+    Errors: E092 where the box holds no part, E096 for cells so small that too many samples are needed, E147 where the
+    period is none, E148 where cells would fold.
     """
+    of = _for_axes(period)
     sides = np.array(high) - np.array(low)
     margin = MARGIN * float(sides.max())
     corner, sides = np.array(low) - margin, sides + 2 * margin
-    found: SampledField | None = None
-    for level in LEVELS:
+
+    def grid(level: int) -> tuple[Values, Wanted]:
         counts = _counts(sides, float(sides.max()) / level)
         spacing = sides / counts
-        wanted = _wanted(period, inside, corner, spacing, counts)
-        nodes = [corner[a] + spacing[a] * np.arange(counts[a] + 1) for a in range(3)]
+        return spacing, replace(_wanted(of, inside, corner, spacing, counts, direction), free=free, volume=volume)
+
+    found: SampledField | None = None
+    spacing, wanted = grid(LEVELS[-1])
+    for level in () if apart else LEVELS:
+        spacing, wanted = grid(level)
+        nodes = [corner[a] + spacing[a] * np.arange(wanted.period.shape[a + 1] + 1) for a in range(3)]
         start = _read(found, nodes) if found is not None else _even(wanted, nodes)
         if found is not None and first_fold(start, wanted) is not None:
             start = _even(wanted, nodes)
-        found = _sampled(turned(wanted, start, free), corner, spacing)
-    assert found is not None
-    least, most = _smallest(wanted), 2 * np.array(wanted.period.shape)
-    counts = np.maximum(_counts(sides, least / 2), wanted.period.shape)
+        found = _sampled(turned(wanted, start), corner, spacing)
+    cells, least = wanted.period.shape[1:], _smallest(wanted)
+    counts = np.maximum(_counts(sides, least / 2), cells)
     if math.prod(int(n) + 1 for n in counts) > MOST_NODES:
         raise fail("E096", f"cells of {least:.3g} mm need {math.prod(int(n) + 1 for n in counts):.2g} samples here",
                    hint="ask for larger cells, or for a smaller part `within`")  # fmt: skip
     nodes = [corner[a] + sides[a] * np.arange(counts[a] + 1) / counts[a] for a in range(3)]
-    phase = _anchored(_sampled(_read(found, nodes), corner, sides / counts), period, low, high)
-    at = [corner[a] + sides[a] * (np.arange(most[a]) + 0.5) / most[a] for a in range(3)]
-    told = got(phase, period, inside, (at[0], at[1], at[2]))
+    kept = _read(found, nodes) if found is not None else _integrals(of, nodes, low, high)
+    phase = _anchored(_sampled(kept, corner, sides / counts), of, low, high)
+    at = [corner[a] + sides[a] * (np.arange(2 * cells[a]) + 0.5) / (2 * cells[a]) for a in range(3)]
+    told = got(phase, of, inside, (at[0], at[1], at[2]), free, direction)
     if isinstance(told, Fold):
-        raise fail("E097", f"the cells of this phase would fold at ({coordinates(told.place)})",
+        raise fail("E148", f"the cells of this phase would fold at ({coordinates(told.place)})",
                    hint="their period changes too fast there: blur it, or give it less range")  # fmt: skip
     if told is None:
         raise _empty()
     return SampledField(phase.values, phase.origin, phase.spacing, told.facts), told
 
 
+def _for_axes(period: Field) -> Field:
+    """A field of periods as one that gives three everywhere (3, ...)."""
+
+    def at(x: Values, y: Values, z: Values) -> Values:
+        shape = np.broadcast_shapes(x.shape, y.shape, z.shape)
+        return np.broadcast_to(np.asarray(period(x, y, z), np.float64), (3, *shape))
+
+    return at
+
+
+def _integrals(period: Field, nodes: Sequence[Values], low: Triple, high: Triple) -> Values:
+    """The phase of which each component is the integral of 1 / w along its axis: by Gauss's rule between the nodes."""
+    points, weights = np.polynomial.legendre.leggauss(24)
+    middle = [np.array([(a + b) / 2]) for a, b in zip(low, high, strict=True)]
+    along = []
+    for axis, ends in enumerate(nodes):
+        half = np.diff(ends) / 2
+        inner = np.clip(ends[:-1, None] + half[:, None] * (1 + points), low[axis], high[axis]).reshape(-1)
+        asked = period(*(inner if a == axis else middle[a] for a in range(3)))[axis]
+        _check(asked, ~((asked >= NEAREST) & (asked <= LARGEST_VALUE)), [inner if a == axis else middle[a] + 0 * inner
+                                                                         for a in range(3)])  # fmt: skip
+        steps = half * (weights / asked.reshape(-1, len(points))).sum(1)
+        along.append(np.concatenate([[0.0], np.cumsum(steps)]))
+    return np.stack(np.meshgrid(*along, indexing="ij"))
+
+
 def _counts(sides: Values, spacing: float) -> NDArray[np.int64]:
     return np.maximum(np.ceil(sides / spacing - 1e-9).astype(np.int64), FEWEST)
 
 
-def _wanted(period: Field, inside: Field, corner: Values, spacing: Values, counts: NDArray[np.int64]) -> Wanted:
+def _wanted(
+    period: Field,
+    inside: Field,
+    corner: Values,
+    spacing: Values,
+    counts: NDArray[np.int64],
+    direction: Field | None = None,
+) -> Wanted:
     """What is asked for in the cells; beyond the part, where its field may be anything, a period like those within."""
     nodes = np.meshgrid(*(corner[a] + spacing[a] * np.arange(counts[a] + 1) for a in range(3)), indexing="ij")
     centres = np.meshgrid(*(corner[a] + spacing[a] * (np.arange(counts[a]) + 0.5) for a in range(3)), indexing="ij")
@@ -82,19 +134,27 @@ def _wanted(period: Field, inside: Field, corner: Values, spacing: Values, count
         within |= at_corners[x, y, z]
     if not within.any():
         raise _empty()
-    asked = np.array(np.broadcast_to(period(*centres), within.shape), np.float64)
+    asked = np.array(period(*centres))
     right = (asked >= NEAREST) & (asked <= LARGEST_VALUE)
-    if (central & ~right).any():
-        i, j, k = (int(v) for v in np.argwhere(central & ~right)[0])
-        place = coordinates(float(c[i, j, k]) for c in centres)
-        raise fail("E097", f"the period that is asked for is {asked[i, j, k]:.3g} mm at ({place})",
-                   hint="a period is a length above 0 everywhere within the part")  # fmt: skip
-    good = asked[within & right]
-    if not good.size:
-        raise _empty()
-    asked = np.where(right, asked, np.exp(np.log(good).mean())).clip(good.min(), good.max())
+    for of, wrong in zip(asked, central & ~right, strict=True):
+        _check(of, wrong, centres)
+    for c, fits in enumerate(right):
+        good = asked[c][within & fits]
+        if not good.size:
+            raise _empty()
+        asked[c] = np.where(fits, asked[c], np.exp(np.log(good).mean())).clip(good.min(), good.max())
     steps: Triple = (float(spacing[0]), float(spacing[1]), float(spacing[2]))
-    return Wanted(asked, np.where(within, 1.0, OUTSIDE), _about(within), steps)
+    way = None if direction is None else direction(*centres)
+    return Wanted(asked, np.where(within, 1.0, OUTSIDE), _about(within), steps, direction=way)
+
+
+def _check(asked: Values, wrong: NDArray[np.bool_], at: Sequence[Values]) -> None:
+    """Refuse periods that are none. Errors: E147."""
+    if wrong.any():
+        first = int(np.argmax(wrong))
+        place = coordinates(float(c.reshape(-1)[first]) for c in at)
+        raise fail("E147", f"the period that is asked for is {asked.reshape(-1)[first]:.3g} mm at ({place})",
+                   hint="a period is a length above 0 everywhere within the part")  # fmt: skip
 
 
 def _about(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -111,13 +171,13 @@ def _empty() -> Exception:
 
 
 def _smallest(wanted: Wanted) -> float:
-    return float(wanted.period[wanted.within].min())
+    return float(wanted.period[:, wanted.within].min())
 
 
 def _even(wanted: Wanted, nodes: Sequence[Values]) -> Values:
     """Cells of one size, which fold nowhere."""
-    mean = float(np.exp(np.log(wanted.period[wanted.within]).mean()))
-    return np.stack(np.meshgrid(*nodes, indexing="ij")) / mean
+    mean = np.exp(np.log(wanted.period[:, wanted.within]).mean(axis=1))
+    return np.asarray(np.stack(np.meshgrid(*nodes, indexing="ij")) / mean[:, None, None, None])
 
 
 def _read(phase: SampledField, nodes: Sequence[Values]) -> Values:
@@ -133,8 +193,7 @@ def _sampled(phi: Values, corner: Values, spacing: Values) -> SampledField:
 def _anchored(phase: SampledField, period: Field, low: Triple, high: Triple) -> SampledField:
     """Moved so that it is q / w at the place q of the box that is nearest to the origin: a constant w gives p / w."""
     x, y, z = (np.array([min(max(0.0, a), b)]) for a, b in zip(low, high, strict=True))
-    asked = float(np.asarray(period(x, y, z)).reshape(-1)[0])
-    if not asked >= NEAREST:
-        asked = math.inf
-    move = [float(q[0]) / asked - float(lookup_cubic(phase, x, y, z, (c, 0, 0, 0))[0]) for c, q in enumerate((x, y, z))]
+    asked = [w if w >= NEAREST else math.inf for w in period(x, y, z)[:, 0].tolist()]
+    here = [float(lookup_cubic(phase, x, y, z, (c, 0, 0, 0))[0]) for c in range(3)]
+    move = [float(q[0]) / w - u for q, w, u in zip((x, y, z), asked, here, strict=True)]
     return SampledField.from_array(phase.values + np.array(move), phase.origin, phase.spacing)
