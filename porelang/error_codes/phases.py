@@ -23,6 +23,17 @@ PHASES = (
         "gyroid(phase=phase(10mm + z / 20, sphere(30))) & sphere(30)",
     ),
     Code(
+        "W228",
+        "a period that varies, and cells that do not have it",
+        "With a field as `w` a lattice is a wave of p / w, as in the paper, and that is no wave of the length w: the\n"
+        "farther from the origin a change of w is, the longer or shorter are cells there, until they shear. The\n"
+        "message says what they are at a place of the part where they miss `w` by more than 25 %.\n"
+        "`phase(w, within)` finds the phase of a lattice whose cells do have the size w, as nearly as can be, and\n"
+        "says how nearly. Where the wave of the paper is what is meant, `phase=p / w` says that it is.",
+        "gyroid(20mm + z / 10) & cylinder(75mm, 300mm)",
+        "gyroid(phase=phase(20mm + z / 20, cylinder(75mm, 300mm))) & cylinder(75mm, 300mm)",
+    ),
+    Code(
         "W229",
         "cells that are not as they were asked for",
         "Cells of one shape whose size varies exist for few fields: `phase` gets as near as can be, and says so.\n"
