@@ -23,7 +23,7 @@ let wave = sample(sin(x), 1mm, ball)
 out part = ball + 0.1 * wave
 out plain = ball
 """
-DOUBT = Doubt("W234", "half of it is guessed", "asked for here", "take finer samples")
+DOUBT = Doubt("W229", "half of it is guessed", "asked for here", "take finer samples")
 Run = Callable[..., tuple[int, str, str]]
 
 
@@ -74,7 +74,7 @@ def test_a_check_computes_nothing_unless_it_measures(computed: list[int], run: R
     assert status == 0
     assert computed == [13**3]
     assert "note: a.pore:2:12: sample: 2197 nodes\n" in err
-    assert "warning[W234]: half of it is guessed\n --> a.pore:2:12" in err
+    assert "warning[W229]: half of it is guessed\n --> a.pore:2:12" in err
     assert "= hint: take finer samples" in err
     assert "no errors, 1 warning" in err
 
@@ -91,18 +91,18 @@ def test_commands_that_read_it_tell_it(computed: list[int], run: Run, words: tup
     status, out, err = run(*words, "--out", "part", "--backend", "numpy")
     assert status == 0
     assert "note: a.pore:2:12: sample: 2197 nodes\n" in err
-    assert "warning[W234]" in err
+    assert "warning[W229]" in err
     status, out, err = run(*words, "--out", "part", "--backend", "numpy", "--json", "-q")
     found = json.loads(out)
     assert status == 0
     assert not err
-    assert [d["code"] for d in found["warnings"]] == ["W234"]
+    assert [d["code"] for d in found["warnings"]] == ["W229"]
     (note,) = found["notes"]
     assert (note["severity"], note["message"], note["line"], note["column"]) == ("note", "sample: 2197 nodes", 2, 12)
     assert len(computed) == 1  # what is kept tells the same
     _, _, err = run(*words, "--out", "plain", "--backend", "numpy")
     assert "nodes" not in err
-    assert "W234" not in err
+    assert "W229" not in err
 
 
 def test_what_lies_on_disk_tells_it_too(computed: list[int], run: Run) -> None:
@@ -111,7 +111,7 @@ def test_what_lies_on_disk_tells_it_too(computed: list[int], run: Run) -> None:
     status, out, _ = run("check", "--measure", "--json", "-q")
     assert status == 0
     assert len(computed) == 1
-    assert [(d["severity"], d["code"]) for d in json.loads(out)] == [("note", ""), ("warning", "W234")]
+    assert [(d["severity"], d["code"]) for d in json.loads(out)] == [("note", ""), ("warning", "W229")]
 
 
 def test_pictures_tell_it(computed: list[int], run: Run, gpu: object) -> None:
@@ -119,7 +119,7 @@ def test_pictures_tell_it(computed: list[int], run: Run, gpu: object) -> None:
     status, _, err = run(*words, "--out", "part")
     assert status == 0
     assert "note: a.pore:2:12: sample: 2197 nodes\n" in err
-    assert "warning[W234]" in err
+    assert "warning[W229]" in err
     status, out, _ = run(*words, "--out", "plain", "--field", "wave", "--json")
     assert [d["message"] for d in json.loads(out)["notes"]] == ["sample: 2197 nodes"]
 
@@ -134,7 +134,7 @@ def test_python_has_notes_and_warnings(computed: list[int]) -> None:
         assert [d["message"] for d in design.measure("part", voxel=1)["notes"]] == ["sample: 2197 nodes"]
     with pytest.warns(porelang.PoreWarning) as told:
         design.mesh("part", voxel=1)
-    assert [w.message.diagnostic.code for w in told] == ["W234"]  # type: ignore[union-attr]  # and no note
+    assert [w.message.diagnostic.code for w in told] == ["W229"]  # type: ignore[union-attr]  # and no note
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert design.notes("plain") == []

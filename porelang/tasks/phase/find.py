@@ -26,6 +26,8 @@ LEVELS = (16, 32)
 FEWEST = 4
 #: Of the longest side: so much more than the box is found on each side, for what reaches beyond the part.
 MARGIN = 1 / 16
+#: Points in a cell of the finer grid, along each axis, where it is looked at what was got.
+LOOKED = 3
 #: Nodes of what is kept: 1.5 GB.
 MOST_NODES = 64_000_000
 
@@ -75,7 +77,7 @@ def find(
     nodes = [corner[a] + sides[a] * np.arange(counts[a] + 1) / counts[a] for a in range(3)]
     kept = _read(found, nodes) if found is not None else _integrals(of, nodes, low, high)
     phase = _anchored(_sampled(kept, corner, sides / counts), of, low, high)
-    at = [corner[a] + sides[a] * (np.arange(2 * cells[a]) + 0.5) / (2 * cells[a]) for a in range(3)]
+    at = [corner[a] + sides[a] * (np.arange(LOOKED * cells[a]) + 0.5) / (LOOKED * cells[a]) for a in range(3)]
     told = got(phase, of, inside, (at[0], at[1], at[2]), free, direction)
     if isinstance(told, Fold):
         raise fail("E148", f"the cells of this phase would fold at ({coordinates(told.place)})",
@@ -128,10 +130,11 @@ def _wanted(
     centres = np.meshgrid(*(corner[a] + spacing[a] * (np.arange(counts[a]) + 0.5) for a in range(3)), indexing="ij")
     at_corners = np.broadcast_to(inside(*nodes), nodes[0].shape) < 0
     central = np.broadcast_to(inside(*centres), centres[0].shape) < 0
-    within = central.copy()
+    share = 8.0 * central  # of each cell that lies within: at its centre and its corners
     for i, j, k in np.ndindex(2, 2, 2):
         x, y, z = (slice(1, None) if n else slice(None, -1) for n in (i, j, k))
-        within |= at_corners[x, y, z]
+        share += at_corners[x, y, z]
+    share, within = share / 16, share > 0
     if not within.any():
         raise _empty()
     asked = np.array(period(*centres))
@@ -145,7 +148,7 @@ def _wanted(
         asked[c] = np.where(fits, asked[c], np.exp(np.log(good).mean())).clip(good.min(), good.max())
     steps: Triple = (float(spacing[0]), float(spacing[1]), float(spacing[2]))
     way = None if direction is None else direction(*centres)
-    return Wanted(asked, np.where(within, 1.0, OUTSIDE), _about(within), steps, direction=way)
+    return Wanted(asked, np.maximum(share, OUTSIDE), _about(within), steps, direction=way)
 
 
 def _check(asked: Values, wrong: NDArray[np.bool_], at: Sequence[Values]) -> None:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 Values = NDArray[np.float64]
 #: A cell outside the part counts this much: enough to carry the phase smoothly to where a skin or a hull may read it,
 #: too little to bend the cells within (measured: with 1, periods near the rim err by what lies outside).
-OUTSIDE = 0.05
+OUTSIDE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
