@@ -113,8 +113,8 @@ def test_jacobian_of_a_random_period_from_a_file(random: Design) -> None:
 
 def test_it_says_what_it_got() -> None:
     (note,) = along_z().notes("lattice")
-    told = r"phase: asked 10\.\d\.\.39\.\d mm, got \d+\.\d\.\.\d+\.\d; stretch at most 1\.\d\d; turned by up to \d\d degrees; "
-    assert re.fullmatch(told + "no folds", note.message)
+    told = r"phase: asked 10\.\d\.\.39\.\d mm, got \d+\.\d\.\.\d+\.\d; stretch at most 1\.\d\d; "
+    assert re.fullmatch(told + r"turned by up to \d\d degrees; no folds", note.message)
     assert note.span is not None
     assert note.span.text == "phase(25mm + z / 10, part)"
 
@@ -188,6 +188,24 @@ def test_three_periods_and_a_direction_go_together() -> None:
     slopes = slopes_of(design("[30mm, 20mm, 15mm]", ", orientation=[1, 1, 0]"), points)
     assert np.abs(np.linalg.norm(slopes, axis=2) * [30, 20, 15] - 1).max() < 2e-3
     assert np.abs(np.abs(slopes[:, 0] @ [1, 1, 0]) * 30 / np.sqrt(2) - 1).max() < 2e-3
+
+
+@pytest.mark.parametrize(
+    ("cells", "counts"),
+    [("12", (None, None, 12)), ('"whole"', None), ("[7, 0, 13]", (7, None, 13))],
+)
+def test_a_whole_number_of_cells_fits(cells: str, counts: tuple[int | None, ...] | None) -> None:
+    ends = np.array([[-75.0, 0, 0], [75, 0, 0], [0, -75, 0], [0, 75, 0], [0, 0, -150], [0, 0, 150]])
+    plain, fitted = (design("25mm + z / 10", more).field("turns")(ends) for more in ("", f", cells={cells}"))
+    (was, found) = (np.array([u[2 * a + 1, a] - u[2 * a, a] for a in range(3)]) for u in (plain, fitted))
+    for axis in range(3):
+        if counts is None or counts[axis] is not None:
+            assert found[axis] == pytest.approx(round(was[axis]) if counts is None else counts[axis], abs=1e-9)
+            assert fitted[2 * axis, axis] == pytest.approx(0, abs=1e-9)
+    if cells == "12":  # one factor for all
+        assert found / was == pytest.approx(np.full(3, 12 / was[2]), rel=1e-6)
+    if cells == "[7, 0, 13]":
+        assert found[1] == pytest.approx(was[1], rel=1e-6)
 
 
 # ---- what is said ----------------------------------------------------------------------------------------------------

@@ -277,10 +277,38 @@ def _phase(ctx: Context, site: tree.Call, values: list[Value], places: list[Span
         if isinstance(known, float) and not known > 0:
             return ctx.error("E147", f"a period of {known:g} mm cannot be had", places[0],
                              hint="give a length above 0, as in 10mm")  # fmt: skip
-    words = (const(float(orientation == "free")), const(float(kept == "volume")))
+    cells = _cells(ctx, values[4], places[4], way is not None)
+    if cells is None:
+        return POISON
+    words = (const(float(orientation == "free")), const(float(kept == "volume")), *cells)
     grid = ctx.task(node("phase", *periods, within.node, *words, *(way.nodes if way is not None else ())), site.span)
     x, y, z = (looked_up(grid, k, True, None) for k in range(3))
     return Vector(x, y, z, RATIO)
+
+
+def _cells(ctx: Context, value: Value, place: Span, turned: bool) -> tuple[Node, ...] | None:
+    """How many cells a phase is to have: how that is meant (see `FITS` in `tasks.run`; 0 for none), and numbers."""
+    if value is ABSENT:
+        return (ZERO,) * 4
+    if turned:
+        ctx.error("E149", "cells along a direction have no whole number along the axes", place,
+                  hint="leave out `cells`, or `orientation`")  # fmt: skip
+        return None
+    vector, value = as_vector(value), ctx.decided(value)
+    if isinstance(value, Text) and value.value == "whole":
+        return const(2.0), ZERO, ZERO, ZERO
+    numbers = vector.nodes if vector is not None else (value.node,) * 3 if isinstance(value, Scalar) else ()
+    known = [ctx.constant(n) for n in numbers]
+    if not numbers or any(n.axes for n in numbers):
+        if not isinstance(value, Poison):
+            ctx.error("E149", f'`cells` of `phase` is a whole number, three, or "whole", not {describe(value)}', place,
+                      hint='`cells="whole"` makes it the nearest along each side')  # fmt: skip
+        return None
+    if any(isinstance(n, float) and (n < 0 or n != round(n) or (n == 0 and vector is None)) for n in known):
+        ctx.error("E149", f"{place.text} cannot be had", place,
+                  hint="give a whole number above 0, or three; or \"whole\" for the nearest")  # fmt: skip
+        return None
+    return (const(1.0 if vector is not None else 3.0), *numbers)
 
 
 def _word(ctx: Context, value: Value, place: Span, parameter: str, words: tuple[str, ...]) -> str | None:

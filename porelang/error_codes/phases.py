@@ -23,6 +23,15 @@ PHASES = (
         "gyroid(phase=phase(10mm + z / 20, sphere(30))) & sphere(30)",
     ),
     Code(
+        "E149",
+        "a number of cells that is none",
+        "`cells` of `phase` fits cells into the box of the solid: a whole number of them along its longest side,\n"
+        'three for its sides (0 leaves one as it comes), or "whole", the nearest along each. Cells that stand along a\n'
+        "direction have no number along the axes.",
+        "gyroid(phase=phase(10mm, sphere(30), cells=2.5)) & sphere(30)",
+        "gyroid(phase=phase(10mm + z / 20, sphere(30), cells=6)) & sphere(30)",
+    ),
+    Code(
         "W228",
         "a period that varies, and cells that do not have it",
         "With a field as `w` a lattice is a wave of p / w, as in the paper, and that is no wave of the length w: the\n"

@@ -11,17 +11,22 @@ from porelang.backends.numpy import NumpyField
 from porelang.data import SampledField
 from porelang.formula import Formula
 from porelang.tasks.bake import region
-from porelang.tasks.phase.find import find
+from porelang.tasks.phase.find import Fit, find
 from porelang.tasks.phase.got import Field
 
 
 def phase_of(
-    period: Formula, within: Formula, free: bool, volume: bool = False, direction: Formula | None = None
+    period: Formula,
+    within: Formula,
+    free: bool,
+    volume: bool = False,
+    direction: Formula | None = None,
+    cells: Fit | None = None,
 ) -> SampledField:
     """The phase, in turns, for a field of periods in mm, over the box of a solid; its facts are those of `Got`.
 
     `period` has one root, or three for the axes of the cells; `free` lets cells turn, or they stand along a
-    `direction` (three roots, of any length but 0); `volume` gives up shape for size.
+    `direction` (three roots, of any length but 0); `volume` gives up shape for size, `cells` says how many there are.
     Errors: E091 and E092 of the solid, and those of `find`.
     """
     box = region(within, "this phase")
@@ -29,7 +34,7 @@ def phase_of(
     apart = len(bits) == 3 and all(bits[a] & ~(1 << a) == 0 for a in range(3)) and direction is None
     solid = _values(within)
     way = None if direction is None else _unit(_values(direction))
-    return find(_values(period), lambda x, y, z: solid(x, y, z)[0], box.lo, box.hi, free, volume, way, apart)[0]
+    return find(_values(period), lambda x, y, z: solid(x, y, z)[0], box.lo, box.hi, free, volume, way, apart, cells)[0]
 
 
 def _values(fields: Formula) -> Field:

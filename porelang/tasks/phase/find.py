@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,12 +42,14 @@ def find(
     volume: bool = False,
     direction: Field | None = None,
     apart: bool = False,
+    cells: Fit | None = None,
 ) -> tuple[SampledField, Got]:
     """The phase (3 components, in turns, 0 at the place nearest to the origin) over a box, and what it got.
 
     `period` is in mm: one number at each point, or three (3, ...) for the axes of the cells; `inside` is negative
     within the part. `free` lets cells turn, or they stand along a `direction` (3, ...); `volume` gives up shape for
     size. With `apart` each of the three periods varies along its own axis alone: the phase is known in closed form.
+    `cells` says how many there are to be along the sides of the box; then they begin at its lower end.
     Errors: E092 where the box holds no part, E096 for cells so small that too many samples are needed, E147 where the
     period is none, E148 where cells would fold.
     """
@@ -69,15 +72,16 @@ def find(
         if found is not None and first_fold(start, wanted) is not None:
             start = _even(wanted, nodes)
         found = _sampled(turned(wanted, start), corner, spacing)
-    cells, least = wanted.period.shape[1:], _smallest(wanted)
-    counts = np.maximum(_counts(sides, least / 2), cells)
+    coarse, least = wanted.period.shape[1:], _smallest(wanted)
+    counts = np.maximum(_counts(sides, least / 2), coarse)
     if math.prod(int(n) + 1 for n in counts) > MOST_NODES:
         raise fail("E096", f"cells of {least:.3g} mm need {math.prod(int(n) + 1 for n in counts):.2g} samples here",
                    hint="ask for larger cells, or for a smaller part `within`")  # fmt: skip
     nodes = [corner[a] + sides[a] * np.arange(counts[a] + 1) / counts[a] for a in range(3)]
     kept = _read(found, nodes) if found is not None else _integrals(of, nodes, low, high)
-    phase = _anchored(_sampled(kept, corner, sides / counts), of, low, high)
-    at = [corner[a] + sides[a] * (np.arange(LOOKED * cells[a]) + 0.5) / (LOOKED * cells[a]) for a in range(3)]
+    phase = _sampled(kept, corner, sides / counts)
+    phase = _anchored(phase, of, low, high) if cells is None else _fitted(phase, cells, low, high)
+    at = [corner[a] + sides[a] * (np.arange(LOOKED * coarse[a]) + 0.5) / (LOOKED * coarse[a]) for a in range(3)]
     told = got(phase, of, inside, (at[0], at[1], at[2]), free, direction)
     if isinstance(told, Fold):
         raise fail("E148", f"the cells of this phase would fold at ({coordinates(told.place)})",
@@ -85,6 +89,34 @@ def find(
     if told is None:
         raise _empty()
     return SampledField(phase.values, phase.origin, phase.spacing, told.facts), told
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """How many cells there are to be along the sides of a box: so many along each (0: as it comes), as many as are
+    nearest (`whole`), or so many along its longest side, with one factor for all three (`longest`)."""
+
+    how: Literal["each", "whole", "longest"]
+    counts: Triple
+
+
+def _fitted(phase: SampledField, fit: Fit, low: Triple, high: Triple) -> SampledField:
+    """A phase whose periods are all changed by a factor, so that so many cells lie between the middles of two sides."""
+    ends = []
+    for axis in range(3):
+        at = [np.array([a, b]) if i == axis else np.array([(a + b) / 2] * 2)
+              for i, (a, b) in enumerate(zip(low, high, strict=True))]  # fmt: skip
+        x, y, z = at
+        ends.append(lookup_cubic(phase, x, y, z, (axis, 0, 0, 0)))
+    first, found = np.array([e[0] for e in ends]), np.array([e[1] - e[0] for e in ends])
+    if fit.how == "whole":
+        factors = np.maximum(np.round(found), 1) / found
+    elif fit.how == "longest":
+        longest = int(np.argmax(np.array(high) - np.array(low)))
+        factors = np.full(3, fit.counts[longest] / found[longest])
+    else:
+        factors = np.array([n / f if n else 1.0 for n, f in zip(fit.counts, found, strict=True)])
+    return SampledField.from_array((phase.values - first) * factors, phase.origin, phase.spacing)
 
 
 def _for_axes(period: Field) -> Field:
