@@ -23,6 +23,7 @@ from porelang.elaborate.results import Elaborated, ParamInfo, Suspicion
 from porelang.formula import Bindings, Formula
 from porelang.interval import interval
 from porelang.ir import SLOTS, Node, X, Y, Z, node, order, param, substitute, within
+from porelang.periods import drifting
 from porelang.rewrites import flatten
 from porelang.settings import off_step
 from porelang.source import Span
@@ -408,6 +409,7 @@ _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | No
     "empty": _empty,
     "pores": _pores,
     "seam": _seam,
+    "period": drifting,
 }
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import porelang
+from porelang.checks import drifts_of_data
 from porelang.cli import main
 from porelang.compiler import try_compile
 from porelang.diagnostics import Diagnostic, PoreError
@@ -48,6 +49,12 @@ def codes(text: str, measure: bool = False) -> list[str]:
 
 
 DOUBTED = [
+    # periods that vary, and cells that do not have them
+    ("gyroid(25mm + z / 10) & cylinder(75mm, 300mm)", "W228"),
+    ("let part = cylinder(75mm, 300mm)\nlet w = 25mm + z / 10\ndiamond(w=w) |> shell(0.5) & part", "W228"),
+    ("let part = cylinder(75mm, 300mm)\ngyroid([20, 20, 25 + x / 5]) & part", "W228"),
+    ("param k = gyroid in {gyroid, iwp}\nlet part = cylinder(75, 300)\nk(15 + z / 12) & part", "W228"),
+    ("gyroid(20 + z / 12) |> rotate([1, 0, 0], 90deg) & cylinder(75, 300)", "W228"),
     # a raw lattice and a length, wherever they meet
     ("gyroid(10) |> shell(0.4mm) & cube(60mm)", "W212"),
     ("param w = 30mm in 10mm..60mm\ngyroid(w) |> shell(0.4mm) & cube(60mm)", "W212"),
@@ -156,6 +163,13 @@ DOUBTED = [
 ]
 
 RIGHT = [
+    # periods that are the same everywhere, or hardly vary, or are had by a phase; and a wave of p / w that is meant
+    "gyroid(20mm + 0 * x) & cylinder(75mm, 300mm)",
+    "gyroid(20mm + z / 150) & cylinder(75mm, 300mm)",
+    "gyroid([10, 20, 30]) & cylinder(75mm, 300mm)",
+    "let part = cylinder(75mm, 300mm)\ngyroid(phase=phase(25mm + z / 10, part)) & part",
+    "gyroid(phase=p / (25mm + z / 10)) & cylinder(75mm, 300mm)",
+    "gyroid(20mm + (if length(p) > 100 then x / 2 else 0)) & sphere(50mm)",
     # numbers of degrees, as numbers and as what they were made of
     "rotate(box([10, 20, 30]), [0, 0, 1], degrees(30deg) * 1deg)",
     "rotate(box([10, 20, 30]), [0, 0, 1], radians(degrees(30deg)))",
@@ -540,3 +554,29 @@ def test_an_output_that_holds_nothing_is_refused_beside_the_part() -> None:
     text = "out part = sphere(5)\nout b = sphere(3) & translate(sphere(2), [20, 0, 0])\nout heat = x + 3"
     (found,) = refusals(porelang.compile(text).design())
     assert (found.code, found.span.text) == ("E103", "sphere(3) & translate(sphere(2), [20, 0, 0])")
+
+
+def test_the_place_of_a_period_is_right() -> None:
+    """w = 25 + z/10 along z: the wave of z/w has the length w^2 / (w - z w') there, and x/w is sheared by x w'."""
+    (told,) = said("gyroid(25mm + z / 10) & cylinder(75mm, 300mm)")
+    x, y, z = map(float, re.search(r"at \(([^)]*)\)", told.message)[1].split(","))  # type: ignore[index]
+    real, asked = map(float, re.search(r"they are (\S+) mm long, and (\S+) mm", told.message).groups())  # type: ignore[union-attr]
+    w = 25 + z / 10
+    lengths = {"x": 1 / np.hypot(1 / w, x / 10 / w**2), "y": 1 / np.hypot(1 / w, y / 10 / w**2), "z": w**2 / 25}
+    assert asked == pytest.approx(w, rel=0.01)
+    assert real == pytest.approx(lengths[told.label[6]], rel=0.02)
+
+
+def test_a_period_from_a_file_is_looked_at_when_the_file_is_read(tmp_path: Path) -> None:
+    n = np.linspace(-40, 40, 9)
+    np.savez(tmp_path / "w.npz", w=np.broadcast_to(10 + (n + 40) / 8, (9, 9, 9)), origin=[-40.0] * 3, spacing=10.0)
+    file = tmp_path / "a.pore"
+    file.write_text('let part = sphere(35mm)\ngyroid(load("w.npz", "w")) & part\n')
+    program = porelang.compile(path=file)
+    (told,) = drifts_of_data(program.design(), measure=False)
+    assert told.code == "W228"
+    assert told.edit is not None
+    file.write_text("let part = sphere(35mm)\ngyroid(sample(10 + z / 6, 2mm, part)) & part\n")
+    design = porelang.compile(path=file).design()
+    assert drifts_of_data(design, measure=False) == []  # what takes seconds is looked at on request
+    assert [d.code for d in drifts_of_data(design, measure=True)] == ["W228"]

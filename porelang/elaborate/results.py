@@ -170,12 +170,13 @@ class Suspicion:
     "total": the two solids that are added or subtracted. "copies": a body, its copies, and the size of their cells
     (none, or three nodes). "apart": two solids of which one is cut by the other. "pores": a lattice that was made into
     walls, and what they are cut with. "seam": a lattice that meets itself along y, after how many mm, and what is made
-    of it. "empty": an inward offset, and its body.
+    of it. "empty": an inward offset, and its body. "period": a lattice, the three periods that it is given, and its
+    phase.
     `argument` is the place that an edit would change, `name` the function or the operator, `instead` what might
     stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """
 
-    what: Literal["length", "total", "copies", "apart", "pores", "seam", "empty"]
+    what: Literal["length", "total", "copies", "apart", "pores", "seam", "empty", "period"]
     span: Span
     nodes: tuple[Node, ...]
     argument: Span | None = None

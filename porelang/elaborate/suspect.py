@@ -136,6 +136,28 @@ def made_empty(ctx: Context, function: Function, result: Scalar, given: Mapping[
         ctx.cuts[place] = None
 
 
+def drifts(
+    ctx: Context,
+    function: Function,
+    bound: Mapping[str, Value],
+    result: Scalar,
+    given: Mapping[str, Given],
+    site: tree.Call,
+) -> None:
+    """Suspect a lattice whose period varies in space: its cells have another."""
+    w, turns = bound.get("w"), bound.get("phase")
+    found = nature(ctx.natures, result.node) if result.node.axes else None
+    if found is None or not found.raw or not isinstance(turns, Vector) or not isinstance(w, Scalar | Vector):
+        return
+    periods = w.nodes if isinstance(w, Vector) else (w.node,) * 3
+    if not any(n.axes for n in periods) or result.node.depends >= UNKNOWN:
+        return
+    place = ctx.users_place(site.span)
+    own = given["w"].span if "w" in given and place == site.span else None
+    argument = own if own is not None and own.start >= place.start else None  # a piped one stands before
+    ctx.suspect(Suspicion("period", place, (result.node, *periods, *turns.nodes), argument, function.name))
+
+
 # ---- calls ----------------------------------------------------------------------------------------------------------
 
 
@@ -200,6 +222,7 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
         if isinstance(angle, Scalar):
             ctx.in_degrees.setdefault(result.node, angle)
     made_empty(ctx, function, result, given, site)
+    drifts(ctx, function, bound, result, given, site)
     for i, s in enumerate(ctx.found.suspicions):  # only of a sum that is the result it is known where it is solid
         if s.what == "length" and s.span == site.span and s.nodes[2:] and s.nodes[-1] is not result.node:
             ctx.found.suspicions[i] = replace(s, nodes=s.nodes[:2])

@@ -15,10 +15,22 @@ from porelang.error_codes.machine import MACHINE
 from porelang.error_codes.names import NAMES
 from porelang.error_codes.page import Code
 from porelang.error_codes.params import PARAMS
+from porelang.error_codes.phases import PHASES
 from porelang.error_codes.requests import REQUESTS
 from porelang.error_codes.syntax import SYNTAX
 
-THEMES: tuple[tuple[Code, ...], ...] = (SYNTAX, NAMES, KINDS, PARAMS, FOUND, REQUESTS, MACHINE, DATAFILES, DOUBTS)
+THEMES: tuple[tuple[Code, ...], ...] = (
+    SYNTAX,
+    NAMES,
+    KINDS,
+    PARAMS,
+    FOUND,
+    REQUESTS,
+    MACHINE,
+    DATAFILES,
+    PHASES,
+    DOUBTS,
+)
 CODES: dict[str, Code] = {page.code: page for theme in THEMES for page in theme}
 
 Page = Code  # what a reader sees of it

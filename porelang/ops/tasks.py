@@ -65,6 +65,14 @@ _ROWS = (
          'The bars of a file as a solid, round at their ends: `frame("truss.json")`, which holds {"nodes": [[x, y, z], '
          '...], "bars": [[i, j], ...], "radii": [...]}, in mm. Its value is the distance to the nearest surface.',
          0, "reading data"),
+    Task("phase", ("w", "within", "orientation", "keep", "cells"), "grid", RATIO, "seconds",
+         "The phase of a lattice whose cells have the size w, a field, within a solid: `gyroid(phase=phase(w, part))`. "
+         "As near to that as can be, and it says what it got: cells of one shape whose size varies exist for few w. "
+         'They may turn a little (`orientation="free"`), which gets nearest, or keep the directions of the axes '
+         '(`"fixed"`), or stand along a direction, a vector field, as `align` has it; `keep="volume"` gives up some of '
+         "their shape for their size. `cells` fits a whole number of them into the box of the solid: `12` along its "
+         'longest side, `[4, 4, 12]` along each, or `"whole"`, the nearest. Beyond that box and a sixteenth of its '
+         "longest side the lattice ends.", 3, "finding a phase"),
 )  # fmt: skip
 
 TASK_TABLE: dict[str, Task] = {row.name: row for row in _ROWS}

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import Literal, TypeVar
 
-from porelang.data import Data, Reduced
+from porelang.data import Data, Reduced, Triple
 from porelang.diagnostics import PoreError, fail
 from porelang.formula import Formula
 from porelang.ir import Node, node
@@ -94,6 +94,30 @@ def _sample(asked: Formula) -> Result:
     return bake(asked.with_roots(*(asked.roots[i] for i in fields)), _number(asked, voxel), _field(asked, within))
 
 
+#: What `cells` of a phase may be, in the order of the numbers that say which in the graph.
+FITS: tuple[Literal["each", "whole", "longest"], ...] = ("each", "whole", "longest")
+
+
+def _phase(asked: Formula) -> Result:
+    from porelang.tasks.phase.asked import phase_of
+    from porelang.tasks.phase.find import Fit
+
+    roots, several = asked.roots, {8: 1, 10: 3, 11: 1, 13: 3}[len(asked.roots)]  # periods; three more are a direction
+    free, volume, how, *counts = (_number(asked, several + 1 + i) for i in range(6))
+    way = asked.with_roots(*roots[several + 7 :]) if len(roots) > several + 7 else None
+    fit = None if how == 0 else Fit(FITS[int(how) - 1], _cells(counts))
+    return phase_of(asked.with_roots(*roots[:several]), _field(asked, several), bool(free), bool(volume), way, fit)
+
+
+def _cells(counts: Sequence[float]) -> Triple:
+    """How many cells a phase is to have along the axes. Errors: E149."""
+    for n in counts:
+        if n < 0 or n != round(n):
+            raise fail("E149", f"{n:g} cells cannot be had", hint="give whole numbers; 0 leaves a side as it comes")
+    x, y, z = counts
+    return x, y, z
+
+
 #: Each takes a formula of the task's arguments, fully bound. `solve` is not here: it asks tasks itself (`resolve`).
 RUN: Mapping[str, Callable[[Formula], Result]] = {
     "porosity": _porosity,
@@ -105,6 +129,7 @@ RUN: Mapping[str, Callable[[Formula], Result]] = {
     "to_porosity": _to_porosity,
     "shell_to_porosity": _shell_to_porosity,
     "sample": _sample,
+    "phase": _phase,
 }
 
 
