@@ -121,9 +121,13 @@ def resolve(
     return uses, [_with_places(d, places) for d, places in missing.values()]
 
 
+#: What takes the names of files and of arrays, which are texts.
+_READING = ("load", "load_vector", "load_tensor", "frame", "nearest_bar")
+
+
 def _texts(call: tree.Call) -> dict[Span, Span]:
     """The names in a call where a text is meant, each with the place of that text: `load(a.npz, vm)`."""
-    files = isinstance(call.function, tree.Name) and call.function.name in ("load", "frame")
+    files = isinstance(call.function, tree.Name) and call.function.name in _READING
     found: dict[Span, Span] = {}
     for a in call.arguments:
         if not (files and a.name is None) and a.name != "side":

@@ -162,8 +162,10 @@ def _unit(s: tree.Param, dimension: Dimension | None) -> str:
 
 def _use(ctx: Context, files: _Files, s: tree.Use) -> Value:
     ending = s.path.value.lower()
-    if ending.endswith(habits.MESH_ENDINGS) or ending.endswith((".npz", ".json", ".csv")):
-        mesh = ending.endswith(habits.MESH_ENDINGS)
+    if ending.endswith(habits.MESH_ENDINGS) or ending.endswith(
+        (".npz", ".vtu", ".vtk", ".vti", ".nrrd", ".json", ".csv")
+    ):
+        mesh = ending.endswith(habits.MESH_ENDINGS) and not ending.endswith((".vtu", ".vtk"))
         read = f'fields of data are read by `load("{s.path.value}", "name")`, bars by `frame`'
         return ctx.error(
             "E046",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from porelang.elaborate import bare, operators
 from porelang.elaborate.advice import is_number
@@ -192,42 +192,95 @@ def _smooth(ctx: Context, value: Value, place: Span) -> bool | None:
     return None
 
 
-def _grid_of(
-    ctx: Context, site: tree.Call, values: list[Value], places: list[Span], called: str, components: int
-) -> Node | None:
+def _length_now(ctx: Context, value: Value, place: Span, what: str) -> float | None:
+    """A length above 0 that is known now, 0 where it is not given; None after saying what is wrong with it."""
+    if value is ABSENT:
+        return 0.0
+    if isinstance(value, Scalar) and value.dimension not in (None, LENGTH):
+        ctx.error("E062", f"{what} is a length, not {value.dimension}", place)
+        return None
+    known = ctx.need_constant(value, place, what)
+    if known is not None and not known > 0:
+        ctx.error("E152", f"{what} is a length above 0", place, label=f"this is {known:g} mm", hint="as in 0.5mm")
+        return None
+    return known
+
+
+@dataclass(frozen=True, slots=True)
+class _Loaded:
+    """What is read from a file: a field for each number at a node."""
+
+    grid: Node
+    smooth: bool
+    masked: bool
+    components: int
+
+    def fields(self, outside: Sequence[Node | None]) -> list[Node]:
+        """The field of each number, with what is beyond what the file covers."""
+        return [self._field(k, beyond) for k, beyond in enumerate(outside)]
+
+    def _field(self, component: int, outside: Node | None) -> Node:
+        found = looked_up(self.grid, component, self.smooth, outside)
+        if outside is None or not self.masked:
+            return found
+        # beyond the box of the grid, and where the component that says how far outside of the cells is above 0
+        away = looked_up(self.grid, self.components, False, None)
+        return node("select", node("lt", ZERO, away), outside, found)
+
+
+def _loaded(
+    ctx: Context, values: list[Value], places: list[Span], site: tree.Call, called: str, components: int
+) -> _Loaded | None:
     """The slot of what is loaded; its file has to hold so many numbers at each node."""
+    smooth = _smooth(ctx, values[3], places[3])
+    voxel = _length_now(ctx, values[4], places[4], f"`voxel` of `{called}`")
     path = _text(ctx, values[0], places[0], f"the path of the file that `{called}` reads")
     name = _text(ctx, values[1], places[1], f"the name of what `{called}` takes from a file", "von_mises")
-    if path is None or name is None:
+    if path is None or name is None or smooth is None or voxel is None:
         return None
-    return ctx.task(node("load", value=(*_beside(site, path, ctx), name, components)), site.span)
+    masked = values[2] is not ABSENT and not path.lower().endswith(".npz")
+    more = (voxel, int(masked)) if voxel or masked else ()
+    grid = ctx.task(node("load", value=(*_beside(site, path, ctx), name, components, *more)), site.span)
+    return _Loaded(grid, smooth, masked, components)
 
 
 def _load(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
-    smooth = _smooth(ctx, values[3], places[3])
     outside = None if values[2] is ABSENT else _field(ctx, values[2], places[2], "`outside` of `load`")
-    grid = _grid_of(ctx, site, values, places, "load", 1)
-    if grid is None or smooth is None or (outside is None and values[2] is not ABSENT):
+    loaded = _loaded(ctx, values, places, site, "load", 1)
+    if loaded is None or (outside is None and values[2] is not ABSENT):
         return POISON
-    if outside is None:
-        return Scalar(looked_up(grid, 0, smooth, None))
-    return Scalar(looked_up(grid, 0, smooth, outside.node), outside.dimension)
+    (field,) = loaded.fields([None if outside is None else outside.node])
+    return Scalar(field, None if outside is None else outside.dimension)
 
 
 def _load_vector(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
-    smooth = _smooth(ctx, values[3], places[3])
     outside = None if values[2] is ABSENT else as_vector(values[2])
     if outside is None and values[2] is not ABSENT:
         return ctx.error(
             "E060", f"`outside` of `load_vector` is a vector, not {describe(values[2])}", places[2],
             hint="write three numbers: `outside=[0, 0, 0]`",
         )  # fmt: skip
-    grid = _grid_of(ctx, site, values, places, "load_vector", 3)
-    if grid is None or smooth is None:
+    loaded = _loaded(ctx, values, places, site, "load_vector", 3)
+    if loaded is None:
         return POISON
-    beyond: Sequence[Node | None] = outside.nodes if outside is not None else (None,) * 3
-    x, y, z = (looked_up(grid, k, smooth, b) for k, b in enumerate(beyond))
+    x, y, z = loaded.fields(outside.nodes if outside is not None else (None,) * 3)
     return Vector(x, y, z, outside.dimension if outside is not None else None)
+
+
+#: The components of a symmetric tensor, in VTK's order.
+TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
+
+
+def _load_tensor(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
+    outside = None if values[2] is ABSENT else _field(ctx, values[2], places[2], "`outside` of `load_tensor`")
+    loaded = _loaded(ctx, values, places, site, "load_tensor", 6)
+    if loaded is None or (outside is None and values[2] is not ABSENT):
+        return POISON
+    # outside it is the same in all directions: a pressure, or nothing
+    beyond = (None,) * 6 if outside is None else (*(outside.node,) * 3, *(ZERO,) * 3)
+    fields = loaded.fields(beyond)
+    dimension = None if outside is None else outside.dimension
+    return Record("tensor", {c: Scalar(f, dimension) for c, f in zip(TENSOR, fields, strict=True)})
 
 
 def _sample(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
@@ -304,8 +357,19 @@ BUILTINS = (
         TASK_TABLE["load"].parameters,
         _load_vector,
         2,
-        4,
+        len(TASK_TABLE["load"].parameters),
         "A vector field from samples in a file, as `load`; its array holds three numbers a node: (nx, ny, nz, 3).",
+        True,
+    ),
+    Builtin(
+        "load_tensor",
+        TASK_TABLE["load"].parameters,
+        _load_tensor,
+        2,
+        len(TASK_TABLE["load"].parameters),
+        "A symmetric tensor from samples in a file, as `load`: a stress, with the members `.xx`, `.yy`, `.zz`, `.xy`, "
+        "`.yz` and `.xz`. Its array holds these six a node, in this order, or all nine. `outside` is one number, for "
+        "`.xx`, `.yy` and `.zz`.",
         True,
     ),
     Builtin(

@@ -1,4 +1,4 @@
-"""E130-E139: files of data that a program reads."""
+"""E130-E139 and E150-E159: files of data that a program reads, and data that are handed to it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ DATAFILES = (
     Code(
         "E131",
         "a data file of another kind, or a damaged one",
-        "Grids are .npz files as numpy.savez and numpy.savez_compressed write them; frames are .json files in UTF-8.\n"
+        "Grids are .npz files as numpy.savez and numpy.savez_compressed write them, .vti, .nrrd; cells are .vtu and\n"
+        ".vtk, as VTK writes them, without compression or with that of zlib; frames are .json files in UTF-8.\n"
         "A file that was cut short, or whose checksum is wrong, is not used at all.",
         "",
         "",
@@ -62,6 +63,32 @@ DATAFILES = (
         "a bar without two ends",
         "A bar joins two nodes, which it names by their numbers, counted from 0. Its nodes exist and lie apart: a bar\n"
         "that joins a node with itself, or two nodes at one place, has no direction.",
+        "",
+        "",
+    ),
+    Code(
+        "E150",
+        "cells that have no values inside",
+        "A field inside a part comes from cells with a volume: tetrahedra, hexahedra, wedges and pyramids, of first\n"
+        "or second order. Triangles and quadrangles are a surface; they and bars are left out where there are others.\n"
+        "Polyhedra with any number of faces are not read: most programs can cut them into tetrahedra.",
+        "",
+        "",
+    ),
+    Code(
+        "E151",
+        "data of several times",
+        "A field has one value in each place. A file that holds several time steps does not say which is meant: write\n"
+        "the step that counts, or the greatest value of all of them, as a file of its own.",
+        "",
+        "",
+    ),
+    Code(
+        "E152",
+        "a spacing that cells cannot be sampled with",
+        "Cells are sampled on a grid: every `voxel` mm, or where that is not given every half of the median edge of\n"
+        "the cells. It is a length above 0; what it makes of the box of the cells has room in 2 GB. A file that is a\n"
+        "grid already (.npz, .vti, .nrrd) is read as it is, and takes no `voxel`.",
         "",
         "",
     ),
