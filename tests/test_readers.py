@@ -551,3 +551,37 @@ def test_numbers_in_a_place_are_counted(tmp_path: Path) -> None:
             made.field("o")
         assert error.value.diagnostics[0].code == "E133"
         assert f"write `{instead}`" in error.value.diagnostics[0].hint
+
+
+@pytest.mark.parametrize(
+    ("unit", "scale", "dimension"),
+    [
+        ("MPa", 1.0, "a stress"), ("Pa", 1e-6, "a stress"), ("1GPa", 1e3, "a stress"), ('"kPa"', 1e-3, "a stress"),
+        ("N/mm^2", 1.0, "a stress"), ("N / m^2", 1e-6, "a stress"), ("6.894757kPa", 6.894757e-3, "a stress"),
+        ("m", 1e3, "a length"), ("cm", 10.0, "a length"), ('"%"', 0.01, "a ratio"), ("psi", 1.0, "a force"),
+    ],
+)  # fmt: skip
+def test_values_are_in_the_unit_that_is_named(unit: str, scale: float, dimension: str, tmp_path: Path) -> None:
+    """A name of the program that is called like a unit means something else elsewhere."""
+    np.savez(tmp_path / "a.npz", s=VALUES, origin=[0, 0, 0], spacing=1)
+    lets = "let psi = 1N\nlet m = 7deg\nlet used = m\n"
+    made = program(tmp_path, f'{lets}out s = load("a.npz", "s", unit={unit})\nout v = load("a.npz", "s")')
+    assert str(made.outputs["s"].value.dimension) == dimension  # type: ignore[union-attr]  # a number
+    q = np.random.default_rng(1).uniform(0, 3, (50, 3))
+    np.testing.assert_allclose(made.field("s")(q), scale * made.field("v")(q), rtol=1e-15)
+
+
+def test_units_of_loaded_fields_are_checked(tmp_path: Path) -> None:
+    np.savez(
+        tmp_path / "a.npz", s=VALUES, v=np.ones((2, 2, 2, 3)), t=np.ones((2, 2, 2, 6)), origin=[0, 0, 0], spacing=1
+    )
+    for text, code in (
+        ('load("a.npz", "s", unit=MPa) + 1mm', "E062"), ('load("a.npz", "s", unit=MPa, outside=1mm)', "E062"),
+        ('load_vector("a.npz", "v", unit=mm) + [1deg, 0, 0]', "E062"), ('load("a.npz", "s", unit=x * 1mm)', "E063"),
+        ('load_tensor("a.npz", "t", unit=MPa).xy + 1N', "E062"), ('load("a.npz", "s", unit=-1MPa)', "E153"),
+    ):  # fmt: skip
+        with pytest.raises(PoreError) as error:
+            program(tmp_path, text)
+        assert [d.code for d in error.value.diagnostics] == [code]
+    made = program(tmp_path, 'out s = load("a.npz", "s", unit=kPa, outside=2MPa)')
+    assert made.field("s")([[-1.0, 0, 0]])[0] == 2

@@ -6,10 +6,12 @@ it up, a frame the distance from its bars.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from porelang.diagnostics import suggest
 from porelang.elaborate import bare, operators
 from porelang.elaborate.advice import is_number
 from porelang.elaborate.calls import Call, call
@@ -31,12 +33,12 @@ from porelang.elaborate.values import (
     as_vector,
     describe,
 )
-from porelang.ir import ONE, ZERO, Node, Stage, X, Y, Z, node, order, unknown
+from porelang.ir import ONE, ZERO, Node, Stage, X, Y, Z, const, node, order, unknown
 from porelang.ops import TASK_TABLE
 from porelang.ops.tasks import SAME, Task
 from porelang.source import Span
 from porelang.syntax import tree
-from porelang.units import LENGTH, RATIO, Dimension
+from porelang.units import LENGTH, RATIO, SPELT, UNITS, Dimension
 
 _HERE = (X, Y, Z)
 #: What a porosity that is asked for has to be.
@@ -214,34 +216,70 @@ class _Loaded:
     smooth: bool
     masked: bool
     components: int
+    scale: Node
+    dimension: Dimension | None
 
     def fields(self, outside: Sequence[Node | None]) -> list[Node]:
         """The field of each number, with what is beyond what the file covers."""
         return [self._field(k, beyond) for k, beyond in enumerate(outside)]
 
     def _field(self, component: int, outside: Node | None) -> Node:
-        found = looked_up(self.grid, component, self.smooth, outside)
-        if outside is None or not self.masked:
+        found = looked_up(self.grid, component, self.smooth, None)
+        if self.scale is not ONE:
+            found = node("mul", found, self.scale)
+        if outside is None:
             return found
-        # beyond the box of the grid, and where the component that says how far outside of the cells is above 0
-        away = looked_up(self.grid, self.components, False, None)
-        return node("select", node("lt", ZERO, away), outside, found)
+        covered = node("covers", self.grid, *_HERE)
+        if self.masked:  # where the component that says how far outside of the cells a place lies is below 0
+            covered = node("and", covered, node("le", looked_up(self.grid, self.components, False, None), ZERO))
+        return node("select", covered, found, outside)
+
+
+def _unit(ctx: Context, value: Value, place: Span, called: str) -> tuple[Node, Dimension | None] | None:
+    """By what values are multiplied, and what they then are; None after saying what is wrong with a unit."""
+    if value is ABSENT:
+        return ONE, None
+    if isinstance(value, Text) and value.value in UNITS:
+        return const(UNITS[value.value].scale), UNITS[value.value].dimension
+    at, known = bare.value_of(place), f"the units are {', '.join(UNITS)}"
+    if isinstance(value, Text):
+        near = SPELT.get(value.value) or suggest(value.value, UNITS)
+        hint = f"did you mean `{near}`?" if near else f"write it without quotes, as in `unit=MPa`; {known}"
+        ctx.error("E153", f"`{value.value}` is not a unit", place, hint=hint, edit=(at, near) if near else None)
+        return None
+    scale = ctx.need_constant(value, place, f"the unit of `{called}`")
+    if scale is None or not isinstance(value, Scalar):
+        return None
+    if value.dimension is None or not 0 < scale < math.inf:
+        what = f"this is {scale:g}" if value.dimension is None else f"this is {scale:g}{value.dimension.unit}"
+        ctx.error("E153", f"the unit of `{called}` is no unit", place, what, hint=f"as in `unit=MPa`; {known}")
+        return None
+    return const(scale), value.dimension
 
 
 def _loaded(
     ctx: Context, values: list[Value], places: list[Span], site: tree.Call, called: str, components: int
 ) -> _Loaded | None:
     """The slot of what is loaded; its file has to hold so many numbers at each node."""
+    unit = _unit(ctx, values[5], places[5], called)
     smooth = _smooth(ctx, values[3], places[3])
     voxel = _length_now(ctx, values[4], places[4], f"`voxel` of `{called}`")
     path = _text(ctx, values[0], places[0], f"the path of the file that `{called}` reads")
     name = _text(ctx, values[1], places[1], f"the name of what `{called}` takes from a file", "von_mises")
-    if path is None or name is None or smooth is None or voxel is None:
+    if path is None or name is None or smooth is None or voxel is None or unit is None:
         return None
     masked = values[2] is not ABSENT and not path.lower().endswith(".npz")
     more = (voxel, int(masked)) if voxel or masked else ()
     grid = ctx.task(node("load", value=(*_beside(site, path, ctx), name, components, *more)), site.span)
-    return _Loaded(grid, smooth, masked, components)
+    return _Loaded(grid, smooth, masked, components, *unit)
+
+
+def _dimension_of(ctx: Context, loaded: _Loaded, outside: Scalar | Vector | None, place: Span) -> Dimension | None:
+    """What is loaded is measured in; says so where what is outside is of another dimension."""
+    beyond = None if outside is None else outside.dimension
+    if None not in (beyond, loaded.dimension) and beyond != loaded.dimension:
+        ctx.error("E062", f"inside this is {loaded.dimension}, outside {beyond}", place, hint="give both one unit")
+    return loaded.dimension or beyond
 
 
 def _load(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
@@ -250,7 +288,7 @@ def _load(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]
     if loaded is None or (outside is None and values[2] is not ABSENT):
         return POISON
     (field,) = loaded.fields([None if outside is None else outside.node])
-    return Scalar(field, None if outside is None else outside.dimension)
+    return Scalar(field, _dimension_of(ctx, loaded, outside, places[2]))
 
 
 def _load_vector(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
@@ -264,7 +302,7 @@ def _load_vector(ctx: Context, site: tree.Call, values: list[Value], places: lis
     if loaded is None:
         return POISON
     x, y, z = loaded.fields(outside.nodes if outside is not None else (None,) * 3)
-    return Vector(x, y, z, outside.dimension if outside is not None else None)
+    return Vector(x, y, z, _dimension_of(ctx, loaded, outside, places[2]))
 
 
 #: The components of a symmetric tensor, in VTK's order.
@@ -279,7 +317,7 @@ def _load_tensor(ctx: Context, site: tree.Call, values: list[Value], places: lis
     # outside it is the same in all directions: a pressure, or nothing
     beyond = (None,) * 6 if outside is None else (*(outside.node,) * 3, *(ZERO,) * 3)
     fields = loaded.fields(beyond)
-    dimension = None if outside is None else outside.dimension
+    dimension = _dimension_of(ctx, loaded, outside, places[2])
     return Record("tensor", {c: Scalar(f, dimension) for c, f in zip(TENSOR, fields, strict=True)})
 
 

@@ -92,4 +92,13 @@ DATAFILES = (
         "",
         "",
     ),
+    Code(
+        "E153",
+        "a unit that data cannot be in",
+        "Data in a file are numbers. `unit=` says what one of them is: values are multiplied by it, and carry its\n"
+        "dimension from then on. There names of units stand alone, `unit=MPa` or `unit=N/mm^2`; a text and an amount\n"
+        'do as well, `unit="MPa"` and `unit=1MPa`.',
+        'let stress = load("stress.vtu", "von_mises", unit=0.000001)',
+        'let stress = load("stress.vtu", "von_mises", unit=Pa)',
+    ),
 )
