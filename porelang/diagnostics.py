@@ -37,10 +37,10 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One thing that is wrong or doubtful in a program, with its place, reason and way out; or a note, what a task found.
+    """One thing that is wrong or doubtful in a program, with its place, reason and way out; or a note, what was found.
 
-    `code` is stable and listed in `porelang.error_codes`, and "" for a note; `label` stands under the caret; `others` are the second
-    places that matter; `hint` is a sentence that says what to do; `edit`, where there is one, does it.
+    `code` is stable and listed in `porelang.error_codes`, "" for a note; `label` stands under the caret; `others` are
+    the second places that matter; `hint` is a sentence that says what to do; `edit`, where there is one, does it.
     """
 
     code: str

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import porelang
+import porelang.cli
 from porelang import store
 from porelang.data import SampledField
 from porelang.diagnostics import Diagnostic, PoreError
@@ -585,3 +586,36 @@ def test_units_of_loaded_fields_are_checked(tmp_path: Path) -> None:
         assert [d.code for d in error.value.diagnostics] == [code]
     made = program(tmp_path, 'out s = load("a.npz", "s", unit=kPa, outside=2MPa)')
     assert made.field("s")([[-1.0, 0, 0]])[0] == 2
+
+
+def test_what_sampling_came_to_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    points, tetrahedra = kuhn(6, 12.0)
+    rng = np.random.default_rng(4)
+    noise = rng.random(len(points))
+    write(tmp_path / "a.vtu", points, "tetra", tetrahedra, s=points[:, 0] ** 2, noise=noise)
+    write(tmp_path / "m.vtu", points / 1000, "tetra", tetrahedra, s=points[:, 0])
+    made = program(tmp_path, 'out a = load("a.vtu", "s") + x')
+    (note,) = made.notes()
+    got = raster.Got.of(read_grid(str(tmp_path / "a.vtu"), "s"))
+    assert note.message == f"load: {got}"
+    assert note.span is not None
+    assert note.span.text == 'load("a.vtu", "s")'
+    with pytest.warns(porelang.PoreWarning) as told_of:
+        program(tmp_path, 'out a = load("a.vtu", "noise")').notes()
+    assert [w.message.diagnostic.code for w in told_of] == ["W230"]  # type: ignore[union-attr]
+    voxel = re.search(r"`voxel=([\d.]+)mm`", told_of[0].message.diagnostic.hint)  # type: ignore[union-attr]
+    assert voxel is not None
+    text = f'out a = load("a.vtu", "noise", voxel={voxel[1]}mm)'
+    assert raster.Got.of(read_grid(str(tmp_path / "a.vtu"), "noise", voxel=float(voxel[1]))).share < 0.2
+    assert program(tmp_path, text).notes()
+    with pytest.warns(porelang.PoreWarning, match="in metres"):
+        program(tmp_path, 'out a = load("m.vtu", "s")').notes()
+    mended = program(tmp_path, 'out a = load("m.vtu", "s") @ (p / 1000)')
+    np.testing.assert_allclose(mended.field("a")([[3.0, 1, 2]]), 3, rtol=1e-9)
+    np.savez(tmp_path / "a.npz", s=VALUES, origin=[0, 0, 0], spacing=1)
+    assert program(tmp_path, 'out s = load("a.npz", "s")').notes() == []
+    assert porelang.cli.main(["check", str(tmp_path / "part.pore")]) == 0
+    (tmp_path / "part.pore").write_text(f'out a = load("{tmp_path}/a.vtu", "s") & cube(5)')
+    capsys.readouterr()
+    assert porelang.cli.main(["check", str(tmp_path / "part.pore")]) == 0
+    assert "cells sampled every" in "".join(capsys.readouterr())

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import astuple
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from porelang.parallel import parallel_for, workers
 from porelang.progress import tell
 from porelang.tasks.readers.asked import Asked
 from porelang.tasks.readers.cells import Cells
+from porelang.tasks.readers.got import Got
 from porelang.tasks.readers.grid import Grid
 
 Array = NDArray[Any]
@@ -33,35 +34,6 @@ REACH = 2.0
 _EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 _LOOKED_AT = 200_000  # tetrahedra whose edges are measured
 _SLABS = 4  # for each thread
-
-
-@dataclass(frozen=True, slots=True)
-class Got:
-    """What is known of a field that was rasterised: in `SampledField.facts`, in this order.
-
-    The cells, and those that were left out for they have no volume; the spacing that was aimed at, in mm; by how much
-    lookups differ from what the file says at its points (or in the middles of its cells): of 95 % of these less than
-    the first, of all at most the second; the least and the greatest value of the file.
-    """
-
-    cells: int
-    left: int
-    voxel: float
-    error: float
-    largest_error: float
-    least: float
-    greatest: float
-
-    @classmethod
-    def of(cls, field: SampledField) -> Got:
-        cells, left, *rest = field.facts
-        return cls(int(cells), int(left), *rest)
-
-    def __str__(self) -> str:
-        span = self.greatest - self.least
-        share = f" ({self.error / span:.1%} of their range)" if span > 0 else ""
-        return (f"{self.cells:,} cells sampled every {self.voxel:.3g} mm: lookups differ from the file by less than "
-                f"{self.error:.3g}{share} at 95 % of its points, {self.largest_error:.3g} at most")  # fmt: skip
 
 
 def rasterised(asked: Asked, cells: Cells, voxel: float) -> Grid:
@@ -109,7 +81,7 @@ def rasterised(asked: Asked, cells: Cells, voxel: float) -> Grid:
     depth = np.minimum(np.sqrt(square, out=square), reach, out=square)
     np.negative(depth, out=depth, where=inside)
     grid = SampledField.from_array(out, origin.tolist(), spacing.tolist())
-    return Grid(SampledField(grid.values, grid.origin, grid.spacing, _facts(cells, grid, step)), depth)
+    return Grid(SampledField(grid.values, grid.origin, grid.spacing, astuple(_got(cells, grid, step))), depth)
 
 
 def _found(cells: Cells, size: Array) -> float:
@@ -151,11 +123,10 @@ def border(points: Array, tetrahedra: Array) -> tuple[Array, Array]:
     return np.ascontiguousarray(faces[alone]), alone // 4
 
 
-def _facts(cells: Cells, grid: SampledField, step: float) -> tuple[float, ...]:
+def _got(cells: Cells, grid: SampledField, step: float) -> Got:
     x, y, z = (np.ascontiguousarray(c) for c in cells.places.T)
     error = np.zeros(len(x))
     for k in range(grid.components):
         error = np.maximum(error, np.abs(lookup(grid, x, y, z, (k, 0, 0, 0)) - cells.known[:, k]))
-    least, greatest = float(cells.known.min()), float(cells.known.max())
-    counted = (float(cells.count), float(cells.left), step)
-    return (*counted, float(np.quantile(error, 0.95)), float(error.max()), least, greatest)
+    worst, most = float(np.quantile(error, 0.95)), float(error.max())
+    return Got(cells.count, cells.left, step, worst, most, float(cells.known.min()), float(cells.known.max()))
