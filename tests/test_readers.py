@@ -551,7 +551,7 @@ def test_numbers_in_a_place_are_counted(tmp_path: Path) -> None:
         with pytest.raises(PoreError) as error:
             made.field("o")
         assert error.value.diagnostics[0].code == "E133"
-        assert f"write `{instead}`" in error.value.diagnostics[0].hint
+        assert f"`{instead}` takes" in error.value.diagnostics[0].hint
 
 
 @pytest.mark.parametrize(

@@ -70,7 +70,7 @@ def data_files(folder: Path) -> None:
 def test_the_table_says_what_the_graph_and_the_runners_know() -> None:
     assert TASK_TABLE.keys() == TASKS
     assert {n for n, row in TASK_TABLE.items() if row.result == "real"} == set(NUMBERS)
-    assert RUN.keys() | READERS.keys() | {"solve"} == TASK_TABLE.keys()
+    assert RUN.keys() | READERS.keys() | {"solve", "bound"} == TASK_TABLE.keys()
 
 
 # ---- identity

@@ -389,7 +389,7 @@ def _builtin(row: Task) -> Builtin:
 
 
 BUILTINS = (
-    *(_builtin(row) for row in TASK_TABLE.values()),
+    *(_builtin(row) for row in TASK_TABLE.values() if row.parameters),
     Builtin(
         "load_vector",
         TASK_TABLE["load"].parameters,

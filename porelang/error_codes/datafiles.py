@@ -98,7 +98,27 @@ DATAFILES = (
         "Data in a file are numbers. `unit=` says what one of them is: values are multiplied by it, and carry its\n"
         "dimension from then on. There names of units stand alone, `unit=MPa` or `unit=N/mm^2`; a text and an amount\n"
         'do as well, `unit="MPa"` and `unit=1MPa`.',
-        'let stress = load("stress.vtu", "von_mises", unit=0.000001)',
-        'let stress = load("stress.vtu", "von_mises", unit=Pa)',
+        "",
+        "",
+    ),
+    Code(
+        "E154",
+        "a param for data that is not declared as one",
+        "A param with a kind takes data, from Python or from a file: `field` is one number in each place, `vector`\n"
+        "three. It has a default, which holds where nothing is bound and says what the data are measured in. A param\n"
+        "that is a number has a range instead.",
+        "param stress: stress = 0MPa",
+        'param stress: field = 0MPa "von Mises"',
+    ),
+    Code(
+        "E155",
+        "data that cannot be bound",
+        "Data are bound to params that are declared for it, `param stress: field = 0MPa`: by the option\n"
+        "`--bind stress=FILE:ARRAY`, or from Python, `program.bind(stress=data)`. There they are a SampledField, an\n"
+        "array (nx, ny, nz) whose nodes span the box `within`, or a function of points (n, 3), which is sampled every\n"
+        "`voxel` over `within`. A vector has three numbers in each place. All are finite, in base units: mm, rad, N\n"
+        "and MPa.",
+        "",
+        "",
     ),
 )

@@ -174,15 +174,16 @@ DOUBTS = (
         "infinite in theory, at a sharp notch or under a single force, are as high as their mesh is fine: no grid\n"
         "follows them.",
         "",
-        'let stress = load("stress.vtu", "von_mises", voxel=0.2mm)',
+        "",
     ),
     Code(
         "W231",
         "cells that lie within a millimetre",
         "Lengths are in mm, and a file does not say in what its own are. Many programs compute in metres: a part of\n"
         "50 mm is then 0.05 long, and lies at the origin of a lattice as a speck. A field is looked up in metres by\n"
-        "dividing the point by 1000.",
-        'let stress = load("stress.vtu", "von_mises")',
-        'let stress = load("stress.vtu", "von_mises") @ (p / 1000)',
+        "dividing the point by 1000:\n"
+        '    let stress = load("stress.vtu", "von_mises") @ (p / 1000)',
+        "",
+        "",
     ),
 )

@@ -66,6 +66,7 @@ _ROWS = (
          'The bars of a file as a solid, round at their ends: `frame("truss.json")`, which holds {"nodes": [[x, y, z], '
          '...], "bars": [[i, j], ...], "radii": [...]}, in mm. Its value is the distance to the nearest surface.',
          0, "reading data"),
+    Task("bound", (), "grid", None, "instant", "What a param that takes data is bound to, held in memory."),
 )  # fmt: skip
 
 TASK_TABLE: dict[str, Task] = {row.name: row for row in _ROWS}

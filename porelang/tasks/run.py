@@ -121,9 +121,10 @@ def _load(n: Node) -> Data:
     if grid.components - masked != components:
         held = grid.components - masked
         has = "one number" if held == 1 else f"{held} numbers"
-        wants = f"`{_CALLED[int(components)]}` takes {_COUNTED[int(components)]}"
-        raise fail("E133", f"`{name}` of `{shown}` has {has} in each place, and {wants}",
-                   hint=f"write `{_CALLED[held]}`")  # fmt: skip
+        wanted = f"{_COUNTED[int(components)]} {'is' if components == 1 else 'are'} wanted"
+        hint = f"`{_CALLED[held]}` takes {_COUNTED[held]}"
+        hint += ", as does a param that is a `vector`" if held == 3 else ""
+        raise fail("E133", f"`{name}` of `{shown}` has {has} in each place, where {wanted}", hint=hint)
     return grid
 
 
