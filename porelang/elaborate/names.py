@@ -21,7 +21,7 @@ Binding = tree.Param | tree.Let | tree.Def | tree.Use | tree.Out
 
 #: Names of the language's design that no version has yet.
 _FOAMS = ("perlin", "simplex", "cubic_noise", "worley", "particles", "voronoi_cells", "voronoi_edges", "truss")
-PLANNED = frozenset({*_FOAMS, "metric", "phase", "blur", "compress", "mesh"})
+PLANNED = frozenset({*_FOAMS, "metric", "phase", "compress", "mesh"})
 
 
 def bindings(

@@ -347,6 +347,46 @@ def _sample(ctx: Context, site: tree.Call, values: list[Value], places: list[Spa
     return Scalar(found[0], _dimension(TASK_TABLE["sample"], field.dimension))
 
 
+def _blur(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
+    vector = as_vector(values[0])
+    field = vector if vector is not None else _field(ctx, values[0], places[0], "`f` of `blur`")
+    sigma = _uniform_length(ctx, values[1], places[1], "`sigma` of `blur`")
+    within = _field(ctx, values[2], places[2], "`within` of `blur`")
+    voxel = sigma if values[3] is ABSENT else _uniform_length(ctx, values[3], places[3], "`voxel` of `blur`")
+    smooth = _smooth(ctx, values[4], places[4])
+    if field is None or sigma is None or within is None or voxel is None or smooth is None:
+        return POISON
+    wide, step = ctx.constant(sigma.node), ctx.constant(voxel.node)
+    if None not in (wide, step) and float(step or 0) > float(wide or 0):
+        return ctx.error("E156", f"samples every {step:g} mm do not tell what is averaged over {wide:g} mm", places[3],
+                         hint=f"take {float(wide or 0) / 2:.3g}mm, or leave `voxel` out")  # fmt: skip
+    step_node = node("mul", sigma.node, const(0.5)) if values[3] is ABSENT else voxel.node
+    fields = field.nodes if isinstance(field, Vector) else (field.node,)
+    grid = ctx.task(node("blur", *fields, sigma.node, step_node, within.node), site.span)
+    found = [looked_up(grid, k, smooth, None) for k in range(len(fields))]
+    if isinstance(field, Vector):
+        return Vector(found[0], found[1], found[2], field.dimension)
+    return Scalar(found[0], field.dimension)
+
+
+def _uniform_length(ctx: Context, value: Value, place: Span, what: str) -> Scalar | None:
+    """A length above 0 that is the same everywhere; None after saying what is wrong with it."""
+    found = _field(ctx, value, place, what)
+    if found is None:
+        return None
+    if found.node.stage is Stage.FIELD:
+        ctx.error("E063", f"{what} must be one number", place, label="this varies in space")
+        return None
+    if found.dimension not in (None, LENGTH):
+        ctx.error("E062", f"{what} is a length, not {found.dimension}", place)
+        return None
+    known = ctx.constant(found.node)
+    if known is not None and not known > 0:
+        ctx.error("E156", f"{what} is a length above 0", place, label=f"this is {known:g} mm", hint="as in 2mm")
+        return None
+    return found
+
+
 def _bars(ctx: Context, site: tree.Call, path_given: Value, place: Span) -> Node | None:
     path = _text(ctx, path_given, place, "the path of a frame's file", "truss.json")
     return None if path is None else ctx.task(node("frame", value=_beside(site, path, ctx)), site.span)
@@ -379,7 +419,7 @@ def _nearest_bar(ctx: Context, site: tree.Call, values: list[Value], places: lis
     )
 
 
-_CALLS: dict[str, Call] = {"solve": _solve, "load": _load, "sample": _sample, "frame": _frame}
+_CALLS: dict[str, Call] = {"solve": _solve, "load": _load, "sample": _sample, "blur": _blur, "frame": _frame}
 
 
 def _builtin(row: Task) -> Builtin:

@@ -121,4 +121,13 @@ DATAFILES = (
         "",
         "",
     ),
+    Code(
+        "E156",
+        "a blur that cannot be made",
+        "`blur` averages a field about each point by a Gaussian: `sigma` is its standard deviation, a length above 0.\n"
+        "It is made from samples, which lie half of sigma apart unless `voxel` is given. Samples that are farther\n"
+        "apart than sigma say nothing of what lies between them.",
+        "blur(x, 1mm, cube(20), voxel=2mm)",
+        "blur(x, 1mm, cube(20), voxel=0.5mm)",
+    ),
 )

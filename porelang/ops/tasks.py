@@ -62,6 +62,10 @@ _ROWS = (
     Task("sample", ("f", "voxel", "within", "smooth"), "grid", SAME, "seconds",
          "The field f sampled every `voxel` over the box of a solid, once, and read from the samples from then on: for "
          "what is costly to evaluate. `smooth=true` reads them with a smooth gradient.", 1, "sampling a field"),
+    Task("blur", ("f", "sigma", "within", "voxel", "smooth"), "grid", SAME, "seconds",
+         "The field f averaged about each point by a Gaussian of the standard deviation `sigma`, a length, in the box "
+         "of a solid: what changes faster is gone. It is sampled every `voxel`, half of sigma unless given.",
+         2, "blurring a field"),
     Task("frame", ("path",), "segments", None, "instant",
          'The bars of a file as a solid, round at their ends: `frame("truss.json")`, which holds {"nodes": [[x, y, z], '
          '...], "bars": [[i, j], ...], "radii": [...]}, in mm. Its value is the distance to the nearest surface.',

@@ -94,6 +94,14 @@ def _sample(asked: Formula) -> Result:
     return bake(asked.with_roots(*(asked.roots[i] for i in fields)), _number(asked, voxel), _field(asked, within))
 
 
+def _blur(asked: Formula) -> Result:
+    from porelang.tasks.blur import blurred
+
+    *fields, sigma, voxel, within = range(len(asked.roots))
+    several = asked.with_roots(*(asked.roots[i] for i in fields))
+    return blurred(several, _number(asked, sigma), _number(asked, voxel), _field(asked, within))
+
+
 #: Each takes a formula of the task's arguments, fully bound. `solve` is not here: it asks tasks itself (`resolve`).
 RUN: Mapping[str, Callable[[Formula], Result]] = {
     "porosity": _porosity,
@@ -105,6 +113,7 @@ RUN: Mapping[str, Callable[[Formula], Result]] = {
     "to_porosity": _to_porosity,
     "shell_to_porosity": _shell_to_porosity,
     "sample": _sample,
+    "blur": _blur,
 }
 
 
