@@ -14,7 +14,7 @@ from porelang.checks import (
     unmeasured_checks,
 )
 from porelang.cli import report
-from porelang.cli.loading import source_of
+from porelang.cli.loading import data_of, source_of
 from porelang.compiler import MOST_DIAGNOSTICS, try_compile
 from porelang.diagnostics import PoreError
 from porelang.doubts import idle_cuts
@@ -27,7 +27,7 @@ from porelang.syntax.parse import MOST
 def check(options: Namespace) -> int:
     """`pore check`: all diagnostics, the `check` statements included."""
     source = source_of(options)
-    program, found = try_compile(source)
+    program, found = try_compile(source, bound=data_of(options))
     design: Design | None = None
     report.say([d for d in found if d.severity == "error" or not options.quiet])
     if program is not None:  # what was found so far is said first: a check may have to measure the whole part

@@ -21,10 +21,10 @@ MARGIN = 1
 AT_ONCE = 1 << 18  # nodes that a thread evaluates between two looks at whether it is still wanted
 
 
-def bake(fields: Formula, voxel: float, within: Formula) -> SampledField:
+def bake(fields: Formula, voxel: float, within: Formula, margin: int = MARGIN) -> SampledField:
     """Samples of one field, or of several as components, `voxel` mm apart, in float64.
 
-    The grid covers the box of the solid `within` and one layer of nodes more on each side.
+    The grid covers the box of the solid `within` and `margin` layers of nodes more on each side.
     Errors: E091 where the solid has no end, E092 where it is empty, E096 for a voxel that is none or makes too many
     samples, E097 where the field is not a finite number at a node, or one that float32 has no room for.
     """
@@ -32,14 +32,14 @@ def bake(fields: Formula, voxel: float, within: Formula) -> SampledField:
         hint = f"voxels go from a nanometre to {FARTHEST:,.0f} mm" if voxel > 0 else "give a length above 0, as in 1mm"
         raise fail("E096", f"a voxel of {voxel:g} mm cannot be sampled at", hint=hint)
     box = region(within, "these samples")
-    counts = [math.ceil(size / voxel - 1e-9) + 1 + 2 * MARGIN for size in box.size]
+    counts = [math.ceil(size / voxel - 1e-9) + 1 + 2 * margin for size in box.size]
     if math.prod(counts) * len(fields.roots) > MOST_NODES or max(counts) > MOST_COUNTED:
         enough = voxel * max(
             (math.prod(counts) * len(fields.roots) / MOST_NODES) ** (1 / 3), max(counts) / MOST_COUNTED
         )
         raise fail("E096", f"a voxel of {voxel:g} mm makes {math.prod(counts):.2g} samples of this region",
                    hint=f"a voxel of {1.05 * enough:.2g} mm would do")  # fmt: skip
-    origin = np.array(box.lo) - MARGIN * voxel
+    origin = np.array(box.lo) - margin * voxel
     axes_of = [o + voxel * np.arange(n) for o, n in zip(origin, counts, strict=True)]
     values = np.empty((*counts, len(fields.roots)))
     threads = workers()

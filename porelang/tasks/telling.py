@@ -14,6 +14,7 @@ from porelang.diagnostics import Diagnostic
 from porelang.ir import Node
 from porelang.source import Span
 from porelang.store import Result
+from porelang.tasks.readers.got import Got, small
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +52,23 @@ def _phase(found: Result) -> Told:
     return Told(note, (Doubt("W229", doubt, "what was got is not what was asked for", hint),) if doubt else ())
 
 
+def _load(found: Result) -> Told:
+    assert isinstance(found, SampledField)
+    if not found.facts:  # a grid is read as it is
+        return Told()
+    got, doubts = Got.of(found), []
+    if got.coarse:
+        said = f"samples every {got.voxel:.3g} mm are too coarse for this field: a lookup in twenty is off by "
+        hint = f"take finer ones, `voxel={got.voxel / 2:.2g}mm`, or see whether the file has values at single points"
+        doubts.append(Doubt("W230", f"{said}{got.error:.3g} or more, {got.share:.0%} of its range", hint=hint))
+    if size := small(found):
+        hint = "if they are in metres, `load(...) @ (p / 1000)` has them in mm"
+        doubts.append(Doubt("W231", f"all these cells lie within {size} mm: is the file in metres?", hint=hint))
+    return Told(str(got), tuple(doubts))
+
+
 #: By the name of the task; what is not here has nothing to tell.
-TELL: Mapping[str, Callable[[Result], Told]] = {"solve": _solve, "phase": _phase}
+TELL: Mapping[str, Callable[[Result], Told]] = {"solve": _solve, "load": _load, "phase": _phase}
 
 
 def told(n: Node, found: Result, place: Span | None) -> list[Diagnostic]:
