@@ -1,0 +1,172 @@
+"""`mesh("part.stl")`: the signed distance to a mesh of triangles, sampled on a grid, negative inside.
+
+It is measured in a process of its own (`shape_child`): what a damaged file does to a reader, or a mesh to libigl, ends
+that process, and becomes a diagnostic here.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import multiprocessing.spawn
+import os
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from porelang.data import SampledField, Triple
+from porelang.diagnostics import PoreError, fail
+from porelang.progress import checkpoint, tell
+from porelang.resources import PACKAGE
+from porelang.source import Span
+from porelang.tasks.datafile import remembered
+
+#: What is read, by the ending of the file.
+ENDINGS = (".stl", ".obj", ".ply", ".off", ".glb")
+#: Bytes of a file: some ten million triangles.
+LARGEST = 500_000_000
+_POLL = 0.05  # seconds between two questions whether the answer is still wanted
+_CHUNK = 1 << 20
+_WORDS = 300  # characters of a child's last words that are worth showing
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What is known of a mesh: in `SampledField.facts`, in this order.
+
+    Its triangles; edges at which no triangle follows, the holes that they make, and the middle of the largest, in mm;
+    by how much lookups err at most within some cells of the surface, and by how much nodes err farther away, measured,
+    in mm; the corners of the mesh's box.
+    """
+
+    triangles: int
+    open_edges: int
+    holes: int
+    largest_hole: Triple
+    error: float
+    error_beyond: float
+    low: Triple
+    high: Triple
+
+    @classmethod
+    def of(cls, field: SampledField) -> Found:
+        n, edges, holes, x, y, z, error, beyond, *box = field.facts
+        low, high = box[:3], box[3:]
+        return cls(int(n), int(edges), int(holes), (x, y, z), error, beyond,
+                   (low[0], low[1], low[2]), (high[0], high[1], high[2]))  # fmt: skip
+
+
+def read_shape(
+    path: str, error: float | None = None, margin: float | None = None, span: Span | None = None
+) -> SampledField:
+    """The signed distance to the mesh of a file, in mm, on a grid over its box and `margin` mm more on each side.
+
+    `error` is by how many mm a trilinear lookup near the surface errs at most, 1/128 of the longest side unless given;
+    `margin` is 1/16 of it. Holes are closed by fans of triangles; `Found.of` tells of them.
+    Errors: E130, E131 and E135 as of any data file, and E140-E144, placed at `span`.
+    """
+    for name, given in (("error", error), ("margin", margin)):
+        if given is not None and not (given > 0 and math.isfinite(given)):
+            raise fail("E143", f"`{name}` of a mesh is a length above 0, not {given:g} mm", span, hint="as in 0.1mm")
+    ending = Path(path).suffix.lower()
+    ending = ending if ending in ENDINGS else ENDINGS[0]
+    asked = _Asked(path, ending, math.nan if error is None else error, math.nan if margin is None else margin, span)
+    part = f"{asked.error!r} {asked.margin!r}"
+    return remembered(path, ending, "a mesh", span, partial(_read, asked), part)
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    path: str
+    ending: str
+    error: float
+    margin: float
+    span: Span | None
+
+    def fail(self, code: str, message: str, hint: str) -> PoreError:
+        return fail(code, f"`{self.path}` {message}", self.span, hint=hint)
+
+
+def _read(asked: _Asked, file: BinaryIO, size: int) -> SampledField:
+    if size > LARGEST:
+        raise asked.fail("E135", f"is too large: {size:,} bytes of {LARGEST:,}", "simplify the mesh")
+    with tempfile.TemporaryFile() as source, tempfile.TemporaryFile() as target, tempfile.TemporaryFile() as words:
+        while chunk := file.read(_CHUNK):
+            source.write(chunk)
+        source.seek(0)
+        code = _measured(asked, source.fileno(), target.fileno(), words.fileno())
+        if code:
+            words.seek(0)
+            raise _died(asked, code, words.read().decode(errors="replace"))
+        target.seek(0)
+        with np.load(target, allow_pickle=False) as found:
+            if "refused" in found:
+                raise asked.fail(*json.loads(str(found["refused"])))
+            values, facts = found["values"], found["facts"]
+            origin, spacing = found["origin"], float(found["spacing"])
+    made = SampledField.from_array(values, origin, spacing)
+    return SampledField(made.values, made.origin, made.spacing, tuple(facts.tolist()))
+
+
+def _measured(asked: _Asked, source: int, target: int, words: int) -> int:
+    """Have the child measure; how it ended. It is killed where the answer is no longer wanted."""
+    # The interpreter that multiprocessing would start, which programs that embed Python know how to set.
+    python = os.fsdecode(multiprocessing.spawn.get_executable() or sys.executable)
+    path = dict.fromkeys([*(os.path.abspath(p) for p in sys.path), str(PACKAGE.parent)])
+    numbers: Sequence[object] = (asked.error, asked.margin, source, target)
+    try:
+        child = subprocess.Popen(
+            [python, "-P", "-m", "porelang.tasks.shape_child", asked.ending, *map(str, numbers)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=words,
+            pass_fds=(source, target),
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
+        )
+    except OSError as error:
+        raise asked.fail(
+            "E144", f"was not measured: no process can be started: {error.strerror}", "end some others"
+        ) from None
+    with child:
+        try:
+            _follow(child)
+            return child.wait()
+        finally:
+            if child.poll() is None:
+                child.kill()
+
+
+def _follow(child: subprocess.Popen[bytes]) -> None:
+    """Hand on how far the child says it is, until it has said all."""
+    assert child.stdout is not None
+    descriptor, begun = child.stdout.fileno(), b""
+    while True:
+        checkpoint()
+        if not select.select([descriptor], [], [], _POLL)[0]:
+            continue
+        chunk = os.read(descriptor, _CHUNK)
+        if not chunk:
+            return
+        *lines, begun = (begun + chunk).split(b"\n")
+        numbers = lines[-1].split() if lines else []
+        if len(numbers) == 2 and all(n.isdigit() for n in numbers):
+            tell(int(numbers[0]), int(numbers[1]))
+
+
+def _died(asked: _Asked, code: int, words: str) -> PoreError:
+    last = (words.strip().splitlines() or [""])[-1][:_WORDS]
+    if "MemoryError" in last or -code == signal.SIGKILL:
+        return asked.fail("E144", "was not measured: there was not enough memory, or its process was killed",
+                          "give a larger `error`, or simplify the mesh")  # fmt: skip
+    how = f"crashed ({signal.Signals(-code).name})" if code < 0 else f"failed: {last}"
+    return asked.fail("E144", f"was not measured: the process that did so {how}",
+                      "mend the mesh where it was made, and export it again")  # fmt: skip

@@ -1,0 +1,235 @@
+"""Meshes as shapes: distances against closed forms, the sign of meshes with holes, and files that are no meshes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from collections.abc import Callable
+from concurrent.futures import CancelledError
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from porelang.data import SampledField
+from porelang.diagnostics import Diagnostic, PoreError
+from porelang.error_codes import CODES
+from porelang.ops.grid import lookup
+from porelang.progress import watching
+from porelang.source import Source, Span
+from porelang.tasks import datafile, shape
+from porelang.tasks.shape import Found, read_shape
+
+SPAN = Span(Source("part.pore", 'mesh("part.stl")'), 0, 16)
+BOX = np.array([4.0, 6.0, 10.0])  # half its sides, in mm
+Some = np.ndarray[Any, np.dtype[np.float64]]
+
+
+@pytest.fixture(autouse=True)
+def _afresh() -> None:
+    datafile.forget()
+
+
+def saved(mesh: trimesh.Trimesh, path: Path) -> str:
+    mesh.export(path)
+    return str(path)
+
+
+def box(scale: float = 1.0) -> trimesh.Trimesh:
+    return trimesh.creation.box(2 * scale * BOX)
+
+
+def to_box(p: Some, half: Some = BOX) -> Some:
+    """The signed distance to a box about the origin, in closed form."""
+    q = np.abs(p) - half
+    outside = np.linalg.norm(np.maximum(q, 0), axis=-1)
+    return np.asarray(outside + np.minimum(q.max(axis=-1), 0))
+
+
+def nodes(field: SampledField) -> Some:
+    axes = [o + h * np.arange(n) for o, h, n in zip(field.origin, field.spacing, field.shape, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+
+
+def within(field: SampledField, count: int = 20_000) -> Some:
+    """Points of its grid."""
+    return np.random.default_rng(3).uniform(field.origin, field.end, (count, 3))
+
+
+def at(field: SampledField, p: Some) -> Some:
+    return np.asarray(lookup(field, *p.T, (0, 0, 0, 0)), np.float64)
+
+
+def told(read: Callable[[], object]) -> Diagnostic:
+    with pytest.raises(PoreError) as error:
+        read()
+    (found,) = error.value.diagnostics
+    assert found.span == SPAN
+    assert found.hint
+    assert found.code in CODES
+    assert found.message.isprintable()
+    return found
+
+
+@pytest.mark.parametrize("ending", shape.ENDINGS)
+def test_box_of_every_format(ending: str, tmp_path: Path) -> None:
+    mesh = box(1e-3 if ending == ".glb" else 1.0)  # glTF is in metres
+    field = read_shape(saved(mesh, tmp_path / f"box{ending}"), error=0.4)
+    known, found = to_box(nodes(field)), field.values[..., 0]
+    near = np.abs(known) <= 3 * field.spacing[0]
+    assert np.abs(found - known)[near].max() < 1e-5
+    assert ((found < 0) == (known < 0))[np.abs(known) > 1e-5].all()
+    facts = Found.of(field)
+    assert (facts.triangles, facts.open_edges, facts.holes, facts.error) == (12, 0, 0, 0.4)
+    np.testing.assert_allclose([facts.low, facts.high], [-BOX, BOX], atol=1e-6)
+    assert np.abs(found - known).max() <= max(2 * facts.error_beyond, 1e-5)
+    p = within(field)
+    assert np.abs(at(field, p) - to_box(p)).max() <= 0.4 + facts.error_beyond
+
+
+def test_stated_error_holds_near_the_surface(tmp_path: Path) -> None:
+    for error in (0.8, 0.2):
+        field = read_shape(saved(box(), tmp_path / "box.stl"), error=error)
+        p = within(field)
+        near = np.abs(to_box(p)) < 2 * field.spacing[0]
+        assert np.abs(at(field, p) - to_box(p))[near].max() <= error
+        assert field.spacing[0] == pytest.approx(error * 2 / 3**0.5)
+
+
+def test_sphere_and_torus(tmp_path: Path) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=5, radius=10.0)
+    field = read_shape(saved(ball, tmp_path / "ball.stl"))
+    chord = 10.0 - float(np.linalg.norm(ball.triangles_center, axis=1).min())
+    assert Found.of(field).error == pytest.approx(20 / 128, rel=1e-3)
+    p = within(field)
+    d = np.linalg.norm(p, axis=1) - 10
+    near = np.abs(d) < 2 * field.spacing[0]
+    assert np.abs(at(field, p) - d)[near].max() < 0.25 * Found.of(field).error + chord
+    assert np.abs(at(field, p) - d).max() < Found.of(field).error + Found.of(field).error_beyond + chord
+    ring = trimesh.creation.torus(10.0, 3.0, major_sections=200, minor_sections=80)
+    field = read_shape(saved(ring, tmp_path / "ring.ply"))
+    p = within(field)
+    d = np.hypot(np.hypot(p[:, 0], p[:, 1]) - 10, p[:, 2]) - 3
+    assert np.abs(at(field, p) - d).max() < Found.of(field).error + Found.of(field).error_beyond + 0.01
+    assert ((at(field, p) < 0) == (d < 0))[np.abs(d) > 0.05].all()
+
+
+def test_hole_is_closed_and_told_of(tmp_path: Path) -> None:
+    """The box without its top: closed flat, by a fan in the plane of the rim, so the closed form is still the box's."""
+    mesh = trimesh.creation.box(2 * BOX).subdivide().subdivide()
+    mesh.update_faces(mesh.triangles_center[:, 2] < BOX[2] - 1e-6)
+    field = read_shape(saved(mesh, tmp_path / "open.stl"), error=0.4)
+    facts = Found.of(field)
+    assert (facts.open_edges, facts.holes) == (16, 1)
+    np.testing.assert_allclose(facts.largest_hole, (0, 0, BOX[2]), atol=1e-6)
+    p = within(field)
+    assert np.abs(at(field, p) - to_box(p)).max() <= 0.4 + facts.error_beyond
+    assert ((at(field, p) < 0) == (to_box(p) < 0))[np.abs(to_box(p)) > 0.4].all()
+
+
+def test_shells_inside_and_beside_each_other(tmp_path: Path) -> None:
+    """A cavity is one where its shell is turned inwards; beside each other any shell is a solid."""
+    hollow = trimesh.creation.box(BOX)
+    hollow.invert()
+    apart = trimesh.creation.box([4, 4, 4], trimesh.transformations.translation_matrix([14, 0, 0]))
+    apart.invert()
+    field = read_shape(saved(trimesh.util.concatenate([box(), hollow, apart]), tmp_path / "two.stl"), error=0.3)
+    where = np.array([[0, 0, 0], [3.5, 0, 0], [14, 0, 0], [8, 0, 0], [0, 0, 7.5]], float)
+    np.testing.assert_array_equal(at(field, where) < 0, [False, True, True, False, True])
+    np.testing.assert_allclose(at(field, where)[[1, 2, 3]], [-0.5, -2, 4], atol=0.3)
+
+
+def test_winding_is_mended(tmp_path: Path) -> None:
+    turned = box()
+    turned.invert()
+    mixed = box()
+    faces = mixed.faces.copy()
+    faces[[0, 3, 7]] = faces[[0, 3, 7], ::-1]
+    p = np.random.default_rng(2).uniform(-1.05 * BOX, 1.05 * BOX, (3000, 3))
+    for mesh in (turned, trimesh.Trimesh(mixed.vertices, faces, process=False)):
+        field = read_shape(saved(mesh, tmp_path / "turned.stl"), error=0.4)
+        assert Found.of(field).open_edges == 0
+        assert ((at(field, p) < 0) == (to_box(p) < 0))[np.abs(to_box(p)) > 0.4].all()
+        datafile.forget()
+
+
+def sheet() -> trimesh.Trimesh:
+    return trimesh.Trimesh([[0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 9, 0]], [[0, 1, 2], [0, 2, 3]])
+
+
+def moved(value: float) -> trimesh.Trimesh:
+    vertices = box().vertices.copy()
+    vertices[3, 1] = value
+    return trimesh.Trimesh(vertices, box().faces, process=False, validate=False)
+
+
+def cut(path: Path) -> None:
+    saved(trimesh.creation.icosphere(), path)
+    path.write_bytes(path.read_bytes()[:-777])
+
+
+@pytest.mark.parametrize(
+    ("code", "name", "write", "words"),
+    [
+        ("E130", "part.stl", lambda p: None, "no file"),
+        ("E130", "part.stl", Path.mkdir, "is a folder"),
+        ("E130", "part.stl", lambda p: p.symlink_to("/dev/zero"), "is a device"),
+        ("E131", "part.step", lambda p: p.write_bytes(b"ISO-10303-21;"), "ends in `.step`"),
+        ("E140", "part.stl", lambda p: p.write_bytes(b""), "no triangles"),
+        ("E140", "part.stl", cut, "is damaged"),
+        ("E140", "part.glb", lambda p: p.write_bytes(b"glTF" + b"\xff" * 99), "is damaged"),
+        ("E140", "part.obj", lambda p: p.write_text("v 0 0 0\nv 1 0 0\n"), "no triangles"),
+        ("E140", "part.off", lambda p: p.write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"), "is damaged"),
+        ("E141", "part.stl", lambda p: saved(moved(np.nan), p), "corner"),
+        ("E141", "part.stl", lambda p: saved(moved(1e6), p), "from the origin"),
+        ("E142", "part.stl", lambda p: saved(sheet(), p), "encloses nothing"),
+    ],
+)
+def test_what_is_no_mesh(code: str, name: str, write: Any, words: str, tmp_path: Path) -> None:
+    write(tmp_path / name)
+    found = told(lambda: read_shape(str(tmp_path / name), span=SPAN))
+    assert (found.code, words in found.message) == (code, True), found
+
+
+def test_error_that_takes_too_many_samples(tmp_path: Path) -> None:
+    path = saved(box(), tmp_path / "box.stl")
+    found = told(lambda: read_shape(path, error=1e-4, span=SPAN))
+    assert found.code == "E143"
+    enough = float(found.hint.split("`error=")[1].split("mm")[0])
+    assert 0.01 < enough < 0.1
+    for wrong in (0.0, -1.0, np.inf, np.nan):
+        assert told(lambda wrong=wrong: read_shape(path, error=wrong, span=SPAN)).code == "E143"
+
+
+def test_death_of_the_process_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = saved(box(), tmp_path / "box.stl")
+    follow = shape._follow
+
+    for how, words in ((signal.SIGSEGV, "crashed (SIGSEGV)"), (signal.SIGKILL, "not enough memory")):
+
+        def killed(child: subprocess.Popen[bytes], how: signal.Signals = how) -> None:
+            os.kill(child.pid, how)
+            follow(child)
+
+        monkeypatch.setattr(shape, "_follow", killed)
+        found = told(lambda: read_shape(path, span=SPAN))
+        assert (found.code, words in found.message) == ("E144", True), found
+
+
+def test_cancelling_ends_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = saved(trimesh.creation.icosphere(subdivisions=5, radius=10.0), tmp_path / "ball.stl")
+    started: list[subprocess.Popen[bytes]] = []
+    follow = shape._follow
+    monkeypatch.setattr(shape, "_follow", lambda child: (started.append(child), follow(child)))
+    reports: list[tuple[int, int]] = []
+    with (
+        watching(lambda _, done, total: reports.append((done, total)), lambda: bool(reports)),
+        pytest.raises(CancelledError),
+    ):
+        read_shape(path)
+    assert started[0].returncode == -signal.SIGKILL
+    assert all(0 <= done <= total for done, total in reports)
+    assert read_shape(path).components == 1  # nothing was kept of what was cancelled
