@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import trimesh
 
+import porelang
 from porelang.data import SampledField
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.error_codes import CODES
@@ -233,3 +234,49 @@ def test_cancelling_ends_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert started[0].returncode == -signal.SIGKILL
     assert all(0 <= done <= total for done, total in reports)
     assert read_shape(path).components == 1  # nothing was kept of what was cancelled
+
+
+# ---- in programs ----
+
+
+def program(text: str, folder: Path) -> porelang.Program:
+    (folder / "part.pore").write_text(text)
+    return porelang.compile(path=folder / "part.pore")
+
+
+def test_mesh_is_a_solid_of_a_program(tmp_path: Path) -> None:
+    saved(box(), tmp_path / "box.stl")
+    field = program('mesh("box.stl", error=0.4mm)', tmp_path).field()
+    p = np.random.default_rng(4).uniform(-BOX, BOX, (5000, 3))
+    assert np.abs(field(p) - to_box(p)).max() < 0.45
+    filled = program('mesh("box.stl", error=0.4mm) & gyroid(5)', tmp_path)
+    part = filled.mesh(voxel=0.4)
+    assert part.is_watertight
+    np.testing.assert_allclose(part.bounds, [-BOX, BOX], atol=0.05)
+    shell = program('shell(mesh("box.stl", error=0.2mm), 1mm, side="inside")', tmp_path)
+    made = shell.mesh(voxel=0.2)
+    assert made.volume == pytest.approx(np.prod(2 * BOX) - np.prod(2 * BOX - 2), rel=0.02)
+
+
+def test_beyond_the_grid_the_distance_is_never_too_large(tmp_path: Path) -> None:
+    saved(box(), tmp_path / "box.stl")
+    field = program('mesh("box.stl", error=0.2mm, margin=1mm)', tmp_path).field()
+    p = np.random.default_rng(5).uniform(-60, 60, (5000, 3))
+    known, found = to_box(p), field(p)
+    far = known > 3
+    assert (found[far] <= known[far] + 0.2).all()
+    assert (found[far] >= 0.7 * known[far] - 0.2).all()
+
+
+def test_numbers_that_a_mesh_is_asked_for_with(tmp_path: Path) -> None:
+    saved(box(), tmp_path / "box.stl")
+    for text, code in (
+        ('mesh("box.stl", error=0mm)', "E143"),
+        ('mesh("box.stl", error=30deg)', "E062"),
+        ('mesh("box.stl", error=x)', "E063"),
+        ('param e = 0.4mm in 0.2mm..0.8mm\nmesh("box.stl", error=e)', "E063"),
+        ("mesh(5)", "E060"),
+    ):
+        with pytest.raises(PoreError) as error:
+            program(text, tmp_path)
+        assert error.value.diagnostics[0].code == code, error.value

@@ -21,7 +21,7 @@ Binding = tree.Param | tree.Let | tree.Def | tree.Use | tree.Out
 
 #: Names of the language's design that no version has yet.
 _FOAMS = ("perlin", "simplex", "cubic_noise", "worley", "particles", "voronoi_cells", "voronoi_edges", "truss")
-PLANNED = frozenset({*_FOAMS, "metric", "phase", "blur", "compress", "mesh"})
+PLANNED = frozenset({*_FOAMS, "metric", "phase", "blur", "compress"})
 
 
 def bindings(
@@ -123,7 +123,7 @@ def resolve(
 
 def _texts(call: tree.Call) -> dict[Span, Span]:
     """The names in a call where a text is meant, each with the place of that text: `load(a.npz, vm)`."""
-    files = isinstance(call.function, tree.Name) and call.function.name in ("load", "frame")
+    files = isinstance(call.function, tree.Name) and call.function.name in ("load", "frame", "mesh")
     found: dict[Span, Span] = {}
     for a in call.arguments:
         if not (files and a.name is None) and a.name != "side":
@@ -213,7 +213,7 @@ def _parts(item: object, local: frozenset[str]) -> Iterator[tuple[object, frozen
 
 def unknown_name(name: str, span: Span, visible: Iterable[str], called: bool = False) -> Diagnostic:
     """The diagnostic for a name that means nothing, which is called or not."""
-    if (theirs := habits.hint(name, called)) and name != "mesh":
+    if theirs := habits.hint(name, called):
         ours = habits.ours(name, called)
         return Diagnostic(
             "E037",

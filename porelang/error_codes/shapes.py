@@ -33,8 +33,8 @@ SHAPES = (
         "E143",
         "an error or a margin that a mesh cannot be sampled with",
         "The distance to a mesh is sampled on a grid whose cells follow `error`: half the diagonal of a cell, by\n"
-        "which a lookup between exact samples errs at most. It is above 0, and large enough for the samples to fit into\n"
-        "memory: half the error takes eight times as many.",
+        "which a lookup between exact samples errs at most. It is above 0, and large enough for the samples to fit\n"
+        "into memory: half the error takes eight times as many.",
         "",
         "",
     ),

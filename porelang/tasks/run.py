@@ -15,6 +15,7 @@ from porelang.store import Result
 from porelang.tasks.bake import bake
 from porelang.tasks.frame import read_frame
 from porelang.tasks.load import read_grid
+from porelang.tasks.shape import corners_of, read_shape
 
 Read = TypeVar("Read", bound=Data)
 
@@ -127,6 +128,14 @@ def _frame(n: Node) -> Data:
     return _as_named(str(shown), str(path), read_frame)
 
 
+def _mesh(n: Node) -> Data:
+    assert isinstance(n.value, tuple)
+    shown, path, error, margin, part = n.value
+    lengths = (float(error) or None, float(margin) or None)
+    found = _as_named(str(shown), str(path), lambda where: read_shape(where, *lengths))
+    return found if part == "distance" else corners_of(found)
+
+
 def _as_named(shown: str, path: str, read: Callable[[str], Read]) -> Read:
     """What is read from a path; what goes wrong is told of the path as the program names it."""
     folder, as_shown = os.path.join(os.path.dirname(path), ""), os.path.dirname(shown)
@@ -143,4 +152,4 @@ def _as_named(shown: str, path: str, read: Callable[[str], Read]) -> Read:
 
 
 #: What comes from files: each read is remembered by its reader, and known by the digest of what was in it.
-READERS: Mapping[str, Callable[[Node], Data]] = {"load": _load, "frame": _frame}
+READERS: Mapping[str, Callable[[Node], Data]] = {"load": _load, "frame": _frame, "mesh": _mesh}

@@ -84,6 +84,13 @@ def read_shape(
     return remembered(path, ending, "a mesh", span, partial(_read, asked), part)
 
 
+def corners_of(field: SampledField) -> SampledField:
+    """The place of each corner of a grid, in mm: looked up, it is the nearest place in the grid's box."""
+    ends = np.stack(np.meshgrid(*zip(field.origin, field.end, strict=True), indexing="ij"), axis=-1)
+    size = np.array(field.end) - np.array(field.origin)
+    return SampledField.from_array(ends, field.origin, size.tolist())
+
+
 @dataclass(frozen=True, slots=True)
 class _Asked:
     path: str
