@@ -15,6 +15,8 @@ import pytest
 import trimesh
 
 import porelang
+from porelang import store
+from porelang.cli import main
 from porelang.data import SampledField
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.error_codes import CODES
@@ -30,8 +32,15 @@ Some = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @pytest.fixture(autouse=True)
-def _afresh() -> None:
+def _afresh(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each test measures for itself: nothing is found that another one has kept."""
+    forget()
+    monkeypatch.setattr(store, "_folder", lambda: None)
+
+
+def forget() -> None:
     datafile.forget()
+    store.forget()
 
 
 def saved(mesh: trimesh.Trimesh, path: Path) -> str:
@@ -154,7 +163,6 @@ def test_winding_is_mended(tmp_path: Path) -> None:
         field = read_shape(saved(mesh, tmp_path / "turned.stl"), error=0.4)
         assert Found.of(field).open_edges == 0
         assert ((at(field, p) < 0) == (to_box(p) < 0))[np.abs(to_box(p)) > 0.4].all()
-        datafile.forget()
 
 
 def sheet() -> trimesh.Trimesh:
@@ -234,6 +242,45 @@ def test_cancelling_ends_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert started[0].returncode == -signal.SIGKILL
     assert all(0 <= done <= total for done, total in reports)
     assert read_shape(path).components == 1  # nothing was kept of what was cancelled
+
+
+def never(*_: object) -> int:
+    raise AssertionError("a mesh was measured")
+
+
+def test_what_was_measured_is_kept_by_the_content_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store, "_folder", lambda: tmp_path / "kept")
+    first = read_shape(saved(box(), tmp_path / "box.stl"), error=0.4)
+    forget()
+    with monkeypatch.context() as without:
+        without.setattr(shape, "_measured", never)
+        (tmp_path / "copy.stl").write_bytes((tmp_path / "box.stl").read_bytes())
+        for name in ("box.stl", "copy.stl"):
+            again = read_shape(str(tmp_path / name), error=0.4)
+            assert (again.digest, again.facts) == (first.digest, first.facts)
+        for change in ({"error": 0.5}, {"error": 0.4, "margin": 3.0}):
+            with pytest.raises(AssertionError, match="was measured"):
+                read_shape(str(tmp_path / "box.stl"), **change)
+    assert [entry.label for entry in store.usage().entries] == ['mesh("box.stl")']
+    assert Found.of(read_shape(saved(box(0.9), tmp_path / "box.stl"), error=0.4)).high == pytest.approx(0.9 * BOX)
+
+
+def test_check_measures_only_when_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    saved(box(), tmp_path / "box.stl")
+    (tmp_path / "part.pore").write_text('gyroid(5) & mesh("box.stl", error=0.4mm)')
+    monkeypatch.chdir(tmp_path)
+    with monkeypatch.context() as without:
+        without.setattr(shape, "_measured", never)
+        assert main(["check", "part.pore"]) == 0
+        (tmp_path / "box.stl").write_bytes((tmp_path / "box.stl").read_bytes()[:-7])
+        assert main(["check", "part.pore"]) == 1
+        assert "`box.stl` is damaged: it says that it holds 12 triangles" in capsys.readouterr().err
+    saved(sheet(), tmp_path / "box.stl")
+    assert main(["check", "part.pore"]) == 0
+    assert main(["check", "part.pore", "--measure"]) == 1
+    assert "E142" in capsys.readouterr().err
 
 
 # ---- in programs ----

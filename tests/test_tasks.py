@@ -156,10 +156,10 @@ def test_the_code_that_computes_is_in_what_a_result_is_known_by(
     digests = []
     for text in ("one", "two", "one"):
         (tmp_path / "tasks" / "run.py").write_text(text)
-        identity._code.cache_clear()
-        digests.append(identity._code())
+        identity.code_digest.cache_clear()
+        digests.append(identity.code_digest())
     monkeypatch.undo()
-    identity._code.cache_clear()
+    identity.code_digest.cache_clear()
     assert digests[0] == digests[2] != digests[1]
 
 

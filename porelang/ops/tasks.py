@@ -65,7 +65,7 @@ _ROWS = (
          'The bars of a file as a solid, round at their ends: `frame("truss.json")`, which holds {"nodes": [[x, y, z], '
          '...], "bars": [[i, j], ...], "radii": [...]}, in mm. Its value is the distance to the nearest surface.',
          0, "reading data"),
-    Task("mesh", ("path", "error", "margin"), "grid", None, "instant",
+    Task("mesh", ("path", "error", "margin"), "grid", None, "seconds",
          'The mesh of a file as a solid: `mesh("part.stl")`, also .obj, .ply, .off and .glb, in mm (.glb: in metres). '
          "Its value is the signed distance to the surface, read from samples whose spacing follows `error`: near the "
          "surface it errs by that much at most, 1/128 of the longest side unless given. Holes are closed. Farther than "

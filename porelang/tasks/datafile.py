@@ -47,7 +47,7 @@ def remembered(
     `ending` is that of its name, `what` says in words what the file should be, and `part` which part of it is read.
     Errors: E130 where it cannot be read, E131 for another ending, and those of `read`.
     """
-    found = _looked_at(path, ending, what, span)
+    found = _asked(path, ending, what, span)
     key: Key = (os.path.abspath(path), part, ending, *_stamp(found))
     with alone(key):
         with _lock:
@@ -59,6 +59,13 @@ def remembered(
         if time.time() - max(found.st_mtime, found.st_ctime) > _TICK:
             _remember(key, data)
         return data
+
+
+def looked_at(path: str, ending: str, what: str, span: Span | None, look: Callable[[BinaryIO, int], None]) -> None:
+    """Have `look` look at a file and its size, of which nothing is remembered. Errors: those of `remembered`."""
+    found = _asked(path, ending, what, span)
+    with _opened(path, found, span) as file:
+        look(file, found.st_size)
 
 
 def forget() -> None:
@@ -82,7 +89,7 @@ def _bytes(data: Data) -> int:
     return data.values.nbytes if isinstance(data, SampledField) else data.starts.nbytes * 7 // 3
 
 
-def _looked_at(path: str, ending: str, what: str, span: Span | None) -> os.stat_result:
+def _asked(path: str, ending: str, what: str, span: Span | None) -> os.stat_result:
     """What the system says of a file that may be read; it is not opened."""
     try:
         found = os.stat(path)

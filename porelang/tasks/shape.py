@@ -6,6 +6,7 @@ that process, and becomes a diagnostic here.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import multiprocessing.spawn
@@ -19,21 +20,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO, BinaryIO
 
 import numpy as np
 
+from porelang import store
 from porelang.data import SampledField, Triple
 from porelang.diagnostics import PoreError, fail
 from porelang.progress import checkpoint, tell
 from porelang.resources import PACKAGE
 from porelang.source import Span
-from porelang.tasks.datafile import remembered
+from porelang.tasks.datafile import looked_at, remembered
+from porelang.tasks.identity import code_digest
+from porelang.tasks.shape_file import ENDINGS, UnusableError, look_over
 
-#: What is read, by the ending of the file.
-ENDINGS = (".stl", ".obj", ".ply", ".off", ".glb")
-#: Bytes of a file: some ten million triangles.
-LARGEST = 500_000_000
 _POLL = 0.05  # seconds between two questions whether the answer is still wanted
 _CHUNK = 1 << 20
 _WORDS = 300  # characters of a child's last words that are worth showing
@@ -77,11 +77,22 @@ def read_shape(
     for name, given in (("error", error), ("margin", margin)):
         if given is not None and not (given > 0 and math.isfinite(given)):
             raise fail("E143", f"`{name}` of a mesh is a length above 0, not {given:g} mm", span, hint="as in 0.1mm")
-    ending = Path(path).suffix.lower()
-    ending = ending if ending in ENDINGS else ENDINGS[0]
-    asked = _Asked(path, ending, math.nan if error is None else error, math.nan if margin is None else margin, span)
+    number = math.nan if error is None else error, math.nan if margin is None else margin
+    asked = _Asked(path, _ending(path), *number, span)
     part = f"{asked.error!r} {asked.margin!r}"
-    return remembered(path, ending, "a mesh", span, partial(_read, asked), part)
+    return remembered(path, asked.ending, "a mesh", span, partial(_read, asked), part)
+
+
+def look_at_shape(path: str) -> None:
+    """Say what is plainly wrong with the file of a mesh, of which only the beginning is read. Errors: as `read_shape`,
+    but those that take measuring."""
+    asked = _Asked(path, _ending(path), math.nan, math.nan, None)
+    looked_at(path, asked.ending, "a mesh", None, partial(_look, asked))
+
+
+def _ending(path: str) -> str:
+    ending = Path(path).suffix.lower()
+    return ending if ending in ENDINGS else ENDINGS[0]
 
 
 def corners_of(field: SampledField) -> SampledField:
@@ -103,13 +114,35 @@ class _Asked:
         return fail(code, f"`{self.path}` {message}", self.span, hint=hint)
 
 
+def _look(asked: _Asked, file: BinaryIO, size: int) -> None:
+    try:
+        look_over(file, size, asked.ending)
+    except UnusableError as reason:
+        raise asked.fail(*reason.args) from None
+
+
 def _read(asked: _Asked, file: BinaryIO, size: int) -> SampledField:
-    if size > LARGEST:
-        raise asked.fail("E135", f"is too large: {size:,} bytes of {LARGEST:,}", "simplify the mesh")
-    with tempfile.TemporaryFile() as source, tempfile.TemporaryFile() as target, tempfile.TemporaryFile() as words:
+    """The distances, as they were measured before of a file with this content, or measured now."""
+    _look(asked, file, size)
+    file.seek(0)
+    with tempfile.TemporaryFile() as source:
+        content = hashlib.sha256()
         while chunk := file.read(_CHUNK):
+            content.update(chunk)
             source.write(chunk)
         source.seek(0)
+        about = "\n".join((code_digest(), content.hexdigest(), asked.ending, asked.error.hex(), asked.margin.hex()))
+        key = hashlib.sha256(about.encode()).hexdigest()
+        known = store.get(key)
+        if isinstance(known, SampledField):
+            return known
+        made = _made(asked, source)
+    store.put(key, made, label=f'mesh("{os.path.basename(asked.path)}")')
+    return made
+
+
+def _made(asked: _Asked, source: IO[bytes]) -> SampledField:
+    with tempfile.TemporaryFile() as target, tempfile.TemporaryFile() as words:
         code = _measured(asked, source.fileno(), target.fileno(), words.fileno())
         if code:
             words.seek(0)

@@ -24,6 +24,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from porelang.data import FARTHEST, NEAREST
+from porelang.tasks.shape_file import UnusableError, check_count
 
 Points = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -36,10 +37,6 @@ MOST_NODES = 128_000_000
 AT_ONCE = 1 << 19  # nodes between two looks at the parent
 CHECKED = 4000  # nodes beyond the band at which its error is measured
 METRE = 1000.0
-
-
-class UnusableError(Exception):
-    """What is wrong with a mesh: a code, a message that goes on after its path, and a way out."""
 
 
 def main(ending: str, error: float, margin: float, source: int, target: int) -> None:
@@ -67,6 +64,7 @@ def soup(file: Any, ending: str) -> tuple[Points, Faces]:
         raise UnusableError("E140", f"is damaged or no {ending} file: {text}", "export it again") from None
     if faces.size == 0 or vertices.size == 0:
         raise UnusableError("E140", "holds no triangles", "export the part as a mesh of triangles")
+    check_count(len(faces))
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise UnusableError("E140", f"is damaged: a triangle names corner {faces.max():,} of {len(vertices):,}",
                             "export it again")  # fmt: skip
