@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import re
-import struct
 from collections.abc import Callable, Mapping
 from typing import BinaryIO
 
@@ -63,7 +62,7 @@ def _no(ending: str, instead: str) -> UnusableError:
 
 def _stl(file: BinaryIO, size: int) -> int | None:
     head = file.read(_HEAD)
-    count = struct.unpack("<I", head[80:84])[0] if len(head) >= _STL_HEADER else None
+    count = int.from_bytes(head[80:84], "little") if len(head) >= _STL_HEADER else None
     if count is not None and size == _STL_HEADER + _STL_TRIANGLE * count:
         return count
     if head.lstrip()[:5].lower() == b"solid" and b"\0" not in head:
@@ -127,7 +126,7 @@ def _glb(file: BinaryIO, size: int) -> None:
     head = file.read(12)
     if head[:4] != b"glTF":
         raise _no(".glb", "it does not begin with `glTF`")
-    length = struct.unpack("<I", head[8:12])[0] if len(head) == 12 else 0
+    length = int.from_bytes(head[8:12], "little")
     if length != size:
         raise _damaged(f"it says that it has {length:,} bytes, and has {size:,}")
 

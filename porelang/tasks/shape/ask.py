@@ -1,6 +1,6 @@
 """`mesh("part.stl")`: the signed distance to a mesh of triangles, sampled on a grid, negative inside.
 
-It is measured in a process of its own (`shape_child`): what a damaged file does to a reader, or a mesh to libigl, ends
+It is measured in a process of its own (`child`): what a damaged file does to a reader, or a mesh to libigl, ends
 that process, and becomes a diagnostic here.
 """
 
@@ -32,7 +32,7 @@ from porelang.resources import PACKAGE
 from porelang.source import Span
 from porelang.tasks.datafile import looked_at, remembered
 from porelang.tasks.identity import code_digest
-from porelang.tasks.shape_file import ENDINGS, UnusableError, look_over
+from porelang.tasks.shape.file import ENDINGS, UnusableError, look_over
 
 _POLL = 0.05  # seconds between two questions whether the answer is still wanted
 _CHUNK = 1 << 20
@@ -165,7 +165,7 @@ def _measured(asked: _Asked, source: int, target: int, words: int) -> int:
     numbers: Sequence[object] = (asked.error, asked.margin, source, target)
     try:
         child = subprocess.Popen(
-            [python, "-P", "-m", "porelang.tasks.shape_child", asked.ending, *map(str, numbers)],
+            [python, "-P", "-m", "porelang.tasks.shape.child", asked.ending, *map(str, numbers)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=words,

@@ -1,0 +1,63 @@
+"""The triangles of a file of whatever format: corners in mm, those at one place being one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from porelang.data import FARTHEST
+from porelang.tasks.shape.file import UnusableError, check_count
+from porelang.tasks.shape.surface import Faces, Points
+
+METRE = 1000.0
+
+
+def soup(file: Any, ending: str) -> tuple[Points, Faces]:
+    """The corners (n, 3) in mm and triangles (m, 3) of a file, all of its bodies together. Errors: UnusableError."""
+    try:
+        scene = trimesh.load_scene(file, file_type=ending[1:], process=False)
+        mesh = scene.to_mesh()
+        vertices, faces = np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64)
+    except MemoryError:
+        raise
+    except Exception as error:  # readers of files that are damaged raise whatever they like
+        text = " ".join(str(error).split())[:120] or type(error).__name__
+        raise UnusableError("E140", f"is damaged or no {ending} file: {text}", "export it again") from None
+    if faces.size == 0 or vertices.size == 0:
+        raise UnusableError("E140", "holds no triangles", "export the part as a mesh of triangles")
+    check_count(len(faces))
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        wrong = faces.min() if faces.min() < 0 else faces.max()
+        raise UnusableError("E140", f"is damaged: a triangle names corner {wrong:,} of {len(vertices):,}",
+                            "export it again")  # fmt: skip
+    vertices *= METRE if ending == ".glb" else 1.0  # glTF is in metres, by its standard
+    used = np.zeros(len(vertices), np.bool_)
+    used[faces] = True
+    here = vertices[used]
+    if bad := int((~np.isfinite(here)).any(axis=1).sum()):
+        raise UnusableError("E141", f"has {bad:,} corners that are no place: not a number, or infinite",
+                            "export it again, or mend it where it was made")  # fmt: skip
+    if (largest := float(np.abs(here).max())) > FARTHEST:
+        raise UnusableError("E141", f"reaches to {largest:g} mm from the origin",
+                            f"parts lie within {FARTHEST:,.0f} mm of it: lengths are in mm")  # fmt: skip
+    places, numbers = merged(here)
+    of_corner = np.zeros(len(vertices), np.int64)
+    of_corner[used] = numbers
+    faces = of_corner[faces]
+    apart = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    if not apart.any():
+        raise UnusableError("E140", "holds no triangles that have an area", "export it again")
+    return places, np.ascontiguousarray(faces[apart])
+
+
+def merged(vertices: Points) -> tuple[Points, Faces]:
+    """The places (m, 3) at which corners (n, 3) lie, and the place of each: those with the same numbers are one."""
+    vertices = vertices + 0.0  # -0 is 0
+    ordered = np.lexsort(vertices.T)
+    other = np.ones(len(vertices), np.bool_)
+    other[1:] = (vertices[ordered[1:]] != vertices[ordered[:-1]]).any(axis=1)
+    numbers = np.empty(len(vertices), np.int64)
+    numbers[ordered] = np.cumsum(other) - 1
+    return np.ascontiguousarray(vertices[ordered[other]]), numbers
