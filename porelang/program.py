@@ -30,11 +30,13 @@ from porelang.html import brief, table, title
 from porelang.interval import interval
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, node, order, param, within
 from porelang.once import alone
+from porelang.ops import TASK_TABLE
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, off_step, settle
 from porelang.source import Source, Span
 from porelang.tasks import all_read, bind_files, bind_tasks, find, look
 from porelang.tasks.run import LOOKERS, READERS
+from porelang.tasks.telling import TELL, told
 
 #: Designs, and variants, that a program remembers.
 _REMEMBERED = 8
@@ -437,6 +439,17 @@ class Design(Doors):
     def reads(self, *roots: Node) -> list[Node]:
         """The tasks that roots read with these settings, and those that these read: none of a branch not taken."""
         return all_read(roots, self._bindings, self.program.places)
+
+    def told(self, *roots: Node, measure: bool = True) -> list[Diagnostic]:
+        """What the tasks that roots read tell of what they found: notes and warnings, at the places that ask for them.
+
+        They are found if need be: without `measure` only those that take no time. Errors: theirs.
+        """
+        out: dict[Diagnostic, None] = {}
+        for n in self.reads(*roots) if measure else order(roots):
+            if n.op in TELL and n.depends < UNKNOWN and (measure or TASK_TABLE[n.op].cost == "instant"):
+                out.update(dict.fromkeys(told(n, self.task(n), self.program.places.get(n))))
+        return list(out)
 
     def holds(self, root: Node) -> bool:
         """Whether a condition on settings and numbers holds; what it reads is found first."""

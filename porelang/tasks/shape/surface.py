@@ -161,7 +161,7 @@ def _parts(mesh: Closed, triangles: Points, h: float, told: Callable[[int, int],
 
 
 def _beside_others(triangles: Points, parts: Mask) -> Mask:
-    """Which triangles lie as near to one of the other kind as they are large."""
+    """Which triangles may touch one of the other kind: their middles are no farther apart than both reach."""
     middle = triangles.mean(axis=1)
     size = np.linalg.norm(triangles - middle[:, None], axis=2).max(axis=1)
     near = np.ones(len(middle), np.bool_)
@@ -170,7 +170,7 @@ def _beside_others(triangles: Points, parts: Mask) -> Mask:
         if not others.any():
             return np.zeros(len(middle), np.bool_)
         away, _ = cKDTree(middle[others]).query(middle[here])
-        near[here] = away <= 2 * (size[here] + size[others].max())
+        near[here] = away <= size[here] + size[others].max()
     return near
 
 
