@@ -304,12 +304,16 @@ def _length(ctx: Context, value: Value, place: Span, what: str) -> float | None:
 
 def _mesh(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     path = _text(ctx, values[0], places[0], "the path of a mesh", "part.stl")
-    error = _length(ctx, values[1], places[1], "`error` of `mesh`")
-    margin = _length(ctx, values[2], places[2], "`margin` of `mesh`")
-    if path is None or error is None or margin is None:
+    names = TASK_TABLE["mesh"].parameters[1:]
+    given = zip(values[1:], places[1:], names, strict=True)
+    lengths = [_length(ctx, value, place, f"`{name}` of `mesh`") for value, place, name in given]
+    known = [length for length in lengths if length is not None]
+    if path is None or len(known) < len(lengths):
         return POISON
-    asked = (*_beside(site, path, ctx), error, margin)
-    grid, corners = (ctx.task(node("mesh", value=(*asked, part)), site.span) for part in ("distance", "corners"))
+    shown, whole = _beside(site, path, ctx)
+    grid, corners = (
+        ctx.task(node("mesh", value=(shown, whole, *known, part)), site.span) for part in ("distance", "corners")
+    )
     distance = looked_up(grid, 0, False, None)
     # Let q be the place in the grid's box that is nearest to p. The box is convex and holds the mesh, so that the angle
     # at q between p and any place of the mesh is 90 degrees or more: the mesh is |p - q| and the distance at q away by

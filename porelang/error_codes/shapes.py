@@ -1,4 +1,4 @@
-"""E140-E149: meshes that a program reads as shapes."""
+"""E140-E144, W232 and W233: meshes that a program reads as shapes."""
 
 from __future__ import annotations
 
@@ -43,6 +43,26 @@ SHAPES = (
         "a mesh that could not be measured",
         "Meshes are measured in a process of their own, so that one which is damaged harms nothing else. That process\n"
         "could not be started, crashed, or ran out of memory.",
+        "",
+        "",
+    ),
+    Code(
+        "W232",
+        "a mesh that is not watertight",
+        "There are edges at which no triangle follows. Each hole that they make is closed by a fan of triangles from\n"
+        "the middle of its rim: exact where the rim is flat, a guess elsewhere, and the distance is to that as well.\n"
+        "The message says how many edges there are, and where the largest hole is. Look at the place in a section,\n"
+        "`pore render part.pore --section z=10mm`; where its shape matters, close it where the mesh was made.",
+        "",
+        "",
+    ),
+    Code(
+        "W233",
+        "a mesh whose sizes do not fit",
+        "Either the whole of it is much smaller or larger than parts are: files of meshes hold numbers without a\n"
+        "unit, which are read as mm, and `unit=1in` says otherwise. Or it has walls or gaps that are thinner than the\n"
+        "samples of its distance are apart, so that they are missing or have holes: its `error` is 1/128 of the\n"
+        "longest side unless given, and walls need one of half their thickness.",
         "",
         "",
     ),

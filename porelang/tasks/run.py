@@ -130,9 +130,9 @@ def _frame(n: Node) -> Data:
 
 def _mesh(n: Node) -> Data:
     assert isinstance(n.value, tuple)
-    shown, path, error, margin, part = n.value
-    lengths = (float(error) or None, float(margin) or None)
-    found = _as_named(str(shown), str(path), lambda where: read_shape(where, *lengths))
+    shown, path, *numbers, part = n.value
+    error, margin, unit = (float(number) or None for number in numbers)
+    found = _as_named(str(shown), str(path), lambda where: read_shape(where, error, margin, unit))
     return found if part == "distance" else corners_of(found)
 
 

@@ -25,7 +25,7 @@ from typing import IO, BinaryIO
 import numpy as np
 
 from porelang import store
-from porelang.data import SampledField, Triple
+from porelang.data import SampledField
 from porelang.diagnostics import PoreError, fail
 from porelang.progress import checkpoint, tell
 from porelang.resources import PACKAGE
@@ -39,54 +39,34 @@ _CHUNK = 1 << 20
 _WORDS = 300  # characters of a child's last words that are worth showing
 
 
-@dataclass(frozen=True, slots=True)
-class Found:
-    """What is known of a mesh: in `SampledField.facts`, in this order.
-
-    Its triangles; edges at which no triangle follows, the holes that they make, and the middle of the largest, in mm;
-    by how much lookups err at most within some cells of the surface, and by how much nodes err farther away, measured,
-    in mm; the corners of the mesh's box.
-    """
-
-    triangles: int
-    open_edges: int
-    holes: int
-    largest_hole: Triple
-    error: float
-    error_beyond: float
-    low: Triple
-    high: Triple
-
-    @classmethod
-    def of(cls, field: SampledField) -> Found:
-        n, edges, holes, x, y, z, error, beyond, *box = field.facts
-        low, high = box[:3], box[3:]
-        return cls(int(n), int(edges), int(holes), (x, y, z), error, beyond,
-                   (low[0], low[1], low[2]), (high[0], high[1], high[2]))  # fmt: skip
-
-
 def read_shape(
-    path: str, error: float | None = None, margin: float | None = None, span: Span | None = None
+    path: str,
+    error: float | None = None,
+    margin: float | None = None,
+    unit: float | None = None,
+    span: Span | None = None,
 ) -> SampledField:
     """The signed distance to the mesh of a file, in mm, on a grid over its box and `margin` mm more on each side.
 
     `error` is by how many mm a trilinear lookup near the surface errs at most, 1/128 of the longest side unless given;
-    `margin` is 1/16 of it. Holes are closed by fans of triangles; `Found.of` tells of them.
+    `margin` is 1/16 of it, and `unit` the mm that a length of 1 in the file is: 1, and 1000 for glTF. Holes are closed
+    by fans of triangles; `Found.of` tells of them.
     Errors: E130, E131 and E135 as of any data file, and E140-E144, placed at `span`.
     """
-    for name, given in (("error", error), ("margin", margin)):
+    for name, given in (("error", error), ("margin", margin), ("unit", unit)):
         if given is not None and not (given > 0 and math.isfinite(given)):
             raise fail("E143", f"`{name}` of a mesh is a length above 0, not {given:g} mm", span, hint="as in 0.1mm")
-    number = math.nan if error is None else error, math.nan if margin is None else margin
-    asked = _Asked(path, _ending(path), *number, span)
-    part = f"{asked.error!r} {asked.margin!r}"
+    ending = _ending(path)
+    error, margin, unit = (math.nan if number is None else number for number in (error, margin, unit))
+    asked = _Asked(path, ending, error, margin, unit, span)
+    part = f"{asked.error!r} {asked.margin!r} {asked.unit!r}"
     return remembered(path, asked.ending, "a mesh", span, partial(_read, asked), part)
 
 
 def look_at_shape(path: str) -> None:
     """Say what is plainly wrong with the file of a mesh, of which only the beginning is read. Errors: as `read_shape`,
     but those that take measuring."""
-    asked = _Asked(path, _ending(path), math.nan, math.nan, None)
+    asked = _Asked(path, _ending(path))
     looked_at(path, asked.ending, "a mesh", None, partial(_look, asked))
 
 
@@ -106,9 +86,10 @@ def corners_of(field: SampledField) -> SampledField:
 class _Asked:
     path: str
     ending: str
-    error: float
-    margin: float
-    span: Span | None
+    error: float = math.nan
+    margin: float = math.nan
+    unit: float = math.nan
+    span: Span | None = None
 
     def fail(self, code: str, message: str, hint: str) -> PoreError:
         return fail(code, f"`{self.path}` {message}", self.span, hint=hint)
@@ -131,7 +112,8 @@ def _read(asked: _Asked, file: BinaryIO, size: int) -> SampledField:
             content.update(chunk)
             source.write(chunk)
         source.seek(0)
-        about = "\n".join((code_digest(), content.hexdigest(), asked.ending, asked.error.hex(), asked.margin.hex()))
+        numbers = (n.hex() for n in (asked.error, asked.margin, asked.unit))
+        about = "\n".join((code_digest(), content.hexdigest(), asked.ending, *numbers))
         key = hashlib.sha256(about.encode()).hexdigest()
         known = store.get(key)
         if isinstance(known, SampledField):
@@ -162,7 +144,7 @@ def _measured(asked: _Asked, source: int, target: int, words: int) -> int:
     # The interpreter that multiprocessing would start, which programs that embed Python know how to set.
     python = os.fsdecode(multiprocessing.spawn.get_executable() or sys.executable)
     path = dict.fromkeys([*(os.path.abspath(p) for p in sys.path), str(PACKAGE.parent)])
-    numbers: Sequence[object] = (asked.error, asked.margin, source, target)
+    numbers: Sequence[object] = (asked.error, asked.margin, asked.unit, source, target)
     try:
         child = subprocess.Popen(
             [python, "-P", "-m", "porelang.tasks.shape.child", asked.ending, *map(str, numbers)],

@@ -1,4 +1,6 @@
-"""The process that measures distances to a mesh: `python -m porelang.tasks.shape.child ENDING ERROR MARGIN IN OUT`.
+"""The process that measures distances to a mesh.
+
+`python -m porelang.tasks.shape.child ENDING ERROR MARGIN UNIT IN OUT`
 
 libigl and the readers of mesh files are native code, or trust what a file claims: what they do to this process is no
 harm to a program. IN and OUT are descriptors of files: the mesh, and an .npz of what was made of it. On standard output
@@ -23,18 +25,18 @@ from porelang.tasks.shape.soup import soup
 from porelang.tasks.shape.surface import Faces, Points, closed
 
 
-def main(ending: str, error: float, margin: float, source: int, target: int) -> None:
+def main(ending: str, error: float, margin: float, unit: float, source: int, target: int) -> None:
     try:
         with os.fdopen(source, "rb") as file:
-            vertices, faces = soup(io.BytesIO(file.read()), ending)
-        found = measured(vertices, faces, error, margin)
+            vertices, faces = soup(io.BytesIO(file.read()), ending, unit)
+        found = measured(vertices, faces, error, margin, unit)
     except UnusableError as reason:
         found = {"refused": np.array(json.dumps(reason.args))}
     with os.fdopen(target, "wb") as out:
         np.savez(out, allow_pickle=False, **found)
 
 
-def measured(vertices: Points, faces: Faces, error: float, margin: float) -> dict[str, NDArray[Any]]:
+def measured(vertices: Points, faces: Faces, error: float, margin: float, unit: float = 0.0) -> dict[str, NDArray[Any]]:
     """The distances as arrays by name; `facts` are as `porelang.tasks.shape` tells them."""
     mesh = closed(vertices, faces)
     made = distances(mesh, error, margin, told)
@@ -42,7 +44,8 @@ def measured(vertices: Points, faces: Faces, error: float, margin: float) -> dic
     opened = sum(n for n, _ in mesh.holes)
     used = mesh.vertices[mesh.faces]
     box = [*used.min(axis=(0, 1)), *used.max(axis=(0, 1))]
-    facts = [len(faces), opened, len(mesh.holes), *first, made.error, made.beyond, *box]
+    facts = [len(faces), opened, len(mesh.holes), *first, made.error, made.beyond, *box, made.lost, *made.lost_at,
+             np.nan_to_num(unit)]  # fmt: skip
     return {
         "values": made.values,
         "origin": made.origin,
@@ -67,4 +70,6 @@ def hold_lifeline() -> None:
 
 if __name__ == "__main__":
     hold_lifeline()
-    main(sys.argv[1], float(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]), int(sys.argv[5]))
+    ending, *numbers, source, target = sys.argv[1:]
+    error, margin, unit = map(float, numbers)
+    main(ending, error, margin, unit, int(source), int(target))

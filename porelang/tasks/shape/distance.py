@@ -28,13 +28,19 @@ Told = Callable[[int, int], None]
 @dataclass(frozen=True, slots=True)
 class Sampled:
     """Distances (nx, ny, nz) in mm from a first node on, every `spacing` mm; a lookup near the surface errs by `error`
-    at most. `beyond` is by how much nodes err that are farther away, measured at some of them."""
+    at most. `beyond` is by how much nodes err that are farther away, measured at some of them.
+
+    `lost` is the share of the surface about which all nodes are on one side: of walls and gaps that are thinner than
+    cells. `lost_at` is a place of it.
+    """
 
     values: NDArray[np.float32]
     origin: Points
     spacing: float
     error: float
     beyond: float
+    lost: float
+    lost_at: Points
 
 
 def distances(mesh: Closed, error: float, margin: float, told: Told) -> Sampled:
@@ -49,7 +55,7 @@ def distances(mesh: Closed, error: float, margin: float, told: Told) -> Sampled:
     lo, hi = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     longest = float((hi - lo).max())
     if longest < NEAREST:
-        raise UnusableError("E141", f"is {longest:g} mm long", "lengths are in mm: scale it where it was made")
+        raise UnusableError("E141", f"is {longest:g} mm long", "check the unit of the file, as in `unit=1m`")
     error = error if np.isfinite(error) else longest / 128
     margin = margin if np.isfinite(margin) else longest / 16
     h = error / (HALF_DIAGONAL + SEAM)
@@ -64,15 +70,17 @@ def distances(mesh: Closed, error: float, margin: float, told: Told) -> Sampled:
         raise UnusableError("E142", "encloses nothing: it is a sheet, not a body", "close it, or give it a thickness")
     origin = 0.5 * (lo + hi) - 0.5 * h * (np.array(nodes) - 1)
     axes = [o + h * np.arange(n) for o, n in zip(origin, nodes, strict=True)]
-    values, beyond = _sampled(mesh, surface, axes, h, told)
-    return Sampled(values, origin, h, error, beyond)
+    bits, _ = halved(surface, np.arange(len(surface)), h)
+    values, beyond = _sampled(mesh, surface, bits.mean(axis=1), axes, h, told)
+    lost, lost_at = _lost(bits, values, origin, h)
+    return Sampled(values, origin, h, error, beyond, lost, lost_at)
 
 
 def _sampled(
-    mesh: Closed, surface: Points, axes: list[Points], h: float, told: Told
+    mesh: Closed, surface: Points, middles: Points, axes: list[Points], h: float, told: Told
 ) -> tuple[NDArray[np.float32], float]:
     shape = tuple(map(len, axes))
-    places = np.argwhere(_close_by(surface, axes, h))
+    places = np.argwhere(_close_by(middles, axes, h))
     found, feet = _to_surface(surface, nodes_at(axes, places), told)
     exact = found <= BAND * h
     near = np.zeros(shape, np.bool_)
@@ -120,12 +128,11 @@ def _inside(mesh: Closed, axes: list[Points], near: Mask, places: NDArray[np.int
     return found
 
 
-def _close_by(surface: Points, axes: list[Points], h: float) -> Mask:
-    """The nodes within BAND cells of the surface, and some more."""
+def _close_by(middles: Points, axes: list[Points], h: float) -> Mask:
+    """The nodes within BAND cells of a surface of triangles that are no longer than a cell, and some more."""
     touched = np.zeros(tuple(map(len, axes)), np.bool_)
     origin = np.array([a[0] for a in axes])
-    bits, _ = halved(surface, np.arange(len(surface)), h)
-    touched[tuple(np.rint((bits.mean(axis=1) - origin) / h).astype(int).T)] = True
+    touched[tuple(np.rint((middles - origin) / h).astype(int).T)] = True
     # A middle lies within h / sqrt(3) of all of its triangle, and its node within half a diagonal of it.
     return np.asarray(distance_transform_edt(~touched) <= BAND + HALF_DIAGONAL + 3**-0.5)
 
@@ -138,6 +145,24 @@ def _checked(surface: Points, axes: list[Points], values: Points, near: Mask, to
     some = np.random.default_rng(1).choice(far, min(CHECKED, len(far)), replace=False)
     here = nodes_at(axes, np.stack(np.unravel_index(some, near.shape), axis=1))
     return float(np.abs(values.reshape(-1)[some] - _to_surface(surface, here, told)[0]).max())
+
+
+def _lost(bits: Points, values: NDArray[np.float32], origin: Points, h: float) -> tuple[float, Points]:
+    """The share of a surface with nodes on one side alone in its cell and those beside it, and a place of it."""
+    middles = bits.mean(axis=1)
+    cells = np.floor((middles - origin) / h).astype(np.int64)
+    most = np.array(values.shape) - 1
+    sides = np.zeros((2, len(cells)), np.bool_)
+    for away in np.ndindex(4, 4, 4):
+        i, j, k = np.clip(cells + np.array(away) - 1, 0, most).T
+        inside = values[i, j, k] < 0
+        sides[0] |= inside
+        sides[1] |= ~inside
+    lost = ~sides.all(axis=0)
+    if not lost.any():
+        return 0.0, np.zeros(3)
+    area = np.linalg.norm(np.cross(bits[:, 1] - bits[:, 0], bits[:, 2] - bits[:, 0]), axis=1)
+    return float(area[lost].sum() / area.sum()), middles[lost][int(area[lost].argmax())]
 
 
 def nodes_at(axes: list[Points], index: NDArray[np.int64]) -> Points:

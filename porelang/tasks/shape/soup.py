@@ -11,11 +11,12 @@ from porelang.data import FARTHEST
 from porelang.tasks.shape.file import UnusableError, check_count
 from porelang.tasks.shape.surface import Faces, Points
 
-METRE = 1000.0
+METRE = 1000.0  # mm: glTF is in metres, by its standard
 
 
-def soup(file: Any, ending: str) -> tuple[Points, Faces]:
-    """The corners (n, 3) in mm and triangles (m, 3) of a file, all of its bodies together. Errors: UnusableError."""
+def soup(file: Any, ending: str, unit: float) -> tuple[Points, Faces]:
+    """The corners (n, 3) in mm and triangles (m, 3) of a file, all of its bodies together. A length of 1 in it is
+    `unit` mm, what its format says where that is NaN. Errors: UnusableError."""
     try:
         scene = trimesh.load_scene(file, file_type=ending[1:], process=False)
         mesh = scene.to_mesh()
@@ -32,7 +33,7 @@ def soup(file: Any, ending: str) -> tuple[Points, Faces]:
         wrong = faces.min() if faces.min() < 0 else faces.max()
         raise UnusableError("E140", f"is damaged: a triangle names corner {wrong:,} of {len(vertices):,}",
                             "export it again")  # fmt: skip
-    vertices *= METRE if ending == ".glb" else 1.0  # glTF is in metres, by its standard
+    vertices *= unit if np.isfinite(unit) else METRE if ending == ".glb" else 1.0
     used = np.zeros(len(vertices), np.bool_)
     used[faces] = True
     here = vertices[used]
@@ -40,8 +41,8 @@ def soup(file: Any, ending: str) -> tuple[Points, Faces]:
         raise UnusableError("E141", f"has {bad:,} corners that are no place: not a number, or infinite",
                             "export it again, or mend it where it was made")  # fmt: skip
     if (largest := float(np.abs(here).max())) > FARTHEST:
-        raise UnusableError("E141", f"reaches to {largest:g} mm from the origin",
-                            f"parts lie within {FARTHEST:,.0f} mm of it: lengths are in mm")  # fmt: skip
+        raise UnusableError("E141", f"reaches {largest:g} mm from the origin; parts lie within {FARTHEST:,.0f} mm",
+                            "check the unit of the file, as in `unit=1um`")  # fmt: skip
     places, numbers = merged(here)
     of_corner = np.zeros(len(vertices), np.int64)
     of_corner[used] = numbers

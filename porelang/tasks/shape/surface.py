@@ -124,7 +124,7 @@ def boundary(mesh: Closed, h: float, told: Callable[[int, int], None]) -> Points
 
     `h` is the size of a cell, in mm. Where shells cross, what is left out or in wrongly is smaller than SEAM cells.
     """
-    whole = mesh.vertices[mesh.faces]
+    whole: Points = mesh.vertices[mesh.faces]
     area = np.linalg.norm(_normals(whole), axis=1)
     whole = whole[area > 1e-14 * np.ptp(mesh.vertices, axis=0).max() ** 2]
     bits, owner = halved(whole, np.arange(len(whole)), h)
