@@ -89,28 +89,40 @@ def _turned_alike(faces: Faces) -> Faces:
 
 
 def _outward(vertices: Points, faces: Faces) -> Faces:
-    """The triangles of a closed mesh, with shells turned outwards that are turned inwards and bound no cavity."""
-    a, b, c = np.moveaxis(vertices[faces] - vertices.mean(axis=0), 1, 0)
-    volumes = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
-    if volumes.sum() < 0:
-        faces, volumes = np.ascontiguousarray(faces[:, ::-1]), -volumes
+    """The triangles of a closed mesh, with all shells turned outwards but cavities: those that lie within others, and
+    are turned against them in the file."""
     count, of_corner = _connected(faces[:, [0, 1, 1, 2]].reshape(-1, 2), len(vertices))
     of_face = of_corner[faces[:, 0]]
-    turned = np.flatnonzero(np.bincount(of_face, volumes, count) < 0)
-    if not len(turned):
+    a, b, c = np.moveaxis(vertices[faces] - vertices.mean(axis=0), 1, 0)
+    inward = np.bincount(of_face, np.einsum("ij,ij->i", a, np.cross(b, c)), count) < 0
+    if not inward.any():
         return faces
-    others = np.ascontiguousarray(faces[~np.isin(of_face, turned)])
-    alone = np.zeros(count, np.bool_)
-    used = np.unique(faces)  # some corners may be nobody's
-    for axis in range(3):  # a shell crosses the others, or any of its corners tells whether it lies in one
-        for ends in (used[np.argsort(vertices[used, axis])], used[np.argsort(-vertices[used, axis])]):
-            _, first = np.unique(of_corner[ends], return_index=True)
-            corner = np.zeros(count, np.int64)
-            corner[of_corner[ends][first]] = ends[first]
-            there = np.ascontiguousarray(vertices[corner[turned]])
-            alone[turned] |= np.abs(igl.fast_winding_number(vertices, others, there)) < 0.5
-    flipped = alone[of_face]
-    return np.ascontiguousarray(np.where(flipped[:, None], faces[:, ::-1], faces))
+    outward = _flipped(faces, inward[of_face])
+    contained = np.ones(count, np.bool_)
+    against = np.zeros(count, np.bool_)
+    for places in _beyond_ends(vertices, faces, of_corner, count):
+        contained &= np.abs(igl.fast_winding_number(vertices, outward, places)) > 0.5
+        as_given = np.rint(igl.fast_winding_number(vertices, faces, places))
+        against |= as_given * np.where(inward, -1, 1) < 0
+    return _flipped(outward, (contained & against)[of_face])
+
+
+def _flipped(faces: Faces, which: Mask) -> Faces:
+    return np.ascontiguousarray(np.where(which[:, None], faces[:, ::-1], faces))
+
+
+def _beyond_ends(vertices: Points, faces: Faces, of_corner: NDArray[np.int32], count: int) -> Iterator[Points]:
+    """A place (count, 3) just beyond each shell, at either end of it along each axis."""
+    used = np.unique(faces)
+    little = 1e-6 * np.ptp(vertices, axis=0).max()
+    for axis in range(3):
+        for side in (-1, 1):
+            ends = used[np.argsort(-side * vertices[used, axis])]
+            shells, first = np.unique(of_corner[ends], return_index=True)
+            places = np.zeros((count, 3))  # some corners are nobody's, and no shell
+            places[shells] = vertices[ends[first]]
+            places[:, axis] += side * little
+            yield places
 
 
 def _connected(pairs: Faces, count: int) -> tuple[int, NDArray[np.int32]]:
