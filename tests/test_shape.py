@@ -24,7 +24,7 @@ from porelang.ops.grid import lookup
 from porelang.progress import watching
 from porelang.source import Source, Span
 from porelang.tasks import datafile
-from porelang.tasks.shape import Found, ask, read_shape
+from porelang.tasks.shape import Found, ask, file, read_shape
 from porelang.tasks.shape.file import ENDINGS
 
 SPAN = Span(Source("part.pore", 'mesh("part.stl")'), 0, 16)
@@ -181,19 +181,58 @@ def cut(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-777])
 
 
+def text_stl(path: Path) -> None:
+    box().export(path, file_type="stl_ascii")
+    path.write_bytes(path.read_bytes()[:700])
+
+
+CORNERS = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\n"
+
+
+def obj(faces: str) -> Callable[[Path], int]:
+    return lambda path: path.write_text(f"{CORNERS}{faces}")
+
+
+def ply(vertices: int, faces: int, rest: str, kind: str = "ascii") -> Callable[[Path], int]:
+    axes = "".join(f"property float {axis}\n" for axis in "xyz")
+    listed = f"element face {faces}\nproperty list uchar int vertex_indices\n" if faces else ""
+    text = f"ply\nformat {kind} 1.0\nelement vertex {vertices}\n{axes}{listed}end_header\n{rest}"
+    return lambda path: path.write_text(text)
+
+
+THREE = "0 0 0\n1 0 0\n0 1 0\n"
+
+
 @pytest.mark.parametrize(
     ("code", "name", "write", "words"),
     [
         ("E130", "part.stl", lambda p: None, "no file"),
         ("E130", "part.stl", Path.mkdir, "is a folder"),
         ("E130", "part.stl", lambda p: p.symlink_to("/dev/zero"), "is a device"),
+        ("E130", "part.stl", os.mkfifo, "is a pipe"),
         ("E131", "part.step", lambda p: p.write_bytes(b"ISO-10303-21;"), "ends in `.step`"),
-        ("E140", "part.stl", lambda p: p.write_bytes(b""), "no triangles"),
+        ("E140", "part.stl", lambda p: p.write_bytes(b""), "is empty"),
+        ("E140", "part.stl", lambda p: p.write_bytes(b"\0" * 80 + b"\xff" * 60), "says that it holds 4,294,967,295"),
+        ("E140", "part.stl", text_stl, "it was cut short"),
+        ("E140", "part.stl", lambda p: p.write_text("version https://git-lfs.github.com/spec/v1\n"), "Git LFS"),
+        ("E135", "part.stl", lambda p: os.truncate(p.open("wb").write(b"\0" * 80) and p, 10**9 + 1), "1,000,000,001"),
+        ("E140", "part.ply", ply(10**9, 12, "", "binary_little_endian"), "1,000,000,000 of `vertex`"),
+        ("E140", "part.ply", ply(3, 10**9, THREE), "1,000,000,000 of `face`"),
+        ("E140", "part.ply", ply(-3, 1, THREE), "the number of `vertex` is none"),
+        ("E140", "part.ply", ply(3, 0, THREE), "no triangles"),
+        ("E140", "part.ply", ply(3, 2, THREE + "3 0 1 2\n"), "it holds 2 triangles, not 1"),
+        ("E140", "part.ply", ply(3, 1, THREE + "3 0 1 7\n"), "names corner 7 of 3"),
+        ("E140", "part.obj", obj("f 1 3 2\nf 1 2 4\nf 2 3 99\n"), "index 98 is out of bounds"),
+        ("E140", "part.obj", obj("f -9 -2 -3\nf -4 -3 -1\n"), "index -9"),
+        ("E140", "part.obj", obj("f 1 3 2\nf 2/1 0/1 3/1\n"), "names corner 0"),
+        ("E140", "part.off", lambda p: p.write_text("OFF\n9000000 9 0\n0 0 0\n"), "have no room"),
+        ("E140", "part.off", lambda p: p.write_text("solid\n"), "does not begin with `OFF`"),
         ("E140", "part.stl", cut, "is damaged"),
         ("E140", "part.glb", lambda p: p.write_bytes(b"glTF" + b"\xff" * 99), "is damaged"),
         ("E140", "part.obj", lambda p: p.write_text("v 0 0 0\nv 1 0 0\n"), "no triangles"),
         ("E140", "part.off", lambda p: p.write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"), "is damaged"),
         ("E141", "part.stl", lambda p: saved(moved(np.nan), p), "corner"),
+        ("E141", "part.obj", lambda p: p.write_text(CORNERS.replace("9", "1e400") + "f 1 2 3\n"), "2 corners"),
         ("E141", "part.stl", lambda p: saved(moved(1e6), p), "from the origin"),
         ("E142", "part.stl", lambda p: saved(sheet(), p), "encloses nothing"),
     ],
@@ -202,6 +241,63 @@ def test_what_is_no_mesh(code: str, name: str, write: Any, words: str, tmp_path:
     write(tmp_path / name)
     found = told(lambda: read_shape(str(tmp_path / name), span=SPAN))
     assert (found.code, words in found.message) == (code, True), found
+
+
+def test_too_many_triangles_are_refused_by_what_the_file_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(file, "MOST_TRIANGLES", 11)
+    monkeypatch.setattr(ask, "_measured", never)
+    path = saved(box(), tmp_path / "box.stl")
+    found = told(lambda: read_shape(path, span=SPAN))
+    assert (found.code, found.message) == ("E135", f"`{path}` is too large: 12 triangles of 11")
+
+
+def test_files_that_are_odd_but_right(tmp_path: Path) -> None:
+    """Corners counted from the last, squares, other lines between; bytes after the last triangle; several bodies."""
+    (tmp_path / "odd.obj").write_text(
+        "# by hand\nmtllib none.mtl\n"
+        + CORNERS
+        + "vt 0 0\nvn 0 0 1\nf -4/-1/-1 -2/-1/-1 -3/-1/-1\nf -4 -3 -1\nf 2//1 3//1 4//1\n"
+        "f 1 4 3\n"
+    )
+    (tmp_path / "odd.off").write_text(
+        "OFF # squares\n8 6 0\n0 0 0\n9 0 0\n9 9 0\n0 9 0\n0 0 9\n9 0 9\n9 9 9\n0 9 9\n"
+        "4 0 3 2 1\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n"
+    )
+    path = saved(box(9 / 20), tmp_path / "odd.stl")
+    Path(path).write_bytes(Path(path).read_bytes() + b"\0\0")
+    scene = trimesh.Scene()
+    for x in (0.0, 0.005):
+        scene.add_geometry(
+            trimesh.creation.box([0.004] * 3), transform=trimesh.transformations.translation_matrix([x, 0, 0])
+        )
+    scene.export(str(tmp_path / "odd.glb"))
+    for ending, triangles in ((".obj", 4), (".off", 12), (".stl", 12), (".glb", 24)):
+        found = Found.of(read_shape(str(tmp_path / f"odd{ending}"), error=0.4))
+        assert (found.triangles, found.open_edges, max(found.size)) == (triangles, 0, pytest.approx(9)), ending
+
+
+def test_unit_of_a_file(tmp_path: Path) -> None:
+    """What is said of the size, and doubted where nobody gave a unit."""
+    path = saved(box(1 / 25.4), tmp_path / "inches.stl")
+    field = read_shape(path, error=0.4, unit=25.4)
+    assert np.abs(field.values[..., 0] - to_box(nodes(field))).max() <= 0.8
+    assert Found.of(field).size == pytest.approx(2 * BOX)
+    saved(box(1e-3), tmp_path / "box.glb")
+    saved(box(1e-3), tmp_path / "metres.stl")
+    for text, size, doubts in (
+        ('"inches.stl", unit=1in', 20, []),
+        ('"inches.stl"', 20 / 25.4, []),
+        ('"box.glb"', 20, []),
+        ('"box.glb", unit=1mm', 0.02, []),
+        ('"metres.stl"', 0.02, ["W233"]),
+        ('"metres.stl", unit=1m', 20, []),
+    ):
+        made = program(f"mesh({text})", tmp_path)
+        note, *others = made.design().told(*made.graph.roots)
+        assert (note.severity, f"x {size:.4g} mm, 12 triangles" in note.message) == ("note", True), note
+        assert [d.code for d in others] == doubts
+    with pytest.raises(PoreError, match="from the origin"):
+        read_shape(path, unit=1e6)
 
 
 def test_error_that_takes_too_many_samples(tmp_path: Path) -> None:

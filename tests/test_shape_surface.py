@@ -85,13 +85,13 @@ def test_what_crosses_is_cut_where_it_crosses() -> None:
 
 
 def test_shells_that_are_turned_inwards() -> None:
-    """One that crosses others is turned; one that lies within another is a cavity. All may be turned the other way."""
+    """One that crosses others is turned; one within another is a cavity if they are turned against each other."""
     bar, beside = block([-10, -3, -3], [10, 3, 3]), block([-3, -10, -3], [3, 10, 3])
     beside.invert()
-    cavity = block([-8, -1, -1], [-6, 1, 1])
+    cavity, core = block([-8, -1, -1], [-6, 1, 1]), block([6, -1, -1], [8, 1, 1])
     cavity.invert()
     for turned in (False, True):
-        bodies = [bar.copy(), beside.copy(), cavity.copy()]
+        bodies = [body.copy() for body in (bar, beside, cavity, core)]
         for body in bodies if turned else ():
             body.invert()
         made = sampled(*bodies)

@@ -13,8 +13,8 @@ from typing import BinaryIO
 ENDINGS = (".stl", ".obj", ".ply", ".off", ".glb")
 #: Bytes of a file.
 LARGEST = 1_000_000_000
-#: Triangles of a mesh: so many take some 8 GB of memory.
-MOST_TRIANGLES = 10_000_000
+#: Triangles of a mesh: so many take some 6 GB of memory and minutes.
+MOST_TRIANGLES = 5_000_000
 
 _HEAD = 1 << 16  # bytes of a file in which its header stands
 _CHUNK = 1 << 20
@@ -26,22 +26,28 @@ _SIZES = {
     **dict.fromkeys(("double", "float64", "int64", "uint64"), 8),
 }
 _AGAIN = "export it again"
+_LFS = b"version https://git-lfs.github.com/"
 
 
 class UnusableError(Exception):
     """What is wrong with a mesh: a code, a message that goes on after its path, and a way out."""
 
 
-def look_over(file: BinaryIO, size: int, ending: str) -> None:
-    """Read what a file says of itself. Errors: UnusableError, where that cannot be true, or where it holds too much."""
+def look_over(file: BinaryIO, size: int, ending: str) -> int | None:
+    """Read what a file says of itself: how many faces it holds, None where it does not say. Errors: UnusableError,
+    where that cannot be true, or where it holds too much."""
     if size > LARGEST:
         raise UnusableError("E135", f"is too large: {size:,} bytes of {LARGEST:,}", "simplify the mesh")
     if size == 0:
         raise UnusableError("E140", "is empty: it holds no triangles", _AGAIN)
+    if file.read(len(_LFS)) == _LFS:
+        raise UnusableError("E140", "stands for a file that Git LFS has not fetched", "fetch it: `git lfs pull`")
+    file.seek(0)
     count = _COUNTS[ending](file, size)
     if count == 0:
         raise UnusableError("E140", "holds no triangles", "export the part as a mesh of triangles")
     check_count(count or 0)
+    return count
 
 
 def check_count(triangles: int) -> None:
@@ -60,12 +66,20 @@ def _no(ending: str, instead: str) -> UnusableError:
     return UnusableError("E140", f"is no {ending} file: {instead}", "name the file by what it is, or export it again")
 
 
+def stl_length(triangles: int) -> int:
+    """The bytes of a binary STL."""
+    return _STL_HEADER + _STL_TRIANGLE * triangles
+
+
 def _stl(file: BinaryIO, size: int) -> int | None:
     head = file.read(_HEAD)
     count = int.from_bytes(head[80:84], "little") if len(head) >= _STL_HEADER else None
-    if count is not None and size == _STL_HEADER + _STL_TRIANGLE * count:
+    if count is not None and 0 <= size - stl_length(count) < _STL_TRIANGLE:  # some programs add a few bytes
         return count
     if head.lstrip()[:5].lower() == b"solid" and b"\0" not in head:
+        file.seek(max(0, size - _CHUNK))
+        if b"endsolid" not in file.read().lower():
+            raise _damaged("it was cut short, for there is no `endsolid` at its end")
         return None if b"facet" in head.lower() else 0
     if count is None:
         raise _damaged(f"{size} bytes, where the header alone takes {_STL_HEADER}")
