@@ -36,9 +36,9 @@ from porelang.ops import TASK_TABLE
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, off_step, settle
 from porelang.source import Source, Span
-from porelang.tasks import all_read, bind_files, bind_tasks, find
+from porelang.tasks import all_read, bind_files, bind_tasks, find, look
 from porelang.tasks.bake import region
-from porelang.tasks.run import READERS
+from porelang.tasks.run import LOOKERS, READERS
 from porelang.tasks.telling import TELL, told
 
 #: Designs, and variants, that a program remembers.
@@ -400,10 +400,13 @@ class Design(Doors):
         """An output that is a number, as a formula. Errors: E100, E101, and those of its tasks."""
         return self.formula(self.program.solid(name))
 
-    def read_data(self) -> None:
-        """Read every file that the program names, so that what is wrong with one is said now. Errors: theirs."""
+    def read_data(self, measure: bool = True) -> None:
+        """Read every file that the program names, so that what is wrong with one is said now; without `measure` of
+        those that take long the beginning. Errors: theirs."""
         for n in order(self.program.graph.roots):
-            if n.op in READERS:
+            if n.op in LOOKERS and not measure:
+                look(n, self.program.places)
+            elif n.op in READERS:
                 self.task(n)
 
     def task(self, n: Node) -> Reduced | Data:

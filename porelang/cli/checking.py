@@ -33,7 +33,7 @@ def check(options: Namespace) -> int:
     if program is not None:  # what was found so far is said first: a check may have to measure the whole part
         try:
             design = program.design(dict(options.settings), preset=options.preset)
-            design.read_data()
+            design.read_data(options.measure)
             find_searches(design)
             if options.measure:
                 design.keep_contracts()

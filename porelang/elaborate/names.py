@@ -21,7 +21,7 @@ Binding = tree.Param | tree.Let | tree.Def | tree.Use | tree.Out
 
 #: Names of the language's design that no version has yet.
 _FOAMS = ("perlin", "simplex", "cubic_noise", "worley", "particles", "voronoi_cells", "voronoi_edges", "truss")
-PLANNED = frozenset({*_FOAMS, "metric", "phase", "compress", "mesh"})
+PLANNED = frozenset({*_FOAMS, "metric", "compress"})
 
 
 def bindings(
@@ -239,7 +239,7 @@ def _parts(item: object, local: frozenset[str]) -> Iterator[tuple[object, frozen
 
 def unknown_name(name: str, span: Span, visible: Iterable[str], called: bool = False) -> Diagnostic:
     """The diagnostic for a name that means nothing, which is called or not."""
-    if (theirs := habits.hint(name, called)) and name != "mesh":
+    if theirs := habits.hint(name, called):
         ours = habits.ours(name, called)
         return Diagnostic(
             "E037",

@@ -489,9 +489,47 @@ def _nearest_bar(ctx: Context, site: tree.Call, values: list[Value], places: lis
     )
 
 
+def _length(ctx: Context, value: Value, place: Span, what: str) -> float | None:
+    """A length that is known now, 0 where it is not given; None after saying what is wrong with it."""
+    if value is ABSENT:
+        return 0.0
+    if isinstance(value, Scalar) and value.dimension not in (None, LENGTH):
+        ctx.error("E062", f"{what} is a length, not {value.dimension}", place)
+        return None
+    known = ctx.need_constant(value, place, what)
+    if known is not None and not known > 0:
+        ctx.error("E143", f"{what} is a length above 0", place, label=f"this is {known:g} mm", hint="as in 0.1mm")
+        return None
+    return known
+
+
+def _mesh(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
+    path = _text(ctx, values[0], places[0], "the path of a mesh", "part.stl")
+    names = TASK_TABLE["mesh"].parameters[1:]
+    given = zip(values[1:], places[1:], names, strict=True)
+    lengths = [_length(ctx, value, place, f"`{name}` of `mesh`") for value, place, name in given]
+    known = [length for length in lengths if length is not None]
+    if path is None or len(known) < len(lengths):
+        return POISON
+    shown, whole = _beside(site, path, ctx)
+    grid, corners = (
+        ctx.task(node("mesh", value=(shown, whole, *known, part)), site.span) for part in ("distance", "corners")
+    )
+    distance = looked_up(grid, 0, False, None)
+    # Let q be the place in the grid's box that is nearest to p. The box is convex and holds the mesh, so that the angle
+    # at q between p and any place of the mesh is 90 degrees or more: the mesh is |p - q| and the distance at q away by
+    # Pythagoras at least, and their sum at most.
+    squares = node("mul", distance, distance)
+    for axis, here in enumerate(_HERE):
+        away = node("sub", here, looked_up(corners, axis, False, None))
+        squares = node("add", squares, node("mul", away, away))
+    return Scalar(node("select", node("covers", grid, *_HERE), distance, node("sqrt", squares)))
+
+
 _CALLS: dict[str, Call] = {
     "solve": _solve,
     "load": _load,
+    "mesh": _mesh,
     "sample": _sample,
     "blur": _blur,
     "frame": _frame,

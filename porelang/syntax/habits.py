@@ -6,10 +6,7 @@ NO_PREFIX = "functions have no prefix here: `sin(x)`, `sqrt(x)`, `pi`"
 _SHOWN = "a program shows nothing while it is read: `pore eval` and `pore measure` tell values, `check` asks for them"
 _LOOKS = "a part has no colour of its own: `pore render` draws it"
 _STRUTS = 'lattices of bars are read from a file: `frame("bars.json")`; or made of `capsule(a, b, r)`'
-MESHES = (
-    'meshes cannot be read yet: sample the distance to the mesh on a grid, then `load("part.npz", "distance")`; '
-    "`pore explain E046` shows how"
-)
+MESHES = 'a mesh is read by `mesh("part.stl")`, as a solid'
 
 #: A name that stands for nothing in Pore: what to write in its place, or a pair: the name that may be put
 #: there as it is, and how it is called.
@@ -81,7 +78,6 @@ NAMES: dict[str, str | tuple[str, str]] = {
     **dict.fromkeys(("primitive", "schwarz", "schwarzP", "schwarz_primitive"), ("schwarz_p", "`schwarz_p(w)`")),
     **dict.fromkeys(("schwarz_d", "schwarzD", "schwarz_diamond"), ("diamond", "`diamond(w)`")),
     **dict.fromkeys(("fks", "fischer_koch", "FKS"), ("fischer_koch_s", "`fischer_koch_s(w)`")),
-    "mesh": MESHES,
 }  # fmt: skip
 
 _ROUNDED = "`box`, `cylinder` and others take `round=2mm`; `smooth_union(a, b, r)` fills a corner"

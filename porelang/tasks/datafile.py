@@ -68,6 +68,13 @@ def remembered(
         return data
 
 
+def looked_at(path: str, ending: str, what: str, span: Span | None, look: Callable[[BinaryIO, int], None]) -> None:
+    """Have `look` look at a file and its size, of which nothing is remembered. Errors: those of `remembered`."""
+    found = _looked_at(path, (ending,), what, span)
+    with _opened(path, found, span) as file:
+        look(file, found.st_size)
+
+
 def forget() -> None:
     """Forget what was read."""
     with _lock:

@@ -33,7 +33,7 @@ from porelang.tasks.numbers.places import Line
 from porelang.tasks.numbers.roots import answer_of, checked, root_of
 from porelang.tasks.numbers.trends import one_way, trend
 from porelang.tasks.reach import Reach
-from porelang.tasks.run import READERS, RUN
+from porelang.tasks.run import LOOKERS, READERS, RUN
 
 #: What `solve` says where a number within its error has several answers, or none for a jump.
 _SEVERAL = ("E098", "E099")
@@ -103,8 +103,19 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
                 store.put(key, found, label=_label(n, places), disk=not guessed)
         return found
     except PoreError as error:
-        place = places.get(n)
-        raise PoreError([replace(d, span=d.span or place) for d in error.diagnostics]) from None
+        raise _told_at(error, places.get(n)) from None
+
+
+def look(n: Node, places: Places) -> None:
+    """Say what is plainly wrong with the file that a task takes long to read. Errors: as those of `find`."""
+    try:
+        LOOKERS[n.op](n)
+    except PoreError as error:
+        raise _told_at(error, places.get(n)) from None
+
+
+def _told_at(error: PoreError, place: Span | None) -> PoreError:
+    return PoreError([replace(d, span=d.span or place) for d in error.diagnostics])
 
 
 def _read(n: Node) -> Data:

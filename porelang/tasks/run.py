@@ -15,8 +15,9 @@ from porelang.store import Result
 from porelang.tasks.bake import bake
 from porelang.tasks.frame import read_frame
 from porelang.tasks.readers import read_grid
+from porelang.tasks.shape import corners_of, look_at_shape, read_shape
 
-Read = TypeVar("Read", bound=Data)
+Read = TypeVar("Read")
 
 
 def _field(asked: Formula, i: int) -> Formula:
@@ -168,6 +169,19 @@ def _frame(n: Node) -> Data:
     return _as_named(str(shown), str(path), read_frame)
 
 
+def _mesh(n: Node) -> Data:
+    assert isinstance(n.value, tuple)
+    shown, path, *numbers, part = n.value
+    error, margin, unit = (float(number) or None for number in numbers)
+    found = _as_named(str(shown), str(path), lambda where: read_shape(where, error, margin, unit))
+    return found if part == "distance" else corners_of(found)
+
+
+def _look_at_mesh(n: Node) -> None:
+    assert isinstance(n.value, tuple)
+    _as_named(str(n.value[0]), str(n.value[1]), look_at_shape)
+
+
 def _as_named(shown: str, path: str, read: Callable[[str], Read]) -> Read:
     """What is read from a path; what goes wrong is told of the path as the program names it."""
     folder, as_shown = os.path.join(os.path.dirname(path), ""), os.path.dirname(shown)
@@ -184,4 +198,6 @@ def _as_named(shown: str, path: str, read: Callable[[str], Read]) -> Read:
 
 
 #: What comes from files: each read is remembered by its reader, and known by the digest of what was in it.
-READERS: Mapping[str, Callable[[Node], Data]] = {"load": _load, "frame": _frame}
+READERS: Mapping[str, Callable[[Node], Data]] = {"load": _load, "frame": _frame, "mesh": _mesh}
+#: Of files that take long to read: what is plainly wrong with one is said without.
+LOOKERS: Mapping[str, Callable[[Node], None]] = {"mesh": _look_at_mesh}

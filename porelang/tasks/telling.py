@@ -7,7 +7,6 @@ that was found yesterday tells the same.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 from porelang.data import Reduced, SampledField
 from porelang.diagnostics import Diagnostic
@@ -15,24 +14,8 @@ from porelang.ir import Node
 from porelang.source import Span
 from porelang.store import Result
 from porelang.tasks.readers.got import Got, small
-
-
-@dataclass(frozen=True, slots=True)
-class Doubt:
-    """A warning about what was found; `label` stands under the place that asks for it."""
-
-    code: str
-    message: str
-    label: str = ""
-    hint: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Told:
-    """What a task tells of a result: a `note` in one line ("" for none), and its doubts."""
-
-    note: str = ""
-    doubts: tuple[Doubt, ...] = ()
+from porelang.tasks.shape.found import told_of
+from porelang.tasks.told import Doubt, Told
 
 
 def _solve(found: Result) -> Told:
@@ -67,8 +50,18 @@ def _load(found: Result) -> Told:
     return Told(str(got), tuple(doubts))
 
 
+def _mesh(found: Result) -> Told:
+    assert isinstance(found, SampledField)
+    return told_of(found) if found.facts else Told()
+
+
 #: By the name of the task; what is not here has nothing to tell.
-TELL: Mapping[str, Callable[[Result], Told]] = {"solve": _solve, "load": _load, "phase": _phase}
+TELL: Mapping[str, Callable[[Result], Told]] = {
+    "solve": _solve,
+    "load": _load,
+    "mesh": _mesh,
+    "phase": _phase,
+}
 
 
 def told(n: Node, found: Result, place: Span | None) -> list[Diagnostic]:
