@@ -119,6 +119,16 @@ DOUBTED = [
     ("spherical(gyroid(6) |> shell(0.3), 100mm) & sphere(20)", "W218"),
     ("translate(polar(gyroid(6), turn=100) & cylinder(20, 20), [50, 0, 0])", "W218"),
     ("param w = 6mm in 4mm..10mm\npolar(gyroid(w), turn=100) & cylinder(20, 20)", "W218"),
+    # directions that are 0, and turns that a lattice does not share
+    ("align(gyroid(6), grad(clamp(length(p) - 5, 0, 10))) & sphere(12)", "W235"),
+    ("gyroid(6) |> align([max(x, 0), 0, 0]) & sphere(12)", "W235"),
+    ("align(gyroid(6), [y, x, 0], symmetry=2) & cylinder(12, 8)", "W236"),
+    ("gyroid(6) |> shell(0.3) |> align([y, x, 0], symmetry=2) & cylinder(12, 8)", "W236"),
+    (
+        "param w = 6mm in 4mm..9mm\nalign(diamond(w), [y, x, 0], symmetry=2, about=[0, w / 4, 0]) & cylinder(12, 8)",
+        "W236",
+    ),
+    ("align(gyroid(6), [y, x, 0], symmetry=4) & cylinder(12, 8)", "W236"),
     # steps and names
     ("param w = 10.3mm in 10mm..60mm step 1mm\ngyroid(w) & sphere(20)", "W219"),
     ("let hole = cylinder(5, 40)\nsphere(10)", "W220"),
@@ -156,6 +166,15 @@ DOUBTED = [
 ]
 
 RIGHT = [
+    # directions that are 0 at a point or outside, turns that a lattice shares, or that are not met
+    "align(gyroid(6), grad(sphere(5))) & sphere(12)",
+    "align(gyroid(6), grad(max(length(p) - 5, 0))) & sphere(12) \\ sphere(6)",
+    "align(schwarz_p(6), [y, x, 0], symmetry=2) & cylinder(12, 8)",
+    "align(schwarz_p(6), [y, x, 0], symmetry=4) & cylinder(12, 8)",
+    "align(gyroid(6), [y, x, 0], symmetry=2, about=[0, 1.5, 0]) & cylinder(12, 8)",
+    "align(diamond(8), p, symmetry=2, about=[1, 1, 0]) & sphere(12)",
+    "align(gyroid(6), [1, 0.2 * sin(x / 5), 0], symmetry=2) & cylinder(12, 8)",
+    "align(gyroid(6), [sign(x), 0, 0], symmetry=2) & cylinder(12, 8)",
     # numbers of degrees, as numbers and as what they were made of
     "rotate(box([10, 20, 30]), [0, 0, 1], degrees(30deg) * 1deg)",
     "rotate(box([10, 20, 30]), [0, 0, 1], radians(degrees(30deg)))",
