@@ -49,7 +49,7 @@ def still(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | N
 
 
 def fold(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
-    """A lattice that is not the same after the turns that are taken for one, where directions pass from one to another."""
+    """A lattice that is not the same after turns that are taken for one, where directions pass from one to another."""
     field, symmetry, about, made = s.nodes[0], s.nodes[1], s.nodes[2:5], s.nodes[-1]
     times, centre = number(symmetry, bindings), [number(n, bindings) for n in about]
     points, frame = _parts(made, found, bindings), sampler(s.nodes[5:11], bindings)

@@ -170,9 +170,9 @@ class Suspicion:
     "total": the two solids that are added or subtracted. "copies": a body, its copies, and the size of their cells
     (none, or three nodes). "apart": two solids of which one is cut by the other. "pores": a lattice that was made into
     walls, and what they are cut with. "seam": a lattice that meets itself along y, after how many mm, and what is made
-    of it. "empty": an inward offset, and its body. "still": the three of a direction that is followed, and what is made
-    of it. "fold": a lattice, after which part of a turn it should be the same, a place on the axis of that turn (three),
-    a direction and the other one of its frame (three each), and what is made of it.
+    of it. "empty": an inward offset, and its body. "still": the three of a direction that is followed, and what is
+    made of it. "fold": a lattice, after which part of a turn it should be the same, a place on the axis of that turn
+    (three), a direction and the other one of its frame (three each), and what is made of it.
     `argument` is the place that an edit would change, `name` the function or the operator, `instead` what might
     stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """

@@ -168,18 +168,18 @@ DOUBTS = (
     Code(
         "W235",
         "a direction that is 0",
-        "`align(f, v)` turns the cells along v. Where v is 0 there is no direction, and the cells stay as they are: there\n"
-        "is no value that is no number, but where v sets in the pattern breaks. A gradient is 0 where its field is level,\n"
-        "as a clamped one is. Of single points nothing is said: around each source or sink of v there is one.",
+        "`align(f, v)` turns the cells along v. Where v is 0 there is no direction, and the cells stay as they are:\n"
+        "each value is a number, but where v sets in the pattern breaks. A gradient is 0 where its field is level, as\n"
+        "a clamped one is. Of single points nothing is said: around each source or sink of v there is one.",
         "let heat = clamp(length(p) - 5, 0, 10)\nalign(gyroid(6), grad(heat)) & sphere(12)",
         "align(gyroid(6), grad(sphere(5))) & sphere(12)",
     ),
     Code(
         "W236",
         "a lattice that is not the same after a turn",
-        "`align(f, v, symmetry=2)` takes v and -v for one direction: then no break is seen where v turns round, but there\n"
-        "is one where directions pass from the one that is taken to its opposite, unless f is the same after half a turn\n"
-        "about an axis along z. `about` says where that axis runs: through the origin for Schwarz P, through\n"
+        "`align(f, v, symmetry=2)` takes v and -v for one direction: no break is seen where v turns round, but there\n"
+        "is one where directions pass from the one that is taken to its opposite, unless f is the same after half a\n"
+        "turn about an axis along z. `about` says where that axis runs: through the origin for Schwarz P, through\n"
         "[0, w/4, 0] for a gyroid, through [w/8, w/8, 0] for a diamond. With `symmetry=4` it is a quarter of a turn.",
         "let way = [y, x, 0]\nalign(gyroid(6), way, symmetry=2) & cylinder(12, 8)",
         "let way = [y, x, 0]\nalign(gyroid(6), way, symmetry=2, about=[0, 1.5, 0]) & cylinder(12, 8)",
