@@ -411,6 +411,7 @@ _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | No
     "seam": _seam,
     "still": frames.still,
     "fold": frames.fold,
+    "fits": frames.fits,
 }
 
 

@@ -1,4 +1,5 @@
-"""What values show to be a mistake of local frames: directions that are 0, and turns that a lattice does not share."""
+"""What values show to be a mistake of local frames and of coordinates that follow a shape: directions that are 0, turns
+that a lattice does not share, and periods that it does not have."""
 
 from __future__ import annotations
 
@@ -75,6 +76,33 @@ def fold(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
     elif times == 4 and w is not None and _axis(field, 2, w, bindings) is not None:
         hint = "this lattice has no quarter turns: take `symmetry=2`, or `schwarz_p`, `iwp` or `neovius`"
     return Diagnostic("W236", message, s.span, label, hint=hint, edit=edit, severity="warning")
+
+
+def fits(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    """A number that is no period of the lattice that is fitted by it."""
+    field, asked, _ = s.nodes
+    given, at = number(asked, bindings), sampler([field], bindings)
+    if given is None or at is None or given <= 0:
+        return None
+    points = np.random.default_rng(1).uniform(-100, 100, (MOST // 8, 3))
+    there = points + given * np.eye(3)["xyz".index(s.instead)]
+    if float(np.mean((at(points)[0] < 0) != (at(there)[0] < 0))) < 0.005:
+        return None
+    w = None if s.period is None else number(s.period, bindings)
+    hint, edit = "give it the period of the lattice", None
+    if w is not None and s.period is not None:
+        ours = str(s.period.value) if s.period.op == "param" else f"{w:g}mm"
+        hint = f"the period is {w:g} mm: write `w={ours}`"
+        edit = None if s.argument is None else Edit(value_of(s.argument), ours)
+    return Diagnostic(
+        "W218",
+        f"`{s.name}` leaves a seam: {given:g} mm is no period of the lattice",
+        s.argument or s.span,
+        f"a whole number of cells of {given:g} mm is made to fit",
+        hint=hint,
+        edit=edit,
+        severity="warning",
+    )
 
 
 def _parts(made: Node, found: Elaborated, bindings: Bindings) -> Points | None:

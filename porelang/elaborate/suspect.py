@@ -24,6 +24,7 @@ from porelang.units import LENGTH
 
 _COPIES = re.compile(r"(\w+)(?:, in cells of (\w+))?")
 _CLOSES = re.compile(r"(\w+) along y after (\w+)")
+_FITS = re.compile(r"(\w+) along ([xyz]) by (\w+)")
 _FOLDS = re.compile(r"(\w+) by (\w+) about z through (\w+)")
 #: Operations that want both sides in one unit.
 COMPARING = frozenset({"add", "sub", "min", "max", "lt", "le", "eq"})
@@ -237,6 +238,15 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
                 )
 
     turned(ctx, definition, bound, given, result, site)
+    if fact := _FITS.fullmatch(definition.fact("Fits") or ""):
+        field, period = bound.get(fact[1]), bound.get(fact[3])
+        if isinstance(field, Scalar) and isinstance(period, Scalar) and ctx.constant(period.node) != 0:
+            found = nature(ctx.natures, field.node)
+            if found is not None and found.raw:
+                nodes = (field.node, period.node, result.node)
+                spot = given[fact[3]].span if fact[3] in given else None
+                place = ctx.users_place(site.span)
+                ctx.suspect(Suspicion("fits", place, nodes, spot, definition.name, fact[2], found.period))
 
 
 def turned(

@@ -83,7 +83,8 @@ DOUBTS = (
         "W218",
         "a lattice with a seam",
         "In `polar(f, turn)` a full turn about the axis is `turn` mm of f. A lattice meets itself there if that is\n"
-        "a whole number of its periods; else its cells are cut along a plane. The same goes for `spherical`.",
+        "a whole number of its periods; else its cells are cut along a plane. The same goes for `spherical`, and for\n"
+        "`along` and `wedges`, which make a whole number of cells of the length `w` fit: it has to be the period.",
         "polar(gyroid(6), turn=100) & cylinder(20, 20)",
         "polar(gyroid(6), turn=102) & cylinder(20, 20)",
     ),
