@@ -128,8 +128,8 @@ def test_a_tube_is_the_distance_to_a_curve() -> None:
     p, *_ = walked(points, 9.0)
     q = p[RNG.integers(2000, len(p) - 2000, 200)] + RNG.uniform(-4, 4, (200, 3))
     nearest = np.array([np.linalg.norm(p - one, axis=1).min() for one in q])
-    assert at(f"tube({listed(points)}, 3mm, bend=9mm)", q) == pytest.approx(nearest - 3, abs=0.01)
-    body = porelang.compile("tube([[0, 0, 0], [30, 0, 0], [30, 30, 0]], 4)").bounds()
+    assert at(f"pipe({listed(points)}, 3mm, bend=9mm)", q) == pytest.approx(nearest - 3, abs=0.01)
+    body = porelang.compile("pipe([[0, 0, 0], [30, 0, 0], [30, 30, 0]], 4)").bounds()
     assert body.lo == pytest.approx((-4, -4, -4), abs=0.5)
     assert body.hi == pytest.approx((34, 34, 4), abs=0.5)
 
@@ -138,7 +138,9 @@ def test_a_spline_goes_through_its_points_and_is_smooth() -> None:
     knots = np.array([[0.0, 0, 0], [20, 10, 0], [40, 0, 10], [60, 0, 0]])
     text = f"spline({listed(knots)}, 6)"
     count = 19
-    found = np.array([[float(at(f"{text}[{i}].{c} + 0 * x", np.zeros((1, 3)))[0]) for c in "xyz"] for i in range(count)])
+    found = np.array(
+        [[float(at(f"{text}[{i}].{c} + 0 * x", np.zeros((1, 3)))[0]) for c in "xyz"] for i in range(count)]
+    )
     assert np.abs(found[::6] - knots).max() < 1e-12
     turn = np.diff(found, axis=0)
     turn /= np.linalg.norm(turn, axis=1)[:, None]
@@ -329,7 +331,7 @@ def test_outside_the_first_ring_wedges_keep_their_width() -> None:
         ("wedges(gyroid(6), 6mm, cells=6.5)", "whole number"),
         ("wedges(gyroid(6), 6deg)", "length"),
         ("between(z + 5, z - 5, cells=1.5)", "whole number"),
-        ("tube(arc(40, 0deg, 540deg, parts=6), 5)", "90deg"),
+        ("pipe(arc(40, 0deg, 540deg, parts=6), 5)", "90deg"),
     ],
 )
 def test_what_would_leave_a_seam_is_refused(text: str, says: str) -> None:

@@ -131,7 +131,7 @@ DOUBTED = [
     ("align(gyroid(6), [y, x, 0], symmetry=4) & cylinder(12, 8)", "W236"),
     ("wedges(gyroid(6), 7) & cylinder(30, 8)", "W218"),
     ("param v = 6mm in 4mm..9mm\nwedges(gyroid(v), w=v * 1.5) & cylinder(30, 8)", "W218"),
-    ("along(gyroid(6), arc(30, 0deg, 90deg), w=7mm) & tube(arc(30, 0deg, 90deg), 5)", "W218"),
+    ("along(gyroid(6), arc(30, 0deg, 90deg), w=7mm) & pipe(arc(30, 0deg, 90deg), 5)", "W218"),
     # steps and names
     ("param w = 10.3mm in 10mm..60mm step 1mm\ngyroid(w) & sphere(20)", "W219"),
     ("let hole = cylinder(5, 40)\nsphere(10)", "W220"),
@@ -172,8 +172,8 @@ RIGHT = [
     # directions that are 0 at a point or outside, turns that a lattice shares, or that are not met
     "wedges(gyroid(6), 6mm) & cylinder(30, 8)",
     "param v = 6mm in 4mm..9mm\nwedges(gyroid(v), w=v) & cylinder(30, 8)",
-    "along(gyroid(6), arc(30, 0deg, 90deg), w=12mm) & tube(arc(30, 0deg, 90deg), 5)",
-    "along(gyroid(6), arc(30, 0deg, 90deg)) & tube(arc(30, 0deg, 90deg), 5)",
+    "along(gyroid(6), arc(30, 0deg, 90deg), w=12mm) & pipe(arc(30, 0deg, 90deg), 5)",
+    "along(gyroid(6), arc(30, 0deg, 90deg)) & pipe(arc(30, 0deg, 90deg), 5)",
     "align(gyroid(6), grad(sphere(5))) & sphere(12)",
     "align(gyroid(6), grad(max(length(p) - 5, 0))) & sphere(12) \\ sphere(6)",
     "align(schwarz_p(6), [y, x, 0], symmetry=2) & cylinder(12, 8)",
