@@ -156,7 +156,7 @@ def test_a_whole_number_of_cells_fits_a_closed_curve() -> None:
         joint = np.array([0, -20, 0]) + RNG.uniform(-1, 1, (200, 3)) * [0, 3, 3]
         # where the first piece begins, which is the middle of this side
         for shift in np.linspace(-8, 8, 60):
-            near = joint + [shift, 0, 0]
+            near = joint + np.array([shift, 0, 0])
             step = np.array([1e-6, 0, 0])
             lattice = f"along(gyroid(9), {square}, w=9mm, closed=true)"
             assert np.abs(at(lattice, near + step) - at(lattice, near - step)).max() < 1e-4
@@ -177,7 +177,10 @@ def test_cells_fit_the_length_of_a_curve() -> None:
 def test_a_lattice_follows_the_bars_of_a_frame(tmp_path: Path) -> None:
     (tmp_path / "f.json").write_text('{"nodes": [[0,0,0],[30,0,0],[30,40,0]], "bars": [[0,1],[1,2]], "radius": 1}')
     program = tmp_path / "bars.pore"
-    text = 'let b = nearest_bar("f.json")\nbeside({}, b.along * b.length, b.outward * (b.distance + b.radius), b.direction)'
+    text = (
+        'let b = nearest_bar("f.json")\n'
+        "beside({}, b.along * b.length, b.outward * (b.distance + b.radius), b.direction)"
+    )
     points = np.stack([RNG.uniform(2, 20, 300), *RNG.uniform(-1.5, 1.5, (2, 300))], 1)
     second = np.stack([30 - points[:, 1], 5 + points[:, 0], points[:, 2]], 1)
     for c, wanted in zip("xyz", points.T, strict=True):
