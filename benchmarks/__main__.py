@@ -19,6 +19,7 @@ from peers import install
 from sampling import sampling
 from shapes import shapes
 from starts import starts
+from tensors import tensors
 from timing import machine
 from transfers import transfers
 
@@ -30,7 +31,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="benchmarks", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument(
-        "--only", help="one of specimen, pruning, fields, data, sampling, shapes, gpu, compiling, starts"
+        "--only", help="one of specimen, pruning, fields, data, sampling, shapes, tensors, gpu, compiling, starts"
     )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
@@ -45,6 +46,7 @@ def main() -> None:
         "data": lambda: data(max(3, options.rounds // 3)),
         "sampling": lambda: sampling(max(3, options.rounds // 3)),
         "shapes": lambda: shapes(max(1, options.rounds // 4)),
+        "tensors": lambda: tensors(options.rounds),
         "gpu": lambda: transfers(options.rounds),
         "compiling": lambda: compiling(max(3, options.rounds // 3)),
         "starts": lambda: starts(options.rounds),

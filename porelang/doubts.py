@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang import doubts_of_frames as frames
 from porelang.analysis.box import Box, part_box
 from porelang.analysis.enclose import EXACT, at_points, enclose
 from porelang.analysis.sampled import MOST, about_the_origin, inside_of, number, sampler
@@ -410,6 +411,9 @@ _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | No
     "pores": _pores,
     "seam": _seam,
     "period": drifting,
+    "still": frames.still,
+    "fold": frames.fold,
+    "fits": frames.fits,
 }
 
 

@@ -165,7 +165,7 @@ class Context:
             if m.op == "const":
                 known[m] = constant(m)
             elif m.op in TABLE:
-                known[m] = computed(m.op, [known[a] for a in m.args])
+                known[m] = computed(m.op, [known[a] for a in m.args], m.value)
             else:  # a field at a fixed point
                 known[m] = constant(run(Graph({"": (m,)}), after="fold").outputs[""][0])
         return known[n]

@@ -24,6 +24,8 @@ from porelang.units import LENGTH
 
 _COPIES = re.compile(r"(\w+)(?:, in cells of (\w+))?")
 _CLOSES = re.compile(r"(\w+) along y after (\w+)")
+_FITS = re.compile(r"(\w+) along ([xyz]) by (\w+)")
+_FOLDS = re.compile(r"(\w+) by (\w+) about z through (\w+)")
 #: Operations that want both sides in one unit.
 COMPARING = frozenset({"add", "sub", "min", "max", "lt", "le", "eq"})
 _SETS = ("&", "|", "\\")
@@ -257,6 +259,46 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
                         period=found.period,
                     )
                 )
+
+    turned(ctx, definition, bound, given, result, site)
+    if fact := _FITS.fullmatch(definition.fact("Fits") or ""):
+        field, period = bound.get(fact[1]), bound.get(fact[3])
+        if isinstance(field, Scalar) and isinstance(period, Scalar) and ctx.constant(period.node) != 0:
+            found = nature(ctx.natures, field.node)
+            if found is not None and found.raw:
+                nodes = (field.node, period.node, result.node)
+                spot = given[fact[3]].span if fact[3] in given else None
+                place = ctx.users_place(site.span)
+                ctx.suspect(Suspicion("fits", place, nodes, spot, definition.name, fact[2], found.period))
+
+
+def turned(
+    ctx: Context,
+    definition: tree.Def,
+    bound: Mapping[str, Value],
+    given: Mapping[str, Given],
+    result: Scalar,
+    site: tree.Call,
+) -> None:
+    """Suspect a direction that is 0, and a lattice that is not the same after the turns that are taken for one."""
+    v, up = bound.get(definition.fact("Follows") or ""), bound.get("up")
+    if not isinstance(v, Vector) or not result.node.axes or result.node.depends >= UNKNOWN:
+        return
+    place = ctx.users_place(site.span)
+    followed = given[definition.fact("Follows") or ""].span if site.span == place and given else None
+    ctx.suspect(Suspicion("still", place, (*v.nodes, result.node), followed, definition.name))
+    fact = _FOLDS.fullmatch(definition.fact("Folds") or "")
+    if fact is None or not isinstance(up, Vector):
+        return
+    field, symmetry, about = (bound.get(name) for name in fact.groups())
+    if not (isinstance(field, Scalar) and isinstance(symmetry, Scalar) and isinstance(about, Vector)):
+        return
+    found, times = nature(ctx.natures, field.node), ctx.constant(symmetry.node)
+    if found is None or not found.raw or times is None or times < 2:
+        return
+    nodes = (field.node, symmetry.node, *about.nodes, *v.nodes, *up.nodes, result.node)
+    spot = given[fact[3]].span if fact[3] in given else None
+    ctx.suspect(Suspicion("fold", place, nodes, spot, definition.name, period=found.period))
 
 
 def _instead(definition: tree.Def, given: Mapping[str, Given]) -> str:

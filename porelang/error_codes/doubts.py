@@ -83,7 +83,8 @@ DOUBTS = (
         "W218",
         "a lattice with a seam",
         "In `polar(f, turn)` a full turn about the axis is `turn` mm of f. A lattice meets itself there if that is\n"
-        "a whole number of its periods; else its cells are cut along a plane. The same goes for `spherical`.",
+        "a whole number of its periods; else its cells are cut along a plane. The same goes for `spherical`, and for\n"
+        "`along` and `wedges`, which make a whole number of cells of the length `w` fit: it has to be the period.",
         "polar(gyroid(6), turn=100) & cylinder(20, 20)",
         "polar(gyroid(6), turn=102) & cylinder(20, 20)",
     ),
@@ -185,5 +186,24 @@ DOUBTS = (
         '    let stress = load("stress.vtu", "von_mises") @ (p / 1000)',
         "",
         "",
+    ),
+    Code(
+        "W235",
+        "a direction that is 0",
+        "`align(f, v)` turns the cells along v. Where v is 0 there is no direction, and the cells stay as they are:\n"
+        "each value is a number, but where v sets in the pattern breaks. A gradient is 0 where its field is level, as\n"
+        "a clamped one is. Of single points nothing is said: around each source or sink of v there is one.",
+        "let heat = clamp(length(p) - 5, 0, 10)\nalign(gyroid(6), grad(heat)) & sphere(12)",
+        "align(gyroid(6), grad(sphere(5))) & sphere(12)",
+    ),
+    Code(
+        "W236",
+        "a lattice that is not the same after a turn",
+        "`align(f, v, symmetry=2)` takes v and -v for one direction: no break is seen where v turns round, but there\n"
+        "is one where directions pass from the one that is taken to its opposite, unless f is the same after half a\n"
+        "turn about an axis along z. `about` says where that axis runs: through the origin for Schwarz P, through\n"
+        "[0, w/4, 0] for a gyroid, through [w/8, w/8, 0] for a diamond. With `symmetry=4` it is a quarter of a turn.",
+        "let way = [y, x, 0]\nalign(gyroid(6), way, symmetry=2) & cylinder(12, 8)",
+        "let way = [y, x, 0]\nalign(gyroid(6), way, symmetry=2, about=[0, 1.5, 0]) & cylinder(12, 8)",
     ),
 )
