@@ -240,7 +240,8 @@ def torn_doubts(design: Design, name: str | None, settled: Settled, grid: Grid) 
         return []
     told = f"{torn} pieces of the mesh are torn off" if torn > 1 else "a piece of the mesh is torn off" if torn else ""
     if pending:
-        may = f"{pending:,} small pieces of the mesh may be torn off, as {joined:,} of {joined + settled.alone:,} are that were looked at"
+        looked = joined + settled.alone
+        may = f"{pending:,} small pieces of the mesh may be torn off, as {joined:,} of {looked:,} are that were looked at"
         told = f"{told} and {may}" if told else may
     return [
         Diagnostic(
