@@ -241,7 +241,7 @@ def torn_doubts(design: Design, name: str | None, settled: Settled, grid: Grid) 
     told = f"{torn} pieces of the mesh are torn off" if torn > 1 else "a piece of the mesh is torn off" if torn else ""
     if pending:
         looked = joined + settled.alone
-        may = f"{pending:,} small pieces of the mesh may be torn off, as {joined:,} of {looked:,} are that were looked at"
+        may = f"{pending:,} small pieces may be torn off, as {joined:,} of {looked:,} that were looked at are"
         told = f"{told} and {may}" if told else may
     return [
         Diagnostic(
