@@ -1,5 +1,7 @@
 """What Python asks of a design, done as the commands do it: words read as values, checks kept, doubts told as warnings.
 
+The options and their defaults stand in `doors`.
+
 The functions that do the work (`mesh.part`, `measure`, `slices`, `render`) take values that are ready.
 """
 
@@ -15,6 +17,7 @@ import numpy as np
 from porelang import values
 from porelang.backends.numpy import Dtype
 from porelang.checks import broken_checks, doubtful_numbers, undecided_checks
+from porelang.data import figures
 from porelang.diagnostics import PoreError, fail, warn
 from porelang.doors import Length
 from porelang.field import Backend, Bounds
@@ -27,19 +30,9 @@ _UNITS = {"volume": "mm3", "envelope_volume": "mm3", "area": "mm2"}
 
 
 def mesh(
-    design: Design,
-    name: str | None = None,
-    voxel: Length | None = None,
-    resolution: int | None = None,
-    bounds: Bounds | str | None = None,
-    backend: Backend = "numpy",
-    dtype: Dtype = "f32",
-    smooth: bool = False,
-    sharp: bool = False,
-    simplify: Length | None = None,
-    check: bool = True,
-    force: bool = False,
-) -> Any:
+    design: Design, name: str | None, voxel: Length | None, resolution: int | None, bounds: Bounds | str | None,
+    backend: Backend, dtype: Dtype, smooth: bool, sharp: bool, simplify: Length | None, check: bool, force: bool,
+) -> Any:  # fmt: skip
     """The surface of an output as a `trimesh.Trimesh`; see `Program.mesh`."""
     from porelang.mesh.made import make
 
@@ -54,15 +47,9 @@ def mesh(
 
 
 def measure(
-    design: Design,
-    name: str | None = None,
-    within: str | None = None,
-    voxel: Length | None = None,
-    resolution: int | None = None,
-    bounds: Bounds | str | None = None,
-    backend: Backend = "numpy",
-    dtype: Dtype = "f32",
-) -> Report:
+    design: Design, name: str | None, within: str | None, voxel: Length | None, resolution: int | None,
+    bounds: Bounds | str | None, backend: Backend, dtype: Dtype,
+) -> Report:  # fmt: skip
     """What an output measures; see `Program.measure`."""
     from porelang.measure import measure as measured
 
@@ -76,17 +63,9 @@ def measure(
 
 
 def slices(
-    design: Design,
-    name: str | None,
-    folder: str | Path,
-    step: Length,
-    format: Literal["png", "svg"] = "png",
-    voxel: Length | None = None,
-    bounds: Bounds | str | None = None,
-    backend: Backend = "numpy",
-    dtype: Dtype = "f32",
-    check: bool = True,
-) -> Layers:
+    design: Design, name: str | None, folder: str | Path, step: Length, format: Literal["png", "svg"],
+    voxel: Length | None, bounds: Bounds | str | None, backend: Backend, dtype: Dtype, check: bool,
+) -> Layers:  # fmt: skip
     """The layers of an output, written into a folder; see `Program.slices`."""
     from porelang.mesh.doubts import layer_doubts
     from porelang.slices import write_slices
@@ -108,21 +87,10 @@ def slices(
 
 
 def render(
-    design: Design,
-    name: str | Sequence[str] | None = None,
-    *,
-    bodies: bool = False,
-    view: str | tuple[float, float] = "iso",
-    size: str | tuple[int, int] = (800, 600),
-    cut: str | Sequence[str] = (),
-    slice: str | Sequence[str] = (),
-    field: str | None = None,
-    range: str | tuple[float, float] | None = None,
-    legend: bool | str = False,
-    bounds: Bounds | str | None = None,
-    check: bool = True,
-    **more: Any,
-) -> Picture:
+    design: Design, name: str | Sequence[str] | None, *, bodies: bool, view: str | tuple[float, float],
+    size: str | tuple[int, int], cut: str | Sequence[str], slice: str | Sequence[str], field: str | None,
+    range: str | tuple[float, float] | None, legend: bool | str, bounds: Bounds | str | None, check: bool, **more: Any,
+) -> Picture:  # fmt: skip
     """A picture of an output, or of several; see `Program.render`."""
     from porelang.render.picture import bodies_of, render_output
     from porelang.render.wishes import wishes_of
@@ -225,11 +193,14 @@ class Report(dict[str, Any]):
             elif isinstance(value, int) and error:
                 told, off = f"not certain at this voxel ({value} are counted)", ""
             else:
-                told = f"{f'{value:.6g}' if isinstance(value, float) else value} {unit}".rstrip()
-                off = f"+- {error:.2g} {unit}".rstrip() if error else ""
+                told, off = str(value), f"{error:.2g}"
+                if isinstance(value, float):
+                    told, off = figures(value, error).split(" +- ")
+                told, off = f"{told} {unit}".rstrip(), f"+- {off} {unit}".rstrip() if error else ""
             out.append((key, told, off))
         for text, number in self.get("reduced", {}).items():
-            out.append((text, f"{number['value']:.6g}", f"+- {number['error']:.2g}"))
+            told, off = figures(number["value"], number["error"]).split(" +- ")
+            out.append((text, told, f"+- {off}"))
         return out
 
     def __repr__(self) -> str:

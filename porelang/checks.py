@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 from porelang.contracts import doubtful_contracts
-from porelang.data import Reduced
+from porelang.data import Reduced, figures
 from porelang.diagnostics import Diagnostic
 from porelang.formula import Formula
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, within
@@ -149,9 +147,5 @@ def late_doubts(design: Design) -> list[Diagnostic]:
 
 
 def _with_error(found: Reduced, least: float) -> str:
-    """A number found from fields: as many figures of it as its error leaves, four where that is too small to tell."""
-    value, error = found.value, found.error
-    if not error > least * abs(value):
-        return f"{value:.4g}"
-    figures = 1 + math.ceil(math.log10(abs(value) / error)) if 0 < error < abs(value) else 4
-    return f"{value:.{max(4, figures)}g} +- {error:.1g}"
+    """A number found from fields, with its error where that is more than `least` of it."""
+    return figures(found.value, found.error) if found.error > least * abs(found.value) else f"{found.value:.4g}"

@@ -7,6 +7,7 @@ kept, and a device need not be sent them twice.
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,6 +28,8 @@ WORLD = (
 NEAREST = 1e-6
 #: The largest value at a node: float32, and so a shader, has room for some sums of such.
 LARGEST_VALUE = 1e37
+#: Errors that are written without an exponent.
+_ORDINARY = (1e-6, 1e9)
 #: Nodes along an axis, and bars: float32 counts no further.
 MOST_COUNTED = 2**24
 
@@ -144,6 +147,15 @@ def _triple(values: NDArray[np.float64]) -> Triple:
 def coordinates(point: Iterable[float], figures: int = 4) -> str:
     """A point as it is shown, `1.5, 0, -20`: what rounding leaves of 0 is 0."""
     return ", ".join(f"{0.0 if abs(c) < NEAREST else float(c):.{figures}g}" for c in point)
+
+
+def figures(value: float, error: float) -> str:
+    """A number to the place of its error, which has two figures; without exponents where sizes are ordinary."""
+    if not (_ORDINARY[0] <= error < _ORDINARY[1] and abs(value) < _ORDINARY[1]):
+        return f"{value:.6g} +- {error:.2g}"
+    place = math.floor(math.log10(error)) - 1
+    decimals = max(0, -place)
+    return f"{round(value, -place):.{decimals}f} +- {round(error, -place):.{decimals}f}"
 
 
 def _digest(kind: str, *arrays: NDArray[Any]) -> str:

@@ -17,8 +17,6 @@ from porelang.diagnostics import Diagnostic, Label, PoreError, fail
 from porelang.formula import Formula
 from porelang.source import Span
 
-#: What is said of material without an end.
-AS_FAR = "solid as far as one looks (100 m)"
 #: How much larger than what samples find the bounds are that are proposed.
 _ROOM = 0.1
 
@@ -50,13 +48,30 @@ def part_extent(name: str, formula: Formula, span: Span, cut: Callable[[], Cut |
         flat = ", ".join(axis for axis, size in zip("xyz", box.size, strict=True) if size <= 0)
         raise fail("E103", f"`{name}` holds no material: it has no thickness along {flat}", span, hint="give it some")
     if unbounded_axes(box):
-        raise PoreError([no_end(name, formula, box, span)])
+        raise PoreError(no_end(formula, box).told(name, span))
     return extent
 
 
-def no_end(name: str, formula: Formula, box: Box, span: Span) -> Diagnostic:
-    """E102 of a part that no end was proven of, within `box`: whether samples find that it has none, or where it seems
-    to end, and the bounds that hold that."""
+@dataclass(frozen=True, slots=True)
+class NoEnd:
+    """Of a part of which no end was proven: along which axes, whether samples find it `as_far` as parts are looked for,
+    and what is to be said of it."""
+
+    axes: str
+    as_far: bool
+    label: str
+    hint: str
+
+    def told(self, name: str, span: Span) -> Diagnostic:
+        """E102 of an output that is called `name`."""
+        message = f"`{name}` has no end along {self.axes}"
+        message = message if self.as_far else f"no end of `{name}` was proven along {self.axes}"
+        return Diagnostic("E102", message, span, self.label, (), self.hint)
+
+
+def no_end(formula: Formula, box: Box) -> NoEnd:
+    """What samples tell of a part that no end was proven of, within `box`: that it has none, or where it seems to end,
+    and the bounds that hold that."""
     axes = unbounded_axes(box)
     beyond = unending(formula)
     found = None if beyond else seen(formula)
@@ -65,16 +80,14 @@ def no_end(name: str, formula: Formula, box: Box, span: Span) -> Diagnostic:
         beyond = ", ".join(axis for axis, lo, hi in ends if max(-lo, hi) >= UNIVERSE)
     if beyond:
         hint = "intersect it with a shape, `... & box([50, 50, 50])`, or pass --bounds x0,y0,z0,x1,y1,z1"
-        return Diagnostic("E102", f"`{name}` has no end along {axes if len(beyond) > len(axes) else beyond}", span,
-                          AS_FAR, (), hint)  # fmt: skip
-    said = f"no end of `{name}` was proven along {axes}"
+        return NoEnd(max(axes, beyond, key=len), True, "solid as far as one looks (100 m)", hint)
     if found is None:
         hint = "pass --bounds x0,y0,z0,x1,y1,z1, the box that holds it, in mm"
-        return Diagnostic("E102", said, span, "samples found none of it", (), hint)
+        return NoEnd(axes, False, "samples found none of it", hint)
     far = max(max(-lo, hi) for axis, lo, hi in zip("xyz", *found, strict=True) if axis in axes)
     bounds = ",".join(f"{v:.10g}" for v in _roomy(*found, box))
     hint = f"say where it ends, as by --bounds={bounds}, which holds what samples found"
-    return Diagnostic("E102", said, span, f"samples found none of it beyond {far:.3g} mm", (), hint)
+    return NoEnd(axes, False, f"samples found none of it beyond {far:.3g} mm", hint)
 
 
 def _roomy(lo: Points, hi: Points, box: Box) -> list[float]:
@@ -99,10 +112,9 @@ def _empty(name: str, formula: Formula, span: Span, cut: Cut | None) -> PoreErro
         )
     if cut is not None and cut.operator == "\\" and extent_of(cut.first) is not None:
         others = () if cut.second is None else (Label(cut.second, "the second"),)
-        return PoreError([
-            Diagnostic("E103", f"`{name}` holds no material: what is cut away is all of it", cut.span,
-                       "the second solid covers the first", others, "make the second smaller, or swap the two")
-        ])  # fmt: skip
+        said = f"`{name}` holds no material: what is cut away is all of it"
+        hint = "make the second smaller, or swap the two"
+        return fail("E103", said, cut.span, label="the second solid covers the first", others=others, hint=hint)
     spread = np.random.default_rng(1)
     points = np.concatenate([spread.uniform(-r, r, (4000, 3)) for r in (10, 100, 1000)])
     found = NumpyField(formula).at(points)

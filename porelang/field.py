@@ -103,7 +103,7 @@ def number_type(formula: Formula, box: Box, voxel: float, backend: Backend, dtyp
 
 def rounding_doubts(formula: Formula, box: Box, voxel: float, backend: Backend, dtype: Dtype) -> list[Diagnostic]:
     """A warning (W204) where the numbers that a part is sampled with cannot place its surface as well as the voxel."""
-    if dtype == "f64":
+    if dtype == "f64" or backend != "glsl":  # NumPy has taken what does (`number_type`)
         return []
     hint = "use --backend numpy, which takes float64 where it has to"
     off = rounding(formula, box.lo, box.hi)

@@ -6,8 +6,8 @@ and those of solid within another envelope, are counted among samples at the vox
 voxel 1.5 times as large, and what is torn off in the mesh. They are infinite (JSON: null) where a gap or a wall lies
 between the samples that could make others of them, for no two voxels that are both larger than it show that, and where
 samples miss much of the part. A count with an error is not certain. Pieces of solid and closed voids are described one
-by one (`pieces`). The share of the void that is open errs by the voxel: twice
-the change is what is left (Richardson, order 1), or the chance of voxels at its edge.
+by one (`pieces`). The share of the void that is open errs by the voxel: twice the change is what is left (Richardson,
+order 1), or the chance of voxels at its edge.
 """
 
 from __future__ import annotations
@@ -222,8 +222,8 @@ def _envelope(design: Design, part: Formula, within: str | None, box: Box) -> tu
         return _named(design.program, within), within
     shapes = _shapes(part, part.root)
     # A union may be the infill itself, spheres in a box, and so may what has waves: each is the envelope only where
-    # nothing else is.
-    plain = [n for n in shapes if not _waves(n)] or shapes
+    # nothing else is, and a union with waves is none, but a lattice in its skin.
+    plain = [n for n in shapes if not _waves(n)] or [n for n in shapes if n.op != "min"]
     plain = [n for n in plain if n.op != "min"] or plain
     if not plain:
         return block(box), BOUNDS

@@ -18,7 +18,7 @@ from porelang.diagnostics import Diagnostic, Label, PoreError
 from porelang.elaborate.advice import as_solid, joins
 from porelang.elaborate.results import ParamInfo
 from porelang.elaborate.values import Bool, Scalar, Vector
-from porelang.extents import AS_FAR, no_end
+from porelang.extents import NoEnd, no_end
 from porelang.formula import Bindings, Formula
 from porelang.ir import TASKS, order, param, within
 from porelang.program import Design, Program
@@ -27,6 +27,8 @@ from porelang.source import Span
 
 #: Graphs up to this size are looked at without `--measure`: samples of them take less than 0.1 s.
 QUICK = 5000
+#: Of larger ones no end is proven without `--measure`: of 37 tubes in two sheets it takes a minute.
+PROVEN = 150
 #: Samples of the box of a part, with `--measure`.
 SAMPLES = 200_000
 #: More than this share of infinite values is no matter of a few places.
@@ -68,18 +70,20 @@ def endless(design: Design) -> str:
     seen = order([root], within)
     if not root.axes or any(n.op in TASKS for n in seen) or len(seen) > QUICK:
         return ""
-    found = _no_end(design, name, design.of(name))
-    return found.message.rpartition(" along ")[2] if found is not None and found.label == AS_FAR else ""
+    found = _no_end(design.of(name))
+    return found.axes if found is not None and found.as_far else ""
 
 
-def _no_end(design: Design, name: str, formula: Formula) -> Diagnostic | None:
-    """What meshing would say of an output of which no end is proven."""
-    if not unending(formula) and has_ends(formula):
-        return None
+def _no_end(formula: Formula) -> NoEnd | None:
+    """What meshing would say of a field of which no end is proven; None where one is."""
+    return None if not unending(formula) and has_ends(formula) else _unproven(formula)
+
+
+def _unproven(formula: Formula) -> NoEnd | None:
     extent = extent_of(formula)
     if extent is None or not unbounded_axes(extent.outer):
         return None
-    return no_end(name, formula, extent.outer, design.program.outputs[name].span)
+    return no_end(formula, extent.outer)
 
 
 def _chosen(program: Program) -> str | None:
@@ -125,12 +129,12 @@ def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> li
         if asked:  # of an offset yet to be found it is known that it leaves both solid and void
             bindings: Bindings = {param(k): v for k, v in design.settings.items()} | dict.fromkeys(asked, A_LITTLE)
             sure = output.made and {n.op for n in asked} <= {"to_porosity", "shell_to_porosity"}
-            found = _no_end(design, name, Formula(roots, bindings)) if sure else None
-            return [_as_doubt(found)] if found else []
+            missing = _no_end(Formula(roots, bindings)) if sure else None
+            return [_as_doubt(missing, name, output.span)] if missing else []
         formula = design.of(name)
         if (nowhere := _undefined(design, name, formula)) is not None:
             return [nowhere] if output.solid else [replace(nowhere, severity="warning", code="W211")]
-        if holds_anything(formula) and not unending(formula) and has_ends(formula):
+        if holds_anything(formula) and not unending(formula) and (len(seen) > PROVEN or has_ends(formula)):
             return []
     try:
         design.bounds(name)
@@ -142,8 +146,9 @@ def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> li
             return [replace(found, code="W211", severity="warning")] if name == "part" else []
         if found.code != "E102":
             return [found]
-        if name == chosen and (output.made or found.label != AS_FAR):  # a field has none
-            return [_as_doubt(found)]
+        missing = _unproven(design.of(name)) if name == chosen else None
+        if missing and (output.made or not missing.as_far):  # a field has none
+            return [_as_doubt(missing, name, output.span)]
     return []
 
 
@@ -161,10 +166,10 @@ def _undefined(design: Design, name: str, formula: Formula) -> Diagnostic | None
     )
 
 
-def _as_doubt(found: Diagnostic) -> Diagnostic:
+def _as_doubt(found: NoEnd, name: str, span: Span) -> Diagnostic:
     """E102 as `pore check` says it: meshing it takes bounds, and there is nothing wrong with it till then."""
-    hint = END_IT if found.label == AS_FAR else found.hint
-    return replace(found, code="W210", hint=hint, severity="warning")
+    hint = END_IT if found.as_far else found.hint
+    return replace(found.told(name, span), code="W210", hint=hint, severity="warning")
 
 
 def _no_surface(design: Design, name: str) -> Diagnostic:

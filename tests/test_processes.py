@@ -34,8 +34,19 @@ def environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": ""}
 
 
-#: `pore` that says when its first line is reached: before it Python starts, which answers Ctrl-C in its own way.
-SAYS_FIRST = "import sys; from porelang.cli import main; print('begun', flush=True); sys.exit(main())"
+#: `pore` that says when `main` has begun: before it Python starts, which answers Ctrl-C in its own way. A busy machine
+#: may take long between two lines, so that it is said from within.
+SAYS_FIRST = """
+import sys
+from porelang import cli
+
+def begun(argv, carry_out=cli._main):
+    print("begun", flush=True)
+    return carry_out(argv)
+
+cli._main = begun
+sys.exit(cli.main())
+"""
 
 
 def start(*words: str, said_first: bool = False, **more: object) -> subprocess.Popen[str]:

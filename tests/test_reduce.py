@@ -17,7 +17,7 @@ from porelang.tasks.numbers import region
 from porelang.tasks.numbers.area import area
 from porelang.tasks.numbers.brackets import last_inside
 from porelang.tasks.numbers.extremes import Hill
-from porelang.tasks.numbers.nearby import parted
+from porelang.tasks.numbers.nearby import in_groups
 from porelang.tasks.numbers.rods import Rods
 
 
@@ -569,7 +569,7 @@ def test_a_solid_near_a_place_is_the_solid_there(text: str) -> None:
     where = region.finer(solid, region.region(solid, "the solid"), 2000)
     whole, rods, seen, longest = NumpyField(solid), Rods(solid), 0, 0
     random = np.random.default_rng(7)
-    for rows, local in parted(solid, where.undecided, where.size):
+    for rows, local in in_groups(solid, where.undecided, where.size):
         points = (where.undecided[rows, None] + random.random((len(rows), 16, 3)) * where.size).reshape(-1, 3)
         inside = whole.at(points) < 0
         assert np.array_equal(NumpyField(local).at(points) < 0, inside)

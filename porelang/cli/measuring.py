@@ -10,7 +10,7 @@ from porelang.checks import broken_checks, doubtful_numbers, undecided_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
-from porelang.data import coordinates
+from porelang.data import coordinates, figures
 from porelang.measure import measure as measured
 
 _WORDS = {
@@ -26,8 +26,6 @@ _WORDS = {
 #: What is listed by place, and what is to be known of it.
 _LISTED = {"pieces": ("separate pieces", ""), "voids": ("closed voids", ", where powder or resin stays")}
 _SHOWN = 3
-#: Errors that are written without an exponent.
-_ORDINARY = (1e-6, 1e9)
 
 
 def measure(options: Namespace) -> int:
@@ -83,15 +81,6 @@ def _with_error(value: float, error: float, unit: str) -> str:
     if isinstance(value, int):
         return f"{value}" if not error else f"not certain at this voxel ({value} are counted)"
     return f"{figures(value, error)} {unit}".rstrip()
-
-
-def figures(value: float, error: float) -> str:
-    """A number to the place of its error, which has two figures; without exponents where sizes are ordinary."""
-    if not (_ORDINARY[0] <= error < _ORDINARY[1] and abs(value) < _ORDINARY[1]):
-        return f"{value:.6g} +- {error:.2g}"
-    place = math.floor(math.log10(error)) - 1
-    decimals = max(0, -place)
-    return f"{round(value, -place):.{decimals}f} +- {round(error, -place):.{decimals}f}"
 
 
 def _largest(found: list[dict[str, Any]], several: int, what: str, least: int) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from argparse import Namespace
 from typing import Any
@@ -14,17 +13,13 @@ from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
 from porelang.data import coordinates
 from porelang.diagnostics import PoreError, fail
-from porelang.field import checked_bounds
 from porelang.mesh import Surface, write
 from porelang.mesh.crumbs import SLIVER
 from porelang.mesh.export import writer_of
-from porelang.mesh.made import AUTO, make
+from porelang.mesh.made import make
 from porelang.mesh.part import notes_of
 from porelang.mesh.walls import RESOLUTION
-from porelang.program import Design
 
-#: More samples than this are a slip of the voxel, not a wish.
-MOST_NODES = 20_000_000_000
 #: Pieces and voids that the report names; --json has more.
 TOLD = 4
 
@@ -39,7 +34,6 @@ def mesh(options: Namespace) -> int:
     destination(options.output, design.program.files)
     if broken := broken_checks(design, measure=True):
         raise PoreError(broken)
-    _refuse_too_fine(design, options)
     backend, dtype = machine(options, "f32")
     start = time.perf_counter()
     made = make(
@@ -59,25 +53,6 @@ def mesh(options: Namespace) -> int:
     elif not options.quiet:
         print(_text(options.output, found))
     return 0
-
-
-def _refuse_too_fine(design: Design, options: Namespace) -> None:
-    """Refuse a grid of more nodes than anybody waits for. Errors: E114."""
-    if options.voxel in (None, AUTO) and options.resolution is None:
-        return
-    box = checked_bounds(options.bounds) if options.bounds else design.bounds(options.out)
-    voxel = options.voxel or max(box.size) / options.resolution
-    nodes = math.prod(s / voxel + 2 for s in box.size)
-    if nodes > MOST_NODES:
-        enough = (math.prod(box.size) / MOST_NODES) ** (1 / 3)
-        digits = 1 - math.floor(math.log10(enough))
-        enough = math.ceil(enough * 10**digits) / 10**digits
-        size = " x ".join(f"{s:g}" for s in box.size)
-        raise fail(
-            "E114",
-            f"a voxel of {voxel:g} mm asks for {nodes:.2g} samples of a box of {size} mm",
-            hint=f"a voxel of {enough:g} mm would do; or mesh a part of it with --bounds",
-        )
 
 
 def facts(surface: Surface) -> dict[str, Any]:

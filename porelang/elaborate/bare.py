@@ -12,6 +12,7 @@ from porelang.elaborate.context import Context
 from porelang.elaborate.values import Scalar, Value
 from porelang.ir import Node, const, constant
 from porelang.source import Span
+from porelang.syntax.measures import with_unit
 from porelang.units import RATIO
 
 #: Bare angles from here on are doubted: nobody asks for one and a half turns in radians, and 10 degrees are common.
@@ -58,9 +59,7 @@ def share_and_percent(ctx: Context, numbers: Sequence[Value], places: Sequence[S
         low, high = _ends(ctx, other.node)
         if other.dimension in (None, RATIO) and low > 1 and high <= 100:
             text = place.text
-            right = (
-                f"{text}%" if _NUMBER.fullmatch(text) else f"{text} * 1%" if text.isidentifier() else f"({text}) * 1%"
-            )
+            right = with_unit(text, "%")
             doubt(
                 ctx,
                 "W226",
@@ -127,14 +126,14 @@ def degrees(ctx: Context, value: Value, place: Span, called: str, rate: bool = F
         at = whole.start + numbers[0].start()
         edit = Edit(Span(whole.source, at, at + len(numbers[0][1])), f"{numbers[0][1]}deg")
     else:
-        instead = f"{text} * 1deg" if text.isidentifier() else f"({text}) * 1deg"
+        instead = with_unit(text, "deg")
         hint, edit = f"write `{instead}`", Edit(whole, instead)
     doubt(ctx, "W214", f"`{called}` of {number:g} radians; are these degrees?", place, label, hint, edit=edit)
 
 
 def _of_radians(ctx: Context, place: Span, text: str, number: float) -> None:
     """Doubt `degrees(30)`: it takes an angle and gives a number, so that an edit of its argument would help nobody."""
-    right = _as_an_angle(text)
+    right = with_unit(text, "deg")
     before = re.search(r"\bdegrees\s*\(\s*(?:angle\s*=\s*)?$", place.source.text[: place.start])
     after = re.match(r"\s*\)", place.source.text[place.end :])
     whole = Span(place.source, before.start(), place.end + after.end()) if before and after else None
@@ -147,13 +146,6 @@ def _of_radians(ctx: Context, place: Span, text: str, number: float) -> None:
         f"an angle is written `{right}`: `{DEGREES}` makes a number of an angle",
         edit=None if whole is None else Edit(whole, right),
     )
-
-
-def _as_an_angle(text: str) -> str:
-    """A number of degrees as an angle: `30deg`, `a * 1deg`, `(a + 10) * 1deg`."""
-    if _NUMBER.fullmatch(text):
-        return f"{text}deg"
-    return f"{text} * 1deg" if text.isidentifier() else f"({text}) * 1deg"
 
 
 def _counted_in_degrees(ctx: Context, value: Scalar, place: Span, called: str, rate: bool) -> bool:
@@ -172,7 +164,7 @@ def _counted_in_degrees(ctx: Context, value: Scalar, place: Span, called: str, r
         right = sign + (f"({angle_text})" if sign and not re.fullmatch(r"[\w.]+", angle_text) else angle_text)
         hint, edit = f"hand over the angle itself: `{right}`", Edit(value_of(place), right)
     else:
-        right = _as_an_angle(text)
+        right = with_unit(text, "deg")
         hint, edit = f"hand over the angle itself, or write `{right}`", Edit(value_of(place), right)
     message = f"`{called}` takes an angle, and this is a number of degrees, which counts as radians"
     doubt(ctx, "W214", message, place, "a number, as `degrees` makes it", hint, edit=None if rate else edit)

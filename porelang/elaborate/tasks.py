@@ -232,7 +232,8 @@ def _load_vector(ctx: Context, site: tree.Call, values: list[Value], places: lis
 
 def _sample(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     vector = as_vector(values[0])
-    if vector is None and _field(ctx, values[0], places[0], "`f` of `sample`") is None:
+    field = vector if vector is not None else _field(ctx, values[0], places[0], "`f` of `sample`")
+    if field is None:
         return POISON
     voxel = _field(ctx, values[1], places[1], "`voxel` of `sample`")
     within = _field(ctx, values[2], places[2], "`within` of `sample`")
@@ -247,13 +248,12 @@ def _sample(ctx: Context, site: tree.Call, values: list[Value], places: list[Spa
     if known is not None and not known > 0:
         return ctx.error("E096", f"a voxel of {known:g} mm cannot be sampled at", places[1],
                          hint="give a length above 0, as in 1mm")  # fmt: skip
-    first = values[0]
-    fields: Sequence[Node] = vector.nodes if vector is not None else (first.node,)  # type: ignore[union-attr]  # a field
+    fields = field.nodes if isinstance(field, Vector) else (field.node,)
     grid = ctx.task(node("sample", *fields, voxel.node, within.node), site.span)
     found = [looked_up(grid, k, smooth, None) for k in range(len(fields))]
-    if vector is not None:
-        return Vector(found[0], found[1], found[2], vector.dimension)
-    return Scalar(found[0], _dimension(TASK_TABLE["sample"], first.dimension))  # type: ignore[union-attr]  # a field
+    if isinstance(field, Vector):
+        return Vector(found[0], found[1], found[2], field.dimension)
+    return Scalar(found[0], _dimension(TASK_TABLE["sample"], field.dimension))
 
 
 def _bars(ctx: Context, site: tree.Call, path_given: Value, place: Span) -> Node | None:

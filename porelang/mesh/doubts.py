@@ -30,6 +30,7 @@ ACCURACY = 2e-3
 #: anyone misses: wherever two surfaces meet at a sharp angle something runs out between the samples.
 MISSED, SHORT = 0.02, 2.0
 MOST_SAMPLES = 1e9  # of a voxel that is proposed without a word about it
+A_PART = "take a part of it, with --bounds"
 #: Of a voxel that is too coarse, for other reasons than the walls: what is proposed instead.
 FINER = 0.45
 
@@ -82,12 +83,13 @@ def _cause(part: Solid, coarse: Coarse, held: float, true: Reduced, off: float) 
     if found is not None and found.wall > TO_A_WALL * coarse.voxel:  # chords err by the square of the voxel
         voxel = coarse.voxel * min(FINER, FINER * 2 * (COARSE / off) ** 0.5)
         label = f"triangles of {coarse.voxel:.3g} mm {'cut off' if held < true.value else 'fill'} what is curved"
-        return "the voxel is too coarse", label, f"use --voxel {_round(voxel)}mm"
+        return "the voxel is too coarse", label, f"use --voxel {_round(voxel)}mm{_takes(part, voxel)}"
     label = f"{'walls' if held < true.value else 'gaps'} no wider than a voxel or two are lost or torn"
     hint = "use a smaller --voxel, a few to the thinnest wall"
     if found is not None:
         walls = f"the thinnest walls are about {found.wall:.2g} mm thick, as at {place(found.at)}"
-        hint = f"{_use(found.wall, coarse.voxel)}: {walls}"
+        finer = _finer(found.wall, coarse.voxel)
+        hint = f"use --voxel {_round(finer)}mm: {walls}{_takes(part, finer)}"
     return "the voxel is too coarse", label, hint
 
 
@@ -104,7 +106,7 @@ def layer_doubts(
     if wall is None or wall <= TO_A_WALL * size:
         label = "what is thinner than a pixel or a layer is lost or torn"
         if wall is not None:
-            finer = _round(min(wall / TO_A_WALL, FINER * size))
+            finer = _round(_finer(wall, size))
             hint = f"use --step {finer}mm --voxel {finer}mm: the thinnest walls are about {wall:.2g} mm thick"
     else:
         label = f"pixels of {pixel:.3g} mm and layers of {step:.3g} mm are coarse steps round what is curved"
@@ -142,15 +144,15 @@ def hopeless(part: Solid, held: float) -> bool:
     return bool(abs(held - volume) - LITTLE * held > USELESS * (volume + error) + error)
 
 
-def _use(wall: float, voxel: float) -> str:
+def _finer(wall: float, voxel: float) -> float:
     """The voxel to use for a wall (mm) instead of one that does not do: always a finer one."""
-    return f"use --voxel {_round(min(wall / TO_A_WALL, FINER * voxel))}mm"
+    return min(wall / TO_A_WALL, FINER * voxel)
 
 
 def _takes(part: Solid, voxel: float) -> str:
     """That a voxel (mm) is finer than anybody waits for, and what to do instead."""
     samples = float(np.prod((part.hi - part.lo) / voxel + 2))
-    return f", which takes {samples:.1g} samples; or mesh a part of it with --bounds" if samples > MOST_SAMPLES else ""
+    return f"; that takes {samples:.1g} samples: {A_PART}" if samples > MOST_SAMPLES else ""
 
 
 def _round(length: float) -> str:
@@ -190,7 +192,8 @@ def lost_doubts(
     widths += [gap.width for gap in pieces.gaps]
     hint = "use a smaller --voxel, a few to the thinnest wall or gap"
     if widths:
-        hint = _use(min(widths), grid.spacing) + _takes(part, min(widths) / TO_A_WALL)
+        finer = _finer(min(widths), grid.spacing)
+        hint = f"use --voxel {_round(finer)}mm{_takes(part, finer)}"
     return [
         Diagnostic(
             "W205",
@@ -280,14 +283,14 @@ def explained(error: PoreError, grid: Grid, part: Solid) -> PoreError:
             hint="use a smaller --voxel: a few to the thinnest wall",
         )
     wall = float(np.median(thick))
-    voxel = _round(min(wall / TO_A_WALL, FINER * grid.spacing))
-    many = triangles(part, wall / 4) / float(voxel) ** 2
-    much = _takes(part, float(voxel))
+    voxel = _finer(wall, grid.spacing)
+    many = triangles(part, wall / 4) / voxel**2
+    much = _takes(part, voxel)
     if not much and many > MOST_TRIANGLES:
-        much = f", which takes some {many / 1e6:,.0f} million triangles; or mesh a part of it with --bounds"
+        much = f"; that takes some {many / 1e6:,.0f} million triangles: {A_PART}"
     between = f"about {wall:.2g} mm (at {at}) between samples {grid.spacing:.3g} mm apart"
     return fail(
         "E111",
         f"the walls are thinner than the voxel, and no sample meets them: {between}",
-        hint=f"use --voxel {voxel}mm{much}",
+        hint=f"use --voxel {_round(voxel)}mm{much}",
     )

@@ -118,10 +118,13 @@ def _counted(surface: Surface) -> Iterator[bytes]:
 
 
 def _comments(notes: Notes) -> list[str]:
-    """Notes as lines of plain ASCII, which is all that a PLY header may hold."""
-    return [
-        f"{name} {text.encode('unicode_escape').decode().replace(chr(92) * 2, chr(92))}" for name, text in notes.items()
-    ]
+    """Notes as lines of plain ASCII, which is all that a PLY header may hold: other characters by their numbers."""
+    return [f"{name} {''.join(map(_plain, text))}" for name, text in notes.items()]
+
+
+def _plain(character: str) -> str:
+    """A character that can be printed in ASCII as it is, any other escaped."""
+    return character if " " <= character <= "~" else ascii(character)[1:-1]
 
 
 WRITERS: dict[str, Writer] = {

@@ -18,7 +18,8 @@ Point = tuple[float, float, float]
 # A lattice whose period is a whole number of voxels, laid from a corner of the box, has whole planes of nodes on its
 # surface. A grid that starts this fraction of a voxel outside the box avoids the commonest such coincidences.
 OFFSET = 0.37
-MOST_NODES = 2**36
+#: More nodes than this are a slip of the voxel, not a wish.
+MOST_NODES = 20_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +47,13 @@ class Grid:
         spacing = chosen_voxel(max(size), spacing, resolution)
         counts = [s / spacing + OFFSET for s in size]
         if math.prod(c + 2 for c in counts) > MOST_NODES:
-            coarsest = spacing * (math.prod(c + 2 for c in counts) / MOST_NODES) ** (1 / 3)
+            nodes = math.prod(c + 2 for c in counts)
+            enough = 1.1 * spacing * (nodes / MOST_NODES) ** (1 / 3)
             raise fail(
                 "E114",
-                f"a voxel of {spacing:g} mm is too fine for a box of {size[0]:g} x {size[1]:g} x {size[2]:g} mm",
-                hint=f"use a voxel of {1.1 * coarsest:.2g} mm or more",
+                f"a voxel of {spacing:g} mm asks for {nodes:.2g} samples of a box of "
+                f"{size[0]:g} x {size[1]:g} x {size[2]:g} mm",
+                hint=f"a voxel of {enough:.2g} mm would do; or take a part of it, with --bounds",
             )
         nx, ny, nz = (math.floor(c) + 2 for c in counts)
         ox, oy, oz = (a - OFFSET * spacing for a in lo)

@@ -41,7 +41,7 @@ SAMPLES = 1 << 19  # of one look at most
 LOOKS = 24
 SCAN = 24  # distances at which the other side of a gap is looked for
 AROUND = 4  # places looked at round each
-NARROW = 0.01  # voxels: what is narrower is a seam of faces that touch
+NARROW = 0.05  # voxels: what is narrower is a seam of faces that touch, or of balls that touch in a point
 MANY = 12  # cells of a gap: fewer are no gap, but where something runs out
 
 

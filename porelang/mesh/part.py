@@ -63,7 +63,7 @@ def surface_of(
     name: str | None = None,
     placed: Placed | None = None,
     backend: Backend = "numpy",
-    dtype: Dtype = "f32",
+    dtype: Dtype | None = None,
     *,
     threads: int | None = None,
     prune: bool = True,
@@ -71,14 +71,14 @@ def surface_of(
 ) -> Surface:
     """The closed surface of an output on a grid (that of `grid_of` if none is given), in mm, outward.
 
-    Where float32 cannot place the surface to a part of the voxel, NumPy takes float64 (`number_type`).
+    Sampled in `dtype`; where none is given in float32, or where that does not do in float64 (`number_type`).
     `prune` rules out bricks that hold no surface before they are sampled; the triangles are the same without. What
     does not fit the memory goes to files without names in `folder`.
     Errors: E100-E103 about the output, E110, E111, E114 about the field on the grid.
     """
     placed = placed or grid_of(design, name)
     formula = design.of(name)
-    dtype = number_type(formula, Box(*placed.cut), placed.grid.spacing, backend, dtype)
+    dtype = dtype or number_type(formula, Box(*placed.cut), placed.grid.spacing, backend, "f32")
     field = make_field(formula, design.program.ranges, backend, dtype, threads=1)
     precision = F32 if field.backend == "glsl" or dtype == "f32" else F64
     try:

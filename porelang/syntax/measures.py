@@ -11,6 +11,7 @@ from porelang.units import ELSEWHERE, SPELT, UNITS, WITHOUT, converted
 #: What divides or multiplies a unit: `/cm^3` of `2.7 g/cm^3`.
 _ANY = "|".join(sorted({*UNITS, *ELSEWHERE, *WITHOUT} - {"%"}))
 _REST = re.compile(rf"(?:\s*[/*]\s*(?:{_ANY})\b(?:\^-?\d)?)+")
+_NUMBER = re.compile(r"\d+\.?\d*|\.\d+")
 _KNOWN = f"the units are {', '.join(UNITS)}"
 
 
@@ -76,15 +77,20 @@ def unit_alone(name: str, span: Span) -> Diagnostic | None:
     return Diagnostic("E030", f"`{name}` {what}", span, "nothing is called this", hint=hint, edit=edit)
 
 
+def with_unit(text: str, unit: str) -> str:
+    """An expression as one with a unit: `30deg`, `a * 1deg`, `(a + 10) * 1deg`."""
+    if _NUMBER.fullmatch(text):
+        return f"{text}{unit}"
+    return f"{text} * 1{unit}" if text.isidentifier() else f"({text}) * 1{unit}"
+
+
 def of_a_number(name: str, argument: Span) -> str:
     """A unit that is called, `deg(30)` or `mm(a)`, as a number with that unit; "" where it is none."""
     ours = SPELT.get(name, name)
     text = argument.text
-    if re.fullmatch(r"(\d+\.?\d*|\.\d+)", text):
-        return f"{text}{ours}" if ours in UNITS else converted(float(text), name) if name in ELSEWHERE else ""
-    if ours not in _CLEAR:
-        return ""
-    return f"({text} * 1{ours})" if text.isidentifier() else f"(({text}) * 1{ours})"
+    if _NUMBER.fullmatch(text):
+        return with_unit(text, ours) if ours in UNITS else converted(float(text), name) if name in ELSEWHERE else ""
+    return f"({with_unit(text, ours)})" if ours in _CLEAR else ""
 
 
 def is_bound(name: str, text: str) -> bool:

@@ -26,7 +26,7 @@ _CHOICES = frozenset({"min", "max", "select"})
 _MARGIN = 1e-9  # of a cell: points on its sides are rounded
 
 
-def parted(
+def in_groups(
     formula: Formula, low: Points, size: NDArray[np.float64], rows: NDArray[np.int64] | None = None
 ) -> Iterator[tuple[NDArray[np.int64], Formula]]:
     """Cells of equal size in groups that lie together, by their rows in `low` (n, 3), each with its formula."""
@@ -40,7 +40,7 @@ def parted(
     ranked = rows[np.argsort(low[rows, axis], kind="stable")]
     for half in (ranked[: len(ranked) // 2], ranked[len(ranked) // 2 :]):
         lo, hi = low[half].min(axis=0) - _MARGIN * size, low[half].max(axis=0) + (1 + _MARGIN) * size
-        yield from parted(near(formula, lo, hi), low, size, half)
+        yield from in_groups(near(formula, lo, hi), low, size, half)
 
 
 def near(formula: Formula, lo: Points, hi: Points) -> Formula:

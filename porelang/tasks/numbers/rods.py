@@ -25,7 +25,7 @@ from porelang.ir import Node
 from porelang.parallel import parallel_for, workers
 from porelang.progress import tell
 from porelang.tasks.numbers.brackets import last_inside
-from porelang.tasks.numbers.nearby import parted
+from porelang.tasks.numbers.nearby import in_groups
 from porelang.tasks.numbers.region import Region, seed
 
 SHORTEST = 1e-6  # mm, or `_HALVINGS` halvings of the lines through a part that is tiny itself
@@ -189,7 +189,7 @@ class Field:
     def of(cls, solid: Formula, where: Region) -> Field:
         sure = np.zeros((len(where.undecided), 3), np.bool_)
         alike: dict[Node, tuple[Formula, list[Indices]]] = {}
-        for rows, local in parted(solid, where.undecided, where.size):
+        for rows, local in in_groups(solid, where.undecided, where.size):
             alike.setdefault(local.root, (local, []))[1].append(rows)
         groups = [(np.concatenate(rows), Rods(local)) for local, rows in alike.values()]
 
