@@ -43,7 +43,17 @@ def walls(d: porelang.Field, p: Points, n: Points, t: float) -> Points:
 
 
 #: Up to which part of the period walls are true to 1 %: the whole of a fifth, or as far as the sheets' bend allows.
-TRUE_TO = {"gyroid": 0.2, "schwarz_p": 0.2, "diamond": 0.2, "double_diamond": 0.2, "iwp": 0.1, "c_pmy": 0.1, "c_y": 0.1}
+TRUE_TO = {
+    "gyroid": 0.2,
+    "schwarz_p": 0.2,
+    "diamond": 0.2,
+    "double_diamond": 0.2,
+    "iwp": 0.2,
+    "c_pmy": 0.2,
+    "c_y": 0.1,
+    "fischer_koch_s": 0.1,
+    "double_gyroid": 0.1,
+}
 
 
 @pytest.mark.parametrize("lattice", TRUE_TO)
@@ -92,13 +102,13 @@ def test_a_thickness_that_varies_five_to_one() -> None:
 
 
 def test_a_distance_of_a_quadric_is_one() -> None:
-    """x^2 + y^2 + z^2 - 25 is no distance; of a ball the first foot is the foot."""
-    d = porelang.compile("metric(dot(p, p) - 25, 1)").field()
+    """x^2 + y^2 + z^2 - 25 is no distance; metric is |p| - 5 about its surface, and has its sign everywhere."""
+    d = porelang.compile("metric(dot(p, p) - 25)").field()
     r = np.linspace(1, 12, 200)
     way = np.array([0.6, 0.0, 0.8])
     found = d(r[:, None] * way)
     near = np.abs(r - 5) < 1
-    assert np.allclose(found[near], r[near] - 5, atol=0.02)
+    assert np.allclose(found[near], r[near] - 5, atol=0.003)
     assert (np.sign(found) == np.sign(r - 5)).all()
 
 
@@ -111,5 +121,3 @@ def test_its_sign_is_that_of_the_field(lattice: str, steps: int) -> None:
     raw, d = program.field("raw")(p), program.field("d")(p)
     assert np.isfinite(d).all()
     assert (np.sign(d) == np.sign(raw)).all()
-    slope = np.linalg.norm(gradient(program.field("raw"), p), axis=1)
-    assert (np.abs(d) >= 0.2499 * np.abs(raw) / slope).all()
