@@ -50,9 +50,9 @@ class Context:
     results of calls by function and arguments, `called` the defs that something refers to, `folder` where relative
     paths of data begin, `structure` the params that are fixed, and at what. `natures` is what is known of fields,
     `totals` where distances were added or subtracted (the operator and its place), `cuts` where solids are cut (None
-    where a place cuts several), `declared` the names of all params,
-    `in_degrees` the angle of each number of degrees, `given_at` the arguments of calls in the user's text by their
-    place.
+    where a place cuts several), `declared` the names of all params, `lengths` which nodes without a known unit were
+    made of lengths, `in_degrees` the angle of each number of degrees, `given_at` the arguments of calls in the user's
+    text by their place.
     """
 
     def __init__(
@@ -74,6 +74,7 @@ class Context:
         self.cuts: dict[Span, Suspicion | None] = {}
         self.declared: list[str] = []
         self.in_degrees: dict[Node, Scalar] = {}
+        self.lengths: dict[Node, bool] = {}
         self.given_at: dict[Span, Mapping[str, Given]] = {}
         self._spent = 0
         self._solves = 0

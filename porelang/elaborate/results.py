@@ -165,17 +165,15 @@ class CallRecord:
 class Suspicion:
     """What is doubted unless values show that it is right; `porelang.doubts` looks at them.
 
-    `what` says which nodes there are. "length": a raw lattice, and the length that is added to it or compared with it;
-    where their sum is what is made, also what is added (half of it, for a wall) and that sum.
-    "total": the two solids that are added or subtracted. "copies": a body, its copies, and the size of their cells
-    (none, or three nodes). "apart": two solids of which one is cut by the other. "pores": a lattice that was made into
-    walls, and what they are cut with. "seam": a lattice that meets itself along y, after how many mm, and what is made
-    of it. "empty": an inward offset, and its body.
+    `what` says which nodes there are. "total": the two solids that are added or subtracted. "copies": a body, its
+    copies, and the size of their cells (none, or three nodes). "apart": two solids of which one is cut by the other.
+    "pores": a lattice that was made into walls, and what they are cut with. "seam": a lattice that meets itself along
+    y, after how many mm, and what is made of it. "empty": an inward offset, and its body.
     `argument` is the place that an edit would change, `name` the function or the operator, `instead` what might
     stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """
 
-    what: Literal["length", "total", "copies", "apart", "pores", "seam", "empty"]
+    what: Literal["total", "copies", "apart", "pores", "seam", "empty"]
     span: Span
     nodes: tuple[Node, ...]
     argument: Span | None = None

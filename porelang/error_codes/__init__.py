@@ -1,8 +1,8 @@
 """Every code of a diagnostic with its page for `pore explain`; one module for each theme.
 
 E001-E029 syntax, E030- names, E060- kinds and units, E080- params and contracts, E090- numbers found from fields,
-E100- requests, E120- the machine, E130- files of data, W200- warnings, W210- doubts. A code keeps its meaning
-for ever; one that is no longer given keeps its page.
+E100- requests, E120- the machine, E130- files of data, E145- raw lattices, W200- warnings, W210- doubts. A code keeps
+its meaning for ever; one that is no longer given keeps its page.
 """
 
 from __future__ import annotations
@@ -17,8 +17,20 @@ from porelang.error_codes.page import Code
 from porelang.error_codes.params import PARAMS
 from porelang.error_codes.requests import REQUESTS
 from porelang.error_codes.syntax import SYNTAX
+from porelang.error_codes.walls import WALLS
 
-THEMES: tuple[tuple[Code, ...], ...] = (SYNTAX, NAMES, KINDS, PARAMS, FOUND, REQUESTS, MACHINE, DATAFILES, DOUBTS)
+THEMES: tuple[tuple[Code, ...], ...] = (
+    SYNTAX,
+    NAMES,
+    KINDS,
+    PARAMS,
+    FOUND,
+    REQUESTS,
+    MACHINE,
+    DATAFILES,
+    WALLS,
+    DOUBTS,
+)
 CODES: dict[str, Code] = {page.code: page for theme in THEMES for page in theme}
 
 Page = Code  # what a reader sees of it
