@@ -55,8 +55,8 @@ class Context:
     paths of data begin, `structure` the params that are fixed, and at what, `bound` those that have data. `natures` is
     what is known of fields, `totals` where distances were added or subtracted (the operator and its place), `cuts`
     where solids are cut (None where a place cuts several), `declared` the names of all params but those that take data,
-    `in_degrees` the angle of each number of degrees, `given_at` the arguments of calls in the user's text by their
-    place.
+    `lengths` which nodes without a known unit were made of lengths, `in_degrees` the angle of each number of degrees,
+    `given_at` the arguments of calls in the user's text by their place.
     """
 
     def __init__(
@@ -80,6 +80,7 @@ class Context:
         self.cuts: dict[Span, Suspicion | None] = {}
         self.declared: list[str] = []
         self.in_degrees: dict[Node, Scalar] = {}
+        self.lengths: dict[Node, bool] = {}
         self.given_at: dict[Span, Mapping[str, Given]] = {}
         self._spent = 0
         self._solves = 0

@@ -186,13 +186,11 @@ class CallRecord:
 class Suspicion:
     """What is doubted unless values show that it is right; `porelang.doubts` looks at them.
 
-    `what` says which nodes there are. "length": a raw lattice, and the length that is added to it or compared with it;
-    where their sum is what is made, also what is added (half of it, for a wall) and that sum.
-    "total": the two solids that are added or subtracted. "copies": a body, its copies, and the size of their cells
-    (none, or three nodes). "apart": two solids of which one is cut by the other. "pores": a lattice that was made into
-    walls, and what they are cut with. "seam": a lattice that meets itself along y, after how many mm, and what is made
-    of it. "empty": an inward offset, and its body. "period": a lattice, the three periods that it is given, and its
-    phase. "still": the three of a direction that is followed, and what is made of it. "fold": a lattice, after which
+    `what` says which nodes there are. "total": the two solids that are added or subtracted. "copies": a body, its
+    copies, and the size of their cells (none, or three nodes). "apart": two solids of which one is cut by the other.
+    "pores": a lattice that was made into walls, and what they are cut with. "seam": a lattice that meets itself along
+    y, after how many mm, and what is made of it. "empty": an inward offset, and its body. "period": a lattice, the
+    three periods that it is given, and its phase. "still": the three of a direction that is followed, and what is made of it. "fold": a lattice, after which
     part of a turn it should be the same, a place on the axis of that turn (three), a direction and the other one of its
     frame (three each), and what is made of it. "fits": a lattice, what is taken for its period along the axis
     `instead`, and what is made of it.
@@ -200,7 +198,7 @@ class Suspicion:
     stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """
 
-    what: Literal["length", "total", "copies", "apart", "pores", "seam", "empty", "period", "still", "fold", "fits"]
+    what: Literal["total", "copies", "apart", "pores", "seam", "empty", "period", "still", "fold", "fits"]
     span: Span
     nodes: tuple[Node, ...]
     argument: Span | None = None

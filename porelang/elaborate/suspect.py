@@ -7,7 +7,7 @@ copies are cut) is noted as a `Suspicion`, and looked at when the program is who
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 from porelang.diagnostics import Edit, Label
@@ -20,47 +20,12 @@ from porelang.elaborate.values import Function, Given, Scalar, Value, Vector
 from porelang.ir import UNKNOWN
 from porelang.source import Span
 from porelang.syntax import tree
-from porelang.units import LENGTH
 
 _COPIES = re.compile(r"(\w+)(?:, in cells of (\w+))?")
 _CLOSES = re.compile(r"(\w+) along y after (\w+)")
 _FITS = re.compile(r"(\w+) along ([xyz]) by (\w+)")
 _FOLDS = re.compile(r"(\w+) by (\w+) about z through (\w+)")
-#: Operations that want both sides in one unit.
-COMPARING = frozenset({"add", "sub", "min", "max", "lt", "le", "eq"})
 _SETS = ("&", "|", "\\")
-
-
-# ---- numbers --------------------------------------------------------------------------------------------------------
-
-
-def length_on_lattice(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], span: Span, made: Value) -> None:
-    """Suspect a sum or a comparison of a raw lattice and a length."""
-    if len(numbers) != 2:
-        return
-    one, other = numbers
-    for field, length, at in ((one, other, places[1]), (other, one, places[0])):
-        if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
-            continue
-        if (
-            field.dimension not in (None, LENGTH)
-            or length.dimension != LENGTH
-            or not field.node.axes
-            or length.node.axes
-        ):
-            continue  # to modify a lattice by a distance needs no ceremony
-        found = nature(ctx.natures, field.node)
-        if found is not None and found.raw:
-            place = ctx.users_place(span)
-            given = ctx.given_at.get(place, {}).values()
-            argument = next((g for g in given if isinstance(g.value, Scalar) and g.value.dimension == LENGTH), None)
-            if argument is not None and isinstance(argument.value, Scalar):
-                asked, said, spot = argument.value.node, argument.span, place
-            else:  # an operator in the user's text
-                asked, said, spot = length.node, None, place if at.source.prelude else at
-            total = (length.node, made.node) if isinstance(made, Scalar) and made.node.op in ("add", "sub") else ()
-            ctx.suspect(Suspicion("length", spot, (field.node, asked, *total), said, period=found.period))
-            return
 
 
 # ---- solids ---------------------------------------------------------------------------------------------------------
@@ -225,9 +190,6 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
             ctx.in_degrees.setdefault(result.node, angle)
     made_empty(ctx, function, result, given, site)
     drifts(ctx, function, bound, result, given, site)
-    for i, s in enumerate(ctx.found.suspicions):  # only of a sum that is the result it is known where it is solid
-        if s.what == "length" and s.span == site.span and s.nodes[2:] and s.nodes[-1] is not result.node:
-            ctx.found.suspicions[i] = replace(s, nodes=s.nodes[:2])
     if fact := _COPIES.fullmatch(definition.fact("Copies") or ""):
         body, cell = bound.get(fact[1]), bound.get(fact[2] or "")
         if isinstance(body, Scalar) and body.node.axes:

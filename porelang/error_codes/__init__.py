@@ -1,8 +1,8 @@
 """Every code of a diagnostic with its page for `pore explain`; one module for each theme.
 
 E001-E029 syntax, E030- names, E060- kinds and units, E080- params and contracts, E090- numbers found from fields,
-E100- requests, E120- the machine, E130- files of data, E140- meshes, W200- warnings, W210- doubts. A code
-keeps its meaning for ever; one that is no longer given keeps its page.
+E100- requests, E120- the machine, E130- files of data, E140- meshes, E145- raw lattices, E147- phases, E150- sampling
+and binding, W200- warnings, W210- doubts. A code keeps its meaning for ever; one that is no longer given keeps its page.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from porelang.error_codes.phases import PHASES
 from porelang.error_codes.requests import REQUESTS
 from porelang.error_codes.shapes import SHAPES
 from porelang.error_codes.syntax import SYNTAX
+from porelang.error_codes.walls import WALLS
 
 THEMES: tuple[tuple[Code, ...], ...] = (
     SYNTAX,
@@ -31,6 +32,7 @@ THEMES: tuple[tuple[Code, ...], ...] = (
     DATAFILES,
     PHASES,
     SHAPES,
+    WALLS,
     DOUBTS,
 )
 CODES: dict[str, Code] = {page.code: page for theme in THEMES for page in theme}

@@ -25,14 +25,13 @@ DOUBTS = (
     ),
     Code(
         "W212",
-        "a length given to a raw lattice",
-        "The values of a lattice are raw: a gyroid runs from -1.5 to 1.5 whatever its period. So `shell(0.4mm)`\n"
-        "makes a wall of 0.4 of those units, which is 0.4 mm times something that depends on the lattice and its\n"
-        "period. The message says what it comes to on average. Write the raw number, ask for a porosity with\n"
-        "`shell_to_porosity` or `to_porosity`, or let the number fall with the period, as the hint does. Where\n"
-        "the raw number is beyond all values of the lattice only a porosity can be asked for: so much fills it.",
-        "gyroid(30) |> shell(0.4mm) & cube(60)",
-        "gyroid(30) |> shell(0.13) & cube(60)",
+        "what was made of a length, given to a raw lattice",
+        "A length that meets a raw lattice is refused (E145). The product of a length and a number without a unit\n"
+        "is a length most likely, as `mix(0.2mm, 1mm, ramp(z, 0, 30))` is; but that number may stand for a slope,\n"
+        "and the product for a number of the lattice. Write `metric(...)` about the lattice where mm are\n"
+        "meant, `bare(...)` about the length where raw units are.",
+        "let t = mix(0.2mm, 1mm, ramp(z, 0, 30))\ngyroid(30) |> shell(t) & cube(60)",
+        "let t = mix(0.2mm, 1mm, ramp(z, 0, 30))\nmetric(gyroid(30)) |> shell(t) & cube(60)",
     ),
     Code(
         "W213",
