@@ -190,10 +190,10 @@ class Suspicion:
     copies, and the size of their cells (none, or three nodes). "apart": two solids of which one is cut by the other.
     "pores": a lattice that was made into walls, and what they are cut with. "seam": a lattice that meets itself along
     y, after how many mm, and what is made of it. "empty": an inward offset, and its body. "period": a lattice, the
-    three periods that it is given, and its phase. "still": the three of a direction that is followed, and what is made of it. "fold": a lattice, after which
-    part of a turn it should be the same, a place on the axis of that turn (three), a direction and the other one of its
-    frame (three each), and what is made of it. "fits": a lattice, what is taken for its period along the axis
-    `instead`, and what is made of it.
+    three periods that it is given, and its phase. "still": the three of a direction that is followed, and what is made
+    of it. "fold": a lattice, after which part of a turn it should be the same, a place on the axis of that turn
+    (three), a direction and the other one of its frame (three each), and what is made of it. "fits": a lattice, what is
+    taken for its period along the axis `instead`, and what is made of it.
     `argument` is the place that an edit would change, `name` the function or the operator, `instead` what might
     stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """

@@ -104,7 +104,7 @@ def _digest(*parts: str) -> str:
 
 @cache
 def code_digest() -> str:
-    """A digest of the code: what another version of it found is not this version's."""
+    """A digest of the code that finds results: what another version of it found is not this version's."""
     digest = hashlib.sha256(f"{__version__}, NumPy {np.__version__}".encode())
     for part in _CODE:
         where = resources.PACKAGE / part
