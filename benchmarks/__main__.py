@@ -16,6 +16,7 @@ from data import data
 from fields import fields
 from meshes import compiling, pruning, specimen
 from peers import install
+from sampling import sampling
 from starts import starts
 from tensors import tensors
 from timing import machine
@@ -28,7 +29,9 @@ TABLE = re.compile(r"(<!-- benchmarks -->\n).*?(<!-- end -->)", re.DOTALL)
 def main() -> None:
     parser = argparse.ArgumentParser(prog="benchmarks", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--rounds", type=int, default=9)
-    parser.add_argument("--only", help="one of specimen, pruning, fields, data, tensors, gpu, compiling, starts")
+    parser.add_argument(
+        "--only", help="one of specimen, pruning, fields, data, sampling, tensors, gpu, compiling, starts"
+    )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
     parser.add_argument("--peers", action="store_true", help="first install what is compared with, into .peers")
@@ -40,6 +43,7 @@ def main() -> None:
         "pruning": lambda: pruning(max(3, options.rounds // 3)),
         "fields": lambda: fields(options.rounds),
         "data": lambda: data(max(3, options.rounds // 3)),
+        "sampling": lambda: sampling(max(3, options.rounds // 3)),
         "tensors": lambda: tensors(options.rounds),
         "gpu": lambda: transfers(options.rounds),
         "compiling": lambda: compiling(max(3, options.rounds // 3)),

@@ -114,20 +114,6 @@ def _sides(design: Design, i: int) -> list[tuple[str, Reduced]]:
     return list(out.items())
 
 
-def doubtful_numbers(design: Design, *roots: Node) -> list[Diagnostic]:
-    """A warning for each number, of those that roots read, beside which there may be another."""
-    found: list[Diagnostic] = []
-    for n in design.reads(*roots):
-        if n.op == "solve" and n.depends < UNKNOWN and not (number := design.number(n)).sole:
-            said = f"this function rises and falls: {number.value:.6g} is one answer, and there may be others"
-            hint = "narrow the range to where it rises or falls throughout"
-            place = design.program.places.get(n)
-            found.append(
-                Diagnostic("W206", said, place, "looked at in some places only", hint=hint, severity="warning")
-            )
-    return found
-
-
 def late_doubts(design: Design) -> list[Diagnostic]:
     """Warnings about contracts on fields that need what tasks find; all others are among the program's warnings."""
     program = design.program

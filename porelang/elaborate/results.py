@@ -80,6 +80,27 @@ class ParamInfo:
 
 
 @dataclass(frozen=True, slots=True)
+class DataInfo:
+    """A param that takes data: how many numbers it has in each place, what they are measured in, where it stands."""
+
+    name: str
+    components: int
+    dimension: Dimension | None
+    doc: str
+    span: Span
+
+    @property
+    def kind(self) -> str:
+        """What it is declared as."""
+        return "field" if self.components == 1 else "vector"
+
+    def __repr__(self) -> str:
+        unit = "" if self.dimension is None else f" in {self.dimension.unit}"
+        doc = f' "{brief(self.doc, 60)}"' if self.doc else ""
+        return f"<param {self.name}: {self.kind}{unit}{doc}>"
+
+
+@dataclass(frozen=True, slots=True)
 class Preset:
     """A named set of params: numbers in base units, or labels of choices; where each is set, and the name's place."""
 
@@ -203,6 +224,7 @@ class Elaborated:
     """All that elaboration finds out about a program. `structure` are the params that have to be fixed."""
 
     params: dict[str, ParamInfo] = field(default_factory=dict)
+    data: dict[str, DataInfo] = field(default_factory=dict)
     structure: set[str] = field(default_factory=set)
     presets: dict[str, Preset] = field(default_factory=dict)
     outputs: dict[str, Output] = field(default_factory=dict)

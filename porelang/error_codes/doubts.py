@@ -167,6 +167,27 @@ DOUBTS = (
         "cube(20) | offset(box([80, 40, 6]), -1mm)",
     ),
     Code(
+        "W230",
+        "samples of cells that are too coarse",
+        "Cells of a file are sampled on a grid, and lookups between its nodes are compared with what the file says\n"
+        "at its points and in the middles of its cells. Where one in twenty is off by a tenth of all that the values\n"
+        "range over, details are lost. With half the `voxel` a bent field is off by a quarter. Stresses that are\n"
+        "infinite in theory, at a sharp notch or under a single force, are as high as their mesh is fine: no grid\n"
+        "follows them.",
+        "",
+        "",
+    ),
+    Code(
+        "W231",
+        "cells that lie within a millimetre",
+        "Lengths are in mm, and a file does not say in what its own are. Many programs compute in metres: a part of\n"
+        "50 mm is then 0.05 long, and lies at the origin of a lattice as a speck. A field is looked up in metres by\n"
+        "dividing the point by 1000:\n"
+        '    let stress = load("stress.vtu", "von_mises") @ (p / 1000)',
+        "",
+        "",
+    ),
+    Code(
         "W235",
         "a direction that is 0",
         "`align(f, v)` turns the cells along v. Where v is 0 there is no direction, and the cells stay as they are:\n"

@@ -53,18 +53,24 @@ _ROWS = (
          "The thickness t for which `shell(f, t)` has the porosity phi within a solid."),
     Task("solve", ("f", "target", "range"), "real", None, "seconds",
          "The number t in lo..hi for which a function takes a value: the only one, and none that a jump skips."),
-    Task("load", ("path", "name", "outside", "smooth"), "grid", None, "instant",
-         'A field from samples in a file: `load("stress.npz", "von_mises")`. The file, beside the program, is what '
-         "`numpy.savez` writes: the array of that name, of shape (nx, ny, nz), `origin` and `spacing` in mm. Between "
-         "samples the field is trilinear, or with `smooth=true` tricubic with a smooth gradient; beyond them it is "
-         "`outside`, or goes on as at the boundary where that is not given.", 2, "reading data"),
+    Task("load", ("path", "name", "outside", "smooth", "voxel", "unit"), "grid", None, "instant",
+         'A field from samples in a file beside the program, .npz, .vtu, .vtk, .vti or .nrrd: `load("stress.vtu", '
+         '"von_mises")`. Between samples the field is trilinear, or with `smooth=true` tricubic, its gradient smooth; '
+         "beyond what the file covers it is `outside`, or goes on as at the boundary where that is not given. Cells "
+         "are sampled every `voxel`, half their median edge unless given. `unit=MPa` says what values are in.",
+         4, "reading data"),
     Task("sample", ("f", "voxel", "within", "smooth"), "grid", SAME, "seconds",
          "The field f sampled every `voxel` over the box of a solid, once, and read from the samples from then on: for "
          "what is costly to evaluate. `smooth=true` reads them with a smooth gradient.", 1, "sampling a field"),
+    Task("blur", ("f", "sigma", "within", "voxel", "smooth"), "grid", SAME, "seconds",
+         "The field f averaged about each point by a Gaussian of the standard deviation `sigma`, a length, in the box "
+         "of a solid: what changes faster is gone. It is sampled every `voxel`, half of sigma unless given.",
+         2, "blurring a field"),
     Task("frame", ("path",), "segments", None, "instant",
          'The bars of a file as a solid, round at their ends: `frame("truss.json")`, which holds {"nodes": [[x, y, z], '
          '...], "bars": [[i, j], ...], "radii": [...]}, in mm. Its value is the distance to the nearest surface.',
          0, "reading data"),
+    Task("bound", (), "grid", None, "instant", "What a param that takes data is bound to, held in memory."),
 )  # fmt: skip
 
 TASK_TABLE: dict[str, Task] = {row.name: row for row in _ROWS}

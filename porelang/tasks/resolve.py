@@ -89,7 +89,7 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
     Errors: those of the task, at the place in the program that asks for it.
     """
     try:
-        if n.op in READERS:
+        if n.op in READERS or n.op == "bound":
             return cast(Data, bindings[n]) if n in bindings else _read(n)
         guessed = n.depends >= UNKNOWN  # it reads what a `solve` tries: the answer of the search is kept, not this
         bindings = {m: v for m, v in bindings.items() if _settled(m) or (guessed and m.op == "unknown")}
@@ -113,12 +113,14 @@ def _read(n: Node) -> Data:
 
 
 def _settled(m: Node) -> bool:
-    """Whether a slot holds what the design has: a setting or a file, and no number that somebody moves."""
-    return m.op == "param" or m.op in READERS
+    """Whether a slot holds what the design has: a setting, data or a file, and no number that somebody moves."""
+    return m.op in ("param", "bound") or m.op in READERS
 
 
 def _content(bindings: Bindings, n: Node) -> str:
     """The digest of what a task has read from outside; of what no branch that is taken reads, that it has not."""
+    if n.op == "bound":
+        return cast(Data, bindings[n]).digest
     if n.op not in READERS:
         return ""
     return cast(Data, bindings[n]).digest if n in bindings else "not read"

@@ -14,7 +14,7 @@ from porelang.ir import Node, node
 from porelang.store import Result
 from porelang.tasks.bake import bake
 from porelang.tasks.frame import read_frame
-from porelang.tasks.load import read_grid
+from porelang.tasks.readers import read_grid
 
 Read = TypeVar("Read", bound=Data)
 
@@ -94,6 +94,14 @@ def _sample(asked: Formula) -> Result:
     return bake(asked.with_roots(*(asked.roots[i] for i in fields)), _number(asked, voxel), _field(asked, within))
 
 
+def _blur(asked: Formula) -> Result:
+    from porelang.tasks.blur import blurred
+
+    *fields, sigma, voxel, within = range(len(asked.roots))
+    several = asked.with_roots(*(asked.roots[i] for i in fields))
+    return blurred(several, _number(asked, sigma), _number(asked, voxel), _field(asked, within))
+
+
 #: Each takes a formula of the task's arguments, fully bound. `solve` is not here: it asks tasks itself (`resolve`).
 RUN: Mapping[str, Callable[[Formula], Result]] = {
     "porosity": _porosity,
@@ -105,19 +113,27 @@ RUN: Mapping[str, Callable[[Formula], Result]] = {
     "to_porosity": _to_porosity,
     "shell_to_porosity": _shell_to_porosity,
     "sample": _sample,
+    "blur": _blur,
 }
+
+
+#: What calls a file with so many numbers at each node.
+_CALLED = {1: "load", 3: "load_vector", 6: "load_tensor"}
+_COUNTED = {1: "one", 3: "three", 6: "six"}
 
 
 def _load(n: Node) -> Data:
     assert isinstance(n.value, tuple)
-    shown, path, name, components = n.value
-    grid = _as_named(str(shown), str(path), lambda where: read_grid(where, str(name)))
-    if grid.components != components:
-        has = "one number" if grid.components == 1 else f"{grid.components} numbers"
-        wants = "`load` takes one" if components == 1 else "`load_vector` takes three"
-        apart = "save its components under names of their own"
-        other = {1: "write `load`", 3: "write `load_vector`"}.get(grid.components, apart)
-        raise fail("E133", f"`{name}` of `{shown}` has {has} at each node, and {wants}", hint=other)
+    shown, path, name, components, *more = n.value
+    voxel, masked = (float(more[0]), bool(more[1])) if more else (0.0, False)
+    grid = _as_named(str(shown), str(path), lambda where: read_grid(where, str(name), voxel=voxel, masked=masked))
+    if grid.components - masked != components:
+        held = grid.components - masked
+        has = "one number" if held == 1 else f"{held} numbers"
+        wanted = f"{_COUNTED[int(components)]} {'is' if components == 1 else 'are'} wanted"
+        hint = f"`{_CALLED[held]}` takes {_COUNTED[held]}"
+        hint += ", as does a param that is a `vector`" if held == 3 else ""
+        raise fail("E133", f"`{name}` of `{shown}` has {has} in each place, where {wanted}", hint=hint)
     return grid
 
 
