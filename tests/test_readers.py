@@ -128,6 +128,32 @@ def test_other_grids_become_hexahedra(name: str) -> None:
     assert raster.Got.of(read_grid(str(DATA / name), "material")).cells == 12
 
 
+def test_components_are_those_that_the_file_names(tmp_path: Path) -> None:
+    """Abaqus has xx, yy, zz, xy, xz, yz; a file that says so is read so."""
+    names = " ".join(f'ComponentName{k}="S{n}"' for k, n in enumerate(("11", "22", "33", "12", "13", "23")))
+    text = (DATA / "ascii.vtu").read_text().replace('Name="stress" ', f'Name="stress" {names} ', 1)
+    text = re.sub(r"ComponentName\d=\"[xyzXYZ]+\" ", "", text)
+    (tmp_path / "a.vtu").write_text(text)
+    points = RNG.uniform(0, 1, (50, 3)) * [16, 2, 2]
+    grid = read_grid(str(tmp_path / "a.vtu"), "stress")
+    for k, meant in enumerate((0, 1, 2, 3, 5, 4)):
+        np.testing.assert_allclose(at(grid, points, k), tensor(points)[:, meant], atol=1e-12)
+
+
+def test_pieces_are_one_mesh(tmp_path: Path) -> None:
+    """Of several pieces, one of which is empty, as programs write that compute on several machines."""
+    text = (DATA / "ascii.vtu").read_text()
+    begin, end = text.index("<Piece"), text.index("</Piece>") + len("</Piece>")
+    piece = text[begin:end]
+    empty = '<Piece NumberOfPoints="0" NumberOfCells="0"><PointData/><Points/><Cells/></Piece>'
+    (tmp_path / "a.vtu").write_text(text[:begin] + piece + empty + piece + text[end:])
+    grid = read_grid(str(tmp_path / "a.vtu"), "von_mises")
+    points = RNG.uniform(0, 1, (500, 3)) * [16, 2, 2]
+    np.testing.assert_allclose(at(grid, points), affine(points), atol=1e-12)
+    assert raster.Got.of(grid).cells == 50
+    assert raster.Got.of(read_grid(str(tmp_path / "a.vtu"), "material")).greatest == 24
+
+
 # ---- rasterising
 
 
@@ -217,6 +243,28 @@ def test_outside_begins_at_the_faces_of_the_cells(tmp_path: Path) -> None:
     np.testing.assert_allclose(depth[near], np.minimum(x, y)[near], atol=1e-9)
     corner = at(grid, [[6.0, 6.0, 0.0]])[0]
     assert affine(np.array([0, 6.0, 0])) - 3 < corner < affine(np.array([0, 6.0, 0])) + 3 or corner < 12 + 3
+
+
+def test_a_body_that_is_turned_is_as_exact(tmp_path: Path) -> None:
+    """No node lies on its faces: lookups next to them read nodes outside, where the field of the cells goes on."""
+    points, tetrahedra = kuhn(4, 8.0, jitter=0.2)
+    c, s = np.cos(0.5), np.sin(0.5)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    path = write(tmp_path / "a.vtu", points @ turn.T, "tetra", tetrahedra, s=affine(points @ turn.T))
+    grid = read_grid(str(path), "s", voxel=0.6, masked=True)
+    rng = np.random.default_rng(6)
+    q = rng.uniform(-4, 4, (3000, 3))
+    q[:1500, 0] = 4 * np.sign(q[:1500, 0])  # on two of its faces
+    np.testing.assert_allclose(at(grid, q @ turn.T), affine(q @ turn.T), atol=1e-11)
+    wide = rng.uniform(-4.6, 4.6, (4000, 3))
+    away = np.abs(wide).max(axis=1) - 4
+    depth = at(grid, wide @ turn.T, 1)
+    step = grid.spacing[0]
+    # near a face, and not about an edge, where distances bend
+    clear = (np.sort(np.abs(np.abs(wide) - 4), axis=1)[:, 1] > 2.5 * step) & (np.abs(away) < 0.25 * step)
+    assert clear.sum() > 50
+    np.testing.assert_allclose(depth[clear], away[clear], atol=1e-9)
+    assert raster.Got.of(grid).largest_error < 1e-11
 
 
 def test_points_that_are_written_once_for_each_cell_are_one(tmp_path: Path) -> None:

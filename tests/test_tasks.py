@@ -157,10 +157,10 @@ def test_the_code_that_computes_is_in_what_a_result_is_known_by(
     digests = []
     for text in ("one", "two", "one"):
         (tmp_path / "tasks" / "run.py").write_text(text)
-        identity.code.cache_clear()
-        digests.append(identity.code())
+        identity.code_digest.cache_clear()
+        digests.append(identity.code_digest())
     monkeypatch.undo()
-    identity.code.cache_clear()
+    identity.code_digest.cache_clear()
     assert digests[0] == digests[2] != digests[1]
 
 
@@ -307,7 +307,7 @@ def test_a_param_is_the_number_that_it_has(computed: list[str]) -> None:
 
 def test_another_version_of_the_code_computes_again(computed: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     porelang.compile(TEXT).reduced()
-    monkeypatch.setattr(identity, "code", lambda: "other")
+    monkeypatch.setattr(identity, "code_digest", lambda: "other")
     porelang.compile(TEXT).reduced()
     assert len(computed) == 4
 

@@ -184,6 +184,8 @@ def _at(ctx: Context, value: Value, span: Span, point: Value, at: Span) -> Value
             label=f"this is {describe(point)}",
             hint="a point is a vector: `f @ [x + 5, y, z]`",
         )
+    if isinstance(value, Record) and value.name == "tensor":  # six fields
+        return Record(value.name, {name: _at(ctx, part, span, point, at) for name, part in value.members.items()})
     if not isinstance(value, Scalar | Vector | Bool):
         return ctx.error(
             "E060",

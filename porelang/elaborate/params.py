@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from porelang.diagnostics import Label
 from porelang.elaborate import operators
+from porelang.elaborate.arguments import looked_up
 from porelang.elaborate.context import Context
 from porelang.elaborate.results import DataInfo, ParamInfo
-from porelang.elaborate.tasks import looked_up
 from porelang.elaborate.values import (
     POISON,
     Bool,

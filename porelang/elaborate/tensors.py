@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from porelang.elaborate.context import Context
-from porelang.elaborate.tasks import TENSOR
+from porelang.elaborate.samples import TENSOR
 from porelang.elaborate.values import POISON, Builtin, Record, Scalar, Value, Vector, as_list, describe
 from porelang.ir import node
 from porelang.source import Span

@@ -53,8 +53,7 @@ def remembered(
     `ending` is that of its name, or those it may have, `what` says in words what the file should be, and `part` which
     part of it is read. Errors: E130 where it cannot be read, E131 for another ending, and those of `read`.
     """
-    endings = (ending,) if isinstance(ending, str) else ending
-    found = _looked_at(path, endings, what, span)
+    found = _asked(path, ending, what, span)
     key: Key = (os.path.abspath(path), part, ending, *_stamp(found))
     with alone(key):
         with _lock:
@@ -89,8 +88,9 @@ def _bytes(data: Data) -> int:
     return data.values.nbytes if isinstance(data, SampledField) else data.starts.nbytes * 7 // 3
 
 
-def _looked_at(path: str, endings: tuple[str, ...], what: str, span: Span | None) -> os.stat_result:
+def _asked(path: str, ending: str | tuple[str, ...], what: str, span: Span | None) -> os.stat_result:
     """What the system says of a file that may be read; it is not opened."""
+    endings = (ending,) if isinstance(ending, str) else ending
     try:
         found = os.stat(path)
     except (FileNotFoundError, NotADirectoryError, ValueError):  # the latter for a NUL in the name

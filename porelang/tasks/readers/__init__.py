@@ -19,7 +19,7 @@ from porelang.data import SampledField
 from porelang.diagnostics import fail
 from porelang.source import Span
 from porelang.tasks.datafile import remembered
-from porelang.tasks.identity import code
+from porelang.tasks.identity import code_digest
 from porelang.tasks.readers.asked import Asked, floats
 from porelang.tasks.readers.cells import Cells
 from porelang.tasks.readers.grid import Grid
@@ -77,7 +77,7 @@ def _read(
 
 def _key(file: BinaryIO, ending: str, name: str, voxel: float) -> str:
     """What samples of cells are kept by: what is in the file, what of it was asked for, and the code that samples."""
-    digest = hashlib.sha256(f"{code()} {ending} {voxel!r} {name}".encode())
+    digest = hashlib.sha256(f"{code_digest()} {ending} {voxel!r} {name}".encode())
     while chunk := file.read(_CHUNK):
         digest.update(chunk)
     file.seek(0)

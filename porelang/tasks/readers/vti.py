@@ -53,6 +53,7 @@ def _whole(
         if (part[:, 0] < ends[:, 0]).any() or (part[:, 1] > ends[:, 1]).any() or (own < 1).any():
             raise document.asked.damaged("a piece of it reaches beyond the whole")
         values = document.array(element, int(np.prod(own, dtype=object)), f"`{document.asked.name}`")
+        values = document.ordered(element, values)
         nx, ny, nz = own.tolist()
         values = values.reshape(nz, ny, nx, -1).transpose(2, 1, 0, 3)
         if len(pieces) == 1 and (own == shape).all():

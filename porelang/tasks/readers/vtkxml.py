@@ -28,6 +28,16 @@ _COMPRESS = "write it with `CompressorType` ZLib or None (in ParaView an option 
 _SERIES = "write one step, as a file of its own"
 
 
+#: The components of a symmetric tensor, in VTK's order.
+_PLACES = ("xx", "yy", "zz", "xy", "yz", "xz")
+
+
+def _meant(name: str) -> int | None:
+    """Which component of a tensor a name means, as in `XX`, `S12` or `stress_xz`."""
+    two = name.lower()[-2:].translate(str.maketrans("123", "xyz"))
+    return next((i for i, place in enumerate(_PLACES) if two in (place, place[::-1])), None)
+
+
 @dataclass(frozen=True, slots=True)
 class Document:
     """A file: its root, how its bytes are ordered, the type of sizes, and what stands after the text."""
@@ -48,7 +58,9 @@ class Document:
             raise self.asked.fail("E131", f"`{self.asked.path}` holds {kind}, not {dataset}", _OTHERS.get(kind, ""))
         if len(found.get("TimeValues", "").split()) > 1:
             raise self.several_steps()
-        return found.findall("Piece")
+        pieces = found.findall("Piece")
+        filled = [p for p in pieces if p.get("NumberOfPoints", "").strip() != "0"]
+        return filled or pieces  # of a mesh in parts some may hold nothing, not even the arrays
 
     def several_steps(self) -> Exception:
         """E151: which of several times is meant?"""
@@ -72,6 +84,14 @@ class Document:
             a.get("Name", "") for s in ("PointData", "CellData") for p in pieces for a in p.iterfind(f"{s}/DataArray")
         )
         raise self.asked.no_array(held)
+
+    def ordered(self, element: ElementTree.Element, values: Array) -> Array:
+        """Six numbers of a tensor in VTK's order, where the file names its components in another."""
+        names = [element.get(f"ComponentName{k}", "") for k in range(values.shape[1])]
+        meant = [_meant(name) for name in names]
+        if len(meant) != 6 or sorted(m for m in meant if m is not None) != [0, 1, 2, 3, 4, 5]:
+            return values
+        return values[:, np.argsort([m for m in meant if m is not None])]
 
     def count(self, piece: ElementTree.Element, of: str) -> int:
         """How many points or cells a piece claims. Errors: E131, E135."""
@@ -240,7 +260,7 @@ def opened(asked: Asked, file: BinaryIO, size: int) -> Document:
         start = data.find(b"_", tag_end)
         if tag_end < 0 or start < 0:
             raise asked.damaged("it was cut short")
-        encoding = "raw" if b'"raw"' in data[begin:tag_end] else "base64"
+        encoding = "raw" if re.search(rb"encoding\s*=\s*[\"']raw", data[begin:tag_end]) else "base64"
         text, appended = data[:begin] + b"</VTKFile>", data[start + 1 :]
         if encoding == "base64":
             appended = b"".join(appended[: max(appended.find(b"<"), 0) or None].split())

@@ -29,7 +29,7 @@ def read(asked: Asked, file: BinaryIO, size: int) -> Cells:
         named = document.array(piece.find("Cells/DataArray[@Name='connectivity']"), max(length, 0), "the list of cells")
         place = document.array(piece.find("Points/DataArray"), point_count, "the list of points")
         count = point_count if section == "PointData" else cell_count
-        value = document.array(element, count, f"`{asked.name}`")
+        value = document.ordered(element, document.array(element, count, f"`{asked.name}`"))
         if place.shape[1] != 3:
             raise asked.damaged(f"its points have {place.shape[1]} coordinates")
         offsets = np.concatenate([np.zeros(1, np.int64), ends])
