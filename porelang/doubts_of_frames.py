@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.sampled import MOST, inside_of, number, sampler
+from porelang.analysis.sampled import MOST, about_the_origin, inside_of, number, sampler
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic, Edit
 from porelang.elaborate.bare import value_of
@@ -31,8 +31,11 @@ PARTS = 8
 def still(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     """A direction that is 0 in some of a part: the cells there are not turned."""
     *v, made = s.nodes
-    points, at = _parts(made, found, bindings), sampler(v, bindings)
-    if points is None or at is None:
+    at = sampler(v, bindings)
+    if at is None or not (np.linalg.norm(np.stack(at(about_the_origin()), -1), axis=1) < SHORTEST).any():
+        return None
+    points = _parts(made, found, bindings)
+    if points is None:
         return None
     none = np.linalg.norm(np.stack(at(points), -1), axis=1) < SHORTEST
     if none.sum() < FEW:
@@ -53,11 +56,13 @@ def fold(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
     """A lattice that is not the same after turns that are taken for one, where directions pass from one to another."""
     field, symmetry, about, made = s.nodes[0], s.nodes[1], s.nodes[2:5], s.nodes[-1]
     times, centre = number(symmetry, bindings), [number(n, bindings) for n in about]
-    points, frame = _parts(made, found, bindings), sampler(s.nodes[5:11], bindings)
-    if times is None or points is None or frame is None or any(c is None for c in centre):
+    if times is None or any(c is None for c in centre):
         return None
     times = round(times)
-    if _is_symmetric(field, times, np.array(centre), bindings) or not _passes(np.stack(frame(points), -1), times):
+    if _is_symmetric(field, times, np.array(centre), bindings):
+        return None
+    points, frame = _parts(made, found, bindings), sampler(s.nodes[5:11], bindings)
+    if points is None or frame is None or not _passes(np.stack(frame(points), -1), times):
         return None
     turn = {2: "half a turn", 4: "a quarter of a turn"}[times]
     message = f"`{s.name}` leaves breaks: the lattice is not the same after {turn} about z through `about`"

@@ -137,6 +137,21 @@ def test_the_break_at_a_ridge_is_spread_where_the_distance_is_smoothed() -> None
     assert soft[2] < soft[1] < soft[0]
 
 
+def test_the_break_at_a_ridge_shrinks_with_blur() -> None:
+    """Over a step of 0.1 mm, by the width of the Gaussian: the more of it, the more evenly the direction turns."""
+    across = RNG.uniform([0, 5, -4], [0, 9, 4], (500, 3))  # between the posts, at y = 0, there is no direction at all
+    posts = "let d = min(hypot(x - 12, y), hypot(x + 12, y)) - 2\nlet body = box([40, 40, 20])\n"
+    step = np.array([0.05, 0, 0])
+    sharp = jump(posts + "align(x + 2 * y, grad(d))", across, step)
+    soft = [
+        jump(posts + f"align(x + 2 * y, grad(blur(d, {s}mm, body, smooth=true)))", across, step) for s in (0.5, 1, 2)
+    ]
+    assert sharp > 4
+    assert soft[0] < 0.3 * sharp
+    assert soft[1] < 0.6 * soft[0]
+    assert soft[2] < 0.6 * soft[1]
+
+
 def test_what_symmetry_may_be() -> None:
     for wrong in ("3", "0", "1.5"):
         with pytest.raises(porelang.PoreError, match="symmetry"):

@@ -248,7 +248,8 @@ def turned(
         return
     place = ctx.users_place(site.span)
     followed = given[definition.fact("Follows") or ""].span if site.span == place and given else None
-    ctx.suspect(Suspicion("still", place, (*v.nodes, result.node), followed, definition.name))
+    if v.x.op != "principal":  # which is never 0
+        ctx.suspect(Suspicion("still", place, (*v.nodes, result.node), followed, definition.name))
     fact = _FOLDS.fullmatch(definition.fact("Folds") or "")
     if fact is None or not isinstance(up, Vector):
         return

@@ -3,31 +3,24 @@
 from __future__ import annotations
 
 from porelang.elaborate.context import Context
+from porelang.elaborate.samples import TENSOR
 from porelang.elaborate.values import POISON, Builtin, Record, Scalar, Value, Vector, as_list, describe
 from porelang.ir import node
 from porelang.source import Span
 from porelang.syntax import tree
 from porelang.units import RATIO, Dimension
 
-#: The components, in the order of VTK's files.
-PARTS = ("xx", "yy", "zz", "xy", "yz", "xz")
-
-
-def tensor(parts: tuple[Scalar, ...]) -> Record:
-    """Six numbers as a tensor, in the order of `PARTS`."""
-    return Record("tensor", dict(zip(PARTS, parts, strict=True)))
-
 
 def _tensor(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     parts = _numbers(ctx, values, places)
-    return POISON if parts is None else tensor(parts)
+    return POISON if parts is None else Record("tensor", dict(zip(TENSOR, parts, strict=True)))
 
 
 def _numbers(ctx: Context, values: list[Value], places: list[Span]) -> tuple[Scalar, ...] | None:
     """Six numbers of one dimension, or None after saying what is wrong."""
     parts: list[Scalar] = []
     first: tuple[Dimension, Span] | None = None
-    for name, value, place in zip(PARTS, values, places, strict=True):
+    for name, value, place in zip(TENSOR, values, places, strict=True):
         if not isinstance(value, Scalar):
             ctx.error(
                 "E060", f"`{name}` of `tensor` must be a number, not {describe(value)}", place,
@@ -45,13 +38,13 @@ def _numbers(ctx: Context, values: list[Value], places: list[Span]) -> tuple[Sca
 
 def _principal(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     given, which = values
-    items = [given.members.get(p) for p in PARTS] if isinstance(given, Record) else as_list(given)
-    if items is None or len(items) != len(PARTS) or any(i is None for i in items):
+    items = [given.members.get(p) for p in TENSOR] if isinstance(given, Record) else as_list(given)
+    if items is None or len(items) != len(TENSOR) or any(i is None for i in items):
         return ctx.error(
             "E060", f"`principal` needs a tensor, not {describe(given)}", places[0], label=f"this is {describe(given)}",
             hint="write its six components: `tensor(xx, yy, zz, xy, yz, xz)`",
         )  # fmt: skip
-    parts = _numbers(ctx, [i for i in items if i is not None], [places[0]] * len(PARTS))
+    parts = _numbers(ctx, [i for i in items if i is not None], [places[0]] * len(TENSOR))
     number = ctx.need_constant(which, places[1], "which value `principal` gives", fixing=True)
     if parts is None or number is None:
         return POISON
@@ -67,7 +60,7 @@ def _principal(ctx: Context, site: tree.Call, values: list[Value], places: list[
 
 
 BUILTINS = (
-    Builtin("tensor", PARTS, _tensor, 6, 6, "A symmetric tensor, such as a stress, from its six components: a "
+    Builtin("tensor", TENSOR, _tensor, 6, 6, "A symmetric tensor, such as a stress, from its six components: a "
             "collection with these names. Interpolate tensors, and take their principal directions afterwards: "
             "directions have no sign, and a mean of them means nothing."),
     Builtin("principal", ("T", "i"), _principal, 2, 2, "The i-th principal value of a tensor (1 is the largest) "
