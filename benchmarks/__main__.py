@@ -16,6 +16,7 @@ from data import data
 from fields import fields
 from meshes import compiling, pruning, specimen
 from peers import install
+from phases import phases
 from starts import starts
 from timing import machine
 from transfers import transfers
@@ -27,7 +28,7 @@ TABLE = re.compile(r"(<!-- benchmarks -->\n).*?(<!-- end -->)", re.DOTALL)
 def main() -> None:
     parser = argparse.ArgumentParser(prog="benchmarks", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--rounds", type=int, default=9)
-    parser.add_argument("--only", help="one of specimen, pruning, fields, data, gpu, compiling, starts")
+    parser.add_argument("--only", help="one of specimen, pruning, fields, data, phases, gpu, compiling, starts")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
     parser.add_argument("--peers", action="store_true", help="first install what is compared with, into .peers")
@@ -39,6 +40,7 @@ def main() -> None:
         "pruning": lambda: pruning(max(3, options.rounds // 3)),
         "fields": lambda: fields(options.rounds),
         "data": lambda: data(max(3, options.rounds // 3)),
+        "phases": lambda: phases(max(3, options.rounds // 3)),
         "gpu": lambda: transfers(options.rounds),
         "compiling": lambda: compiling(max(3, options.rounds // 3)),
         "starts": lambda: starts(options.rounds),

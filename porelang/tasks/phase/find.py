@@ -18,6 +18,7 @@ from porelang.data import LARGEST_VALUE, NEAREST, SampledField, Triple, coordina
 from porelang.diagnostics import fail
 from porelang.ops.grid import lookup_cubic
 from porelang.tasks.phase.got import Field, Fold, Got, got
+from porelang.tasks.phase.grids import on_grid
 from porelang.tasks.phase.poisson import OUTSIDE
 from porelang.tasks.phase.turning import Wanted, first_fold, turned
 
@@ -68,7 +69,7 @@ def find(
     for level in () if apart else LEVELS:
         spacing, wanted = grid(level)
         nodes = [corner[a] + spacing[a] * np.arange(wanted.period.shape[a + 1] + 1) for a in range(3)]
-        start = _read(found, nodes) if found is not None else _even(wanted, nodes)
+        start = on_grid(found, nodes) if found is not None else _even(wanted, nodes)
         if found is not None and first_fold(start, wanted) is not None:
             start = _even(wanted, nodes)
         found = _sampled(turned(wanted, start), corner, spacing)
@@ -78,7 +79,7 @@ def find(
         raise fail("E096", f"cells of {least:.3g} mm need {math.prod(int(n) + 1 for n in counts):.2g} samples here",
                    hint="ask for larger cells, or for a smaller part `within`")  # fmt: skip
     nodes = [corner[a] + sides[a] * np.arange(counts[a] + 1) / counts[a] for a in range(3)]
-    kept = _read(found, nodes) if found is not None else _integrals(of, nodes, low, high)
+    kept = on_grid(found, nodes) if found is not None else _integrals(of, nodes, low, high)
     phase = _sampled(kept, corner, sides / counts)
     phase = _anchored(phase, of, low, high) if cells is None else _fitted(phase, cells, low, high)
     at = [corner[a] + sides[a] * (np.arange(LOOKED * coarse[a]) + 0.5) / (LOOKED * coarse[a]) for a in range(3)]
@@ -213,12 +214,6 @@ def _even(wanted: Wanted, nodes: Sequence[Values]) -> Values:
     """Cells of one size, which fold nowhere."""
     mean = np.exp(np.log(wanted.period[:, wanted.within]).mean(axis=1))
     return np.asarray(np.stack(np.meshgrid(*nodes, indexing="ij")) / mean[:, None, None, None])
-
-
-def _read(phase: SampledField, nodes: Sequence[Values]) -> Values:
-    x, y, z = np.meshgrid(*nodes, indexing="ij", sparse=True)
-    shape = tuple(len(n) for n in nodes)
-    return np.stack([np.broadcast_to(lookup_cubic(phase, x, y, z, (c, 0, 0, 0)), shape) for c in range(3)])
 
 
 def _sampled(phi: Values, corner: Values, spacing: Values) -> SampledField:
