@@ -19,11 +19,15 @@ Values = NDArray[np.float64]
 
 def on_grid(field: SampledField, axes: Sequence[Values], orders: tuple[int, int, int] = (0, 0, 0)) -> Values:
     """All components (k, nx, ny, nz) of the cubic, or of a derivative of it, at the points of a grid."""
-    out = np.moveaxis(np.asarray(field.values, np.float64), -1, 0)
-    for axis, (at, order) in enumerate(zip(axes, orders, strict=True)):
-        weights = _weights(field, axis, at, order)
-        out = np.moveaxis(np.tensordot(weights, out, (1, axis + 1)), 0, axis + 1)
-    return np.ascontiguousarray(out)
+    along_x, along_y, along_z = (_weights(field, a, at, k) for a, (at, k) in enumerate(zip(axes, orders, strict=True)))
+    out = np.empty((field.components, *(len(at) for at in axes)))
+    nx, ny, nz = field.shape
+    for c in range(field.components):  # one product of two matrices for each axis: many small ones wait for threads
+        values = np.ascontiguousarray(field.values[..., c], np.float64).reshape(-1, nz) @ along_z.T
+        values = (along_x @ values.reshape(nx, -1)).reshape(len(along_x), ny, len(along_z))
+        values = np.ascontiguousarray(values.swapaxes(1, 2)).reshape(-1, ny) @ along_y.T
+        out[c] = values.reshape(len(along_x), len(along_z), len(along_y)).swapaxes(1, 2)
+    return out
 
 
 def _weights(field: SampledField, axis: int, at: Values, order: int) -> Values:
