@@ -360,6 +360,19 @@ def test_a_wall_thinner_than_a_cell_of_the_grid_does_not_fold(free: bool) -> Non
     assert told.off_median < 0.02
 
 
+@pytest.mark.parametrize("thick", [8.0, 0.5])
+def test_a_plate_thinner_than_a_cell_of_the_grid_is_no_void(thick: float) -> None:
+    def plate(x: Values, y: Values, z: Values) -> Values:
+        return np.maximum(np.maximum(abs(x), abs(y)) - 50, abs(z) - thick / 2)
+
+    def along(x: Values, y: Values, z: Values) -> Values:
+        return np.where(abs(z) <= thick / 2, 8 + x / 40, np.nan) + 0 * y
+
+    told = find(along, plate, (-50.0, -50.0, -thick / 2), (50.0, 50.0, thick / 2), True)[1]
+    assert (told.asked_least, told.asked_most) == pytest.approx((6.75, 9.25), abs=0.05)
+    assert told.off_95 < 0.04
+
+
 def test_it_can_be_cancelled() -> None:
     with pytest.raises(CancelledError), watching(cancel=lambda: True):
         find(PERIODS["random"], cylinder, LOW, HIGH, True)

@@ -16,6 +16,8 @@ from porelang.tasks.phase.turning import determinant, rotations
 Values = NDArray[np.float64]
 #: A field of x, y and z in mm, as arrays that broadcast.
 Field = Callable[[Values, Values, Values], Values]
+#: A cell of this volume, against a cube of its size, is as good as folded: between the points looked at it may be.
+FLAT = 0.02
 #: Of so many points spread among them it is looked at how cells are turned: that varies slowly.
 TURNED = 60_000
 #: What is doubted: the stretch of 5 % of the cells, and by how much 5 % of them miss their number per mm.
@@ -114,15 +116,16 @@ def got(
     slopes = np.stack(
         [on_grid(phase, centres, (int(a == 0), int(a == 1), int(a == 2)))[:, keep] for a in range(3)], axis=1
     )
-    folded = ~(determinant(slopes) > 0)
-    if folded.any():
-        n = int(np.argmax(folded))
-        return Fold((float(at[0][n]), float(at[1][n]), float(at[2][n])))
-    checkpoint()
     asked = np.broadcast_to(np.asarray(period(*at), np.float64), (3, len(at[0])))
     numbers = np.sqrt((slopes**2).sum(1))  # cells per mm along each axis of the cells
     off = np.abs(numbers * asked - 1)
     slopes = slopes * asked[:, None]
+    size = np.sqrt((slopes**2).sum((0, 1)) / 3)
+    folded = ~(determinant(slopes) > FLAT * size**3)
+    if folded.any():
+        n = int(np.argmax(folded))
+        return Fold((float(at[0][n]), float(at[1][n]), float(at[2][n])))
+    checkpoint()
     stretch = _stretch(slopes)
     few = max(1, len(asked[0]) // TURNED)
     turns = rotations(np.ascontiguousarray(slopes[..., ::few]))
