@@ -16,6 +16,7 @@ from data import data
 from fields import fields
 from meshes import compiling, pruning, specimen
 from peers import install
+from phases import phases
 from sampling import sampling
 from shapes import shapes
 from starts import starts
@@ -31,7 +32,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="benchmarks", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument(
-        "--only", help="one of specimen, pruning, fields, data, sampling, shapes, tensors, gpu, compiling, starts"
+        "--only",
+        help="one of specimen, pruning, fields, data, sampling, shapes, tensors, phases, gpu, compiling, starts",
     )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
@@ -47,6 +49,7 @@ def main() -> None:
         "sampling": lambda: sampling(max(3, options.rounds // 3)),
         "shapes": lambda: shapes(max(1, options.rounds // 4)),
         "tensors": lambda: tensors(options.rounds),
+        "phases": lambda: phases(max(3, options.rounds // 3)),
         "gpu": lambda: transfers(options.rounds),
         "compiling": lambda: compiling(max(3, options.rounds // 3)),
         "starts": lambda: starts(options.rounds),

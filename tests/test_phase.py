@@ -19,10 +19,12 @@ from porelang.data import SampledField
 from porelang.diagnostics import PoreError
 from porelang.formula import Formula
 from porelang.ir import X, Y, Z, const, node
+from porelang.ops.grid import lookup_cubic
 from porelang.progress import CancelledError, watching
 from porelang.tasks.phase.asked import phase_of
 from porelang.tasks.phase.find import find
 from porelang.tasks.phase.got import Got
+from porelang.tasks.phase.grids import on_grid
 from porelang.tasks.phase.poisson import apply, poisson, pull, solve
 from porelang.tasks.phase.turning import Wanted, first_fold, rotations, turned
 
@@ -237,6 +239,18 @@ def test_phase_of_formulas_is_that_of_their_values() -> None:
         phase_of(Formula((period,), {}), Formula((node("sub", r, const(75.0)),), {}), True)
 
 
+def test_what_is_read_on_a_grid_is_the_cubic_there() -> None:
+    rng = np.random.default_rng(6)
+    field = SampledField.from_array(rng.normal(size=(6, 5, 9, 2)), (-1.0, 2.0, 0.5), (0.5, 1.0, 0.25))
+    axes = [np.linspace(o - 0.3, e + 0.3, 12) for o, e in zip(field.origin, field.end, strict=True)]
+    axes[0][3] = field.origin[0] + 3 * field.spacing[0]  # a node
+    x, y, z = np.meshgrid(*axes, indexing="ij")
+    for orders in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)):
+        found = on_grid(field, axes, orders)
+        for c in range(2):
+            assert found[c] == pytest.approx(lookup_cubic(field, x, y, z, (c, *orders)), abs=1e-9)
+
+
 # ---- what it is made of ----------------------------------------------------------------------------------------------
 def test_rotations_are_the_nearest() -> None:
     matrices = np.random.default_rng(3).normal(size=(400, 3, 3)) + 2 * np.eye(3)
@@ -344,6 +358,19 @@ def test_a_wall_thinner_than_a_cell_of_the_grid_does_not_fold(free: bool) -> Non
 
     told = find(PERIODS["10..40 along z"], tube, LOW, HIGH, free)[1]
     assert told.off_median < 0.02
+
+
+@pytest.mark.parametrize("thick", [8.0, 0.5])
+def test_a_plate_thinner_than_a_cell_of_the_grid_is_no_void(thick: float) -> None:
+    def plate(x: Values, y: Values, z: Values) -> Values:
+        return np.maximum(np.maximum(abs(x), abs(y)) - 50, abs(z) - thick / 2)
+
+    def along(x: Values, y: Values, z: Values) -> Values:
+        return np.where(abs(z) <= thick / 2, 8 + x / 40, np.nan) + 0 * y
+
+    told = find(along, plate, (-50.0, -50.0, -thick / 2), (50.0, 50.0, thick / 2), True)[1]
+    assert (told.asked_least, told.asked_most) == pytest.approx((6.75, 9.25), abs=0.05)
+    assert told.off_95 < 0.04
 
 
 def test_it_can_be_cancelled() -> None:

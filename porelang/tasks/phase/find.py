@@ -18,6 +18,7 @@ from porelang.data import LARGEST_VALUE, NEAREST, SampledField, Triple, coordina
 from porelang.diagnostics import fail
 from porelang.ops.grid import lookup_cubic
 from porelang.tasks.phase.got import Field, Fold, Got, got
+from porelang.tasks.phase.grids import on_grid
 from porelang.tasks.phase.poisson import OUTSIDE
 from porelang.tasks.phase.turning import Wanted, first_fold, turned
 
@@ -29,6 +30,8 @@ FEWEST = 4
 MARGIN = 1 / 16
 #: Points in a cell of the finer grid, along each axis, where it is looked at what was got.
 LOOKED = 3
+#: Of the box's sides: so far from its faces a cell that reaches beyond it is looked at.
+EDGE = 1e-3
 #: Nodes of what is kept: 1.5 GB.
 MOST_NODES = 64_000_000
 
@@ -61,14 +64,16 @@ def find(
     def grid(level: int) -> tuple[Values, Wanted]:
         counts = _counts(sides, float(sides.max()) / level)
         spacing = sides / counts
-        return spacing, replace(_wanted(of, inside, corner, spacing, counts, direction), free=free, volume=volume)
+        return spacing, replace(
+            _wanted(of, inside, (low, high), corner, spacing, counts, direction), free=free, volume=volume
+        )
 
     found: SampledField | None = None
     spacing, wanted = grid(LEVELS[-1])
     for level in () if apart else LEVELS:
         spacing, wanted = grid(level)
         nodes = [corner[a] + spacing[a] * np.arange(wanted.period.shape[a + 1] + 1) for a in range(3)]
-        start = _read(found, nodes) if found is not None else _even(wanted, nodes)
+        start = on_grid(found, nodes) if found is not None else _even(wanted, nodes)
         if found is not None and first_fold(start, wanted) is not None:
             start = _even(wanted, nodes)
         found = _sampled(turned(wanted, start), corner, spacing)
@@ -78,10 +83,10 @@ def find(
         raise fail("E096", f"cells of {least:.3g} mm need {math.prod(int(n) + 1 for n in counts):.2g} samples here",
                    hint="ask for larger cells, or for a smaller part `within`")  # fmt: skip
     nodes = [corner[a] + sides[a] * np.arange(counts[a] + 1) / counts[a] for a in range(3)]
-    kept = _read(found, nodes) if found is not None else _integrals(of, nodes, low, high)
+    kept = on_grid(found, nodes) if found is not None else _integrals(of, nodes, low, high)
     phase = _sampled(kept, corner, sides / counts)
     phase = _anchored(phase, of, low, high) if cells is None else _fitted(phase, cells, low, high)
-    at = [corner[a] + sides[a] * (np.arange(LOOKED * coarse[a]) + 0.5) / (LOOKED * coarse[a]) for a in range(3)]
+    at = [low[a] + (high[a] - low[a]) * (np.arange(LOOKED * coarse[a]) + 0.5) / (LOOKED * coarse[a]) for a in range(3)]
     told = got(phase, of, inside, (at[0], at[1], at[2]), free, direction)
     if isinstance(told, Fold):
         raise fail("E148", f"the cells of this phase would fold at ({coordinates(told.place)})",
@@ -152,21 +157,34 @@ def _counts(sides: Values, spacing: float) -> NDArray[np.int64]:
 def _wanted(
     period: Field,
     inside: Field,
+    box: tuple[Triple, Triple],
     corner: Values,
     spacing: Values,
     counts: NDArray[np.int64],
     direction: Field | None = None,
 ) -> Wanted:
-    """What is asked for in the cells; beyond the part, where its field may be anything, a period like those within."""
-    nodes = np.meshgrid(*(corner[a] + spacing[a] * np.arange(counts[a] + 1) for a in range(3)), indexing="ij")
-    centres = np.meshgrid(*(corner[a] + spacing[a] * (np.arange(counts[a]) + 0.5) for a in range(3)), indexing="ij")
+    """What is asked for in the cells; beyond the part, where its field may be anything, a period like those within.
+
+    A cell that reaches beyond the box of the part is looked at within it: a plate may be thinner than a cell.
+    """
+    ends = [corner[a] + spacing[a] * np.arange(counts[a] + 1) for a in range(3)]
+    low, high = (np.array(box[0]), np.array(box[1]))
+    thin = EDGE * (high - low)
+    near = [np.clip(ends[a], low[a] + thin[a], high[a] - thin[a]) for a in range(3)]
+    between = [np.clip(ends[a][:-1] + spacing[a] / 2, low[a] + thin[a], high[a] - thin[a]) for a in range(3)]
+    nodes, centres = np.meshgrid(*near, indexing="ij"), np.meshgrid(*between, indexing="ij")
+    overlaps = [np.diff(np.clip(ends[a], low[a], high[a])) for a in range(3)]
+    overlap = np.ones(tuple(counts))
+    for a, of_axis in enumerate(overlaps):
+        overlap *= (of_axis / of_axis.max()).reshape([-1 if b == a else 1 for b in range(3)])
     at_corners = np.broadcast_to(inside(*nodes), nodes[0].shape) < 0
     central = np.broadcast_to(inside(*centres), centres[0].shape) < 0
     share = 8.0 * central  # of each cell that lies within: at its centre and its corners
     for i, j, k in np.ndindex(2, 2, 2):
         x, y, z = (slice(1, None) if n else slice(None, -1) for n in (i, j, k))
         share += at_corners[x, y, z]
-    share, within = share / 16, share > 0
+    share *= overlap / 16
+    within, central = share > 0, central & (overlap > 0)
     if not within.any():
         raise _empty()
     asked = np.array(period(*centres))
@@ -213,12 +231,6 @@ def _even(wanted: Wanted, nodes: Sequence[Values]) -> Values:
     """Cells of one size, which fold nowhere."""
     mean = np.exp(np.log(wanted.period[:, wanted.within]).mean(axis=1))
     return np.asarray(np.stack(np.meshgrid(*nodes, indexing="ij")) / mean[:, None, None, None])
-
-
-def _read(phase: SampledField, nodes: Sequence[Values]) -> Values:
-    x, y, z = np.meshgrid(*nodes, indexing="ij", sparse=True)
-    shape = tuple(len(n) for n in nodes)
-    return np.stack([np.broadcast_to(lookup_cubic(phase, x, y, z, (c, 0, 0, 0)), shape) for c in range(3)])
 
 
 def _sampled(phi: Values, corner: Values, spacing: Values) -> SampledField:

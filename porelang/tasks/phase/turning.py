@@ -105,8 +105,12 @@ def determinant(matrices: Values) -> Values:
 
 def cofactors(matrices: Values) -> Values:
     """Of matrices (3, 3, ...): the inverse, transposed, times the determinant."""
-    a, b, c = matrices
-    return np.stack([np.cross(b, c, axis=0), np.cross(c, a, axis=0), np.cross(a, b, axis=0)])
+    (a, b, c), (d, e, f), (g, h, i) = matrices
+    out = np.empty_like(matrices)
+    out[0, 0], out[0, 1], out[0, 2] = e * i - f * h, f * g - d * i, d * h - e * g
+    out[1, 0], out[1, 1], out[1, 2] = c * h - b * i, a * i - c * g, b * g - a * h
+    out[2, 0], out[2, 1], out[2, 2] = b * f - c * e, c * d - a * f, a * e - b * d
+    return out
 
 
 def rotations(matrices: Values) -> Values:
@@ -119,14 +123,20 @@ def rotations(matrices: Values) -> Values:
     identity = np.eye(3).reshape(3, 3, *(1,) * (matrices.ndim - 2))
     found = np.where(flat, identity, matrices)
     for _ in range(30):
-        other = cofactors(found) / determinant(found)
-        scale = ((other**2).sum((0, 1)) / (found**2).sum((0, 1))) ** 0.25
-        new = 0.5 * (scale * found + other / scale)
+        other = cofactors(found)
+        other /= (found[0] * other[0]).sum(0)
+        scale = np.sqrt(np.sqrt(_square(other) / _square(found)))
+        new = (0.5 * scale) * found + (0.5 / scale) * other
         moved = float(np.abs(new - found).max())
         found = new
-        if moved < 1e-7:
+        if moved < 1e-5:  # the next step would move it by the square of that
             break
     return found
+
+
+def _square(matrices: Values) -> Values:
+    flat = matrices.reshape(9, -1)
+    return np.asarray(np.einsum("kn,kn->n", flat, flat)).reshape(matrices.shape[2:])
 
 
 def first_fold(phi: Values, wanted: Wanted) -> tuple[int, int, int] | None:
