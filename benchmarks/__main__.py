@@ -15,6 +15,7 @@ from typing import Any
 from data import data
 from fields import fields
 from meshes import compiling, pruning, specimen
+from metric import metric
 from peers import install
 from phases import phases
 from sampling import sampling
@@ -33,7 +34,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument(
         "--only",
-        help="one of specimen, pruning, fields, data, sampling, shapes, tensors, phases, gpu, compiling, starts",
+        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, gpu, compiling, starts",
     )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
@@ -45,6 +46,7 @@ def main() -> None:
         "specimen": lambda: specimen(options.rounds),
         "pruning": lambda: pruning(max(3, options.rounds // 3)),
         "fields": lambda: fields(options.rounds),
+        "metric": lambda: metric(max(3, options.rounds // 3)),
         "data": lambda: data(max(3, options.rounds // 3)),
         "sampling": lambda: sampling(max(3, options.rounds // 3)),
         "shapes": lambda: shapes(max(1, options.rounds // 4)),

@@ -121,3 +121,62 @@ def test_its_sign_is_that_of_the_field(lattice: str, steps: int) -> None:
     raw, d = program.field("raw")(p), program.field("d")(p)
     assert np.isfinite(d).all()
     assert (np.sign(d) == np.sign(raw)).all()
+
+
+@pytest.mark.parametrize(
+    "lattice",
+    [
+        "twist(gyroid(10), 90deg / 60mm)",
+        "gyroid(10 + z / 20)",
+        "rotate(schwarz_p([8, 10, 12]), [1, 2, 3], 35deg)",
+        "morph(gyroid(10), schwarz_p(10), 0.3)",
+    ],
+)
+def test_walls_of_what_was_bent_are_as_thick_as_they_say(lattice: str) -> None:
+    program = porelang.compile(f"out raw = {lattice}\nout d = metric({lattice})")
+    p, n = on_surface(program.field("raw"), 10)
+    found = walls(program.field("d"), p, n, 0.8) / 0.8
+    assert np.quantile(np.abs(found - 1), 0.98) < 0.01
+
+
+@pytest.mark.parametrize("side", ["inside", "outside"])
+def test_a_wall_on_one_side_is_as_thick_as_it_says(side: str) -> None:
+    program = porelang.compile(f'out raw = gyroid(10)\nout wall = shell(metric(gyroid(10)), 0.7mm, side="{side}")')
+    p, n = on_surface(program.field("raw"), 10)
+    way = -1.0 if side == "inside" else 1.0
+    wall = program.field("wall")
+    assert (wall(p + way * 0.01 * n) < 0).all()
+    assert (wall(p + way * 0.69 * n) < 0).all()
+    assert (wall(p + way * 0.71 * n) > 0).all()
+    assert (wall(p - way * 0.01 * n) > 0).all()
+
+
+def test_of_a_distance_there_is_nothing_to_do() -> None:
+    program = porelang.compile("out d = box([20, 30, 40], round=3)\nout m = metric(box([20, 30, 40], round=3))")
+    p = np.random.default_rng(3).uniform(-18, 18, (20000, 3))
+    d, m = program.field("d")(p), program.field("m")(p)
+    near = np.abs(d) < 1
+    assert np.quantile(np.abs(m - d)[near], 0.99) < 1e-6
+
+
+def test_a_lattice_in_a_shape_has_the_distance_to_both() -> None:
+    program = porelang.compile(
+        "out both = metric(gyroid(10) & sphere(20))\nout one = metric(gyroid(10))\nout other = sphere(20)"
+    )
+    p = np.random.default_rng(4).uniform(-14, 14, (20000, 3))
+    both, one, other = (program.field(name)(p) for name in ("both", "one", "other"))
+    deep = other < -3  # where the lattice decides
+    assert np.abs(both - one)[deep & (np.abs(one) < 1)].max() < 1e-9
+
+
+@pytest.mark.parametrize("lattice", ["gyroid(10)", "schwarz_p(10)", "diamond(10)", "x * y * z", "(x^2 + y^2 - 9)^2"])
+def test_where_a_field_is_level_the_value_is_a_number(lattice: str) -> None:
+    """Middles of cells and channels, saddles, axes: all of the places of eighths of a period."""
+    d = porelang.compile(f"metric({lattice} + 0 * x)").field()
+    axis = np.arange(-8, 9) * 1.25
+    p = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
+    found = d(p)
+    assert np.isfinite(found).all()
+    raw = porelang.compile(f"{lattice} + 0 * x").field()(p)
+    clear = np.abs(raw) > 1e-9
+    assert (np.sign(found) == np.sign(raw))[clear].all()

@@ -27,7 +27,7 @@ ACCURACY = 1e-3
 #: Pairs of lines differ little or by a whole crossing: their spread has longer tails than that of points.
 _DEVIATIONS = 4
 _CHEAP, _MOST = 300_000, 1_500_000  # pieces of lines; beyond the most, the error says what was reached
-_MOST_WORK = 1_000_000_000  # operations enclosed: about 20 s of a processor
+_MOST_WORK = 200_000_000  # operations enclosed by linear forms: about 20 s of a processor
 
 
 def area(solid: Formula, accuracy: float = ACCURACY) -> Reduced:

@@ -32,7 +32,6 @@ from porelang.tasks.numbers.region import Region, seed
 SHORTEST = 1e-6  # mm, or `_HALVINGS` halvings of the lines through a part that is tiny itself
 _HALVINGS = 10
 _BEFORE_A_CUT = 2  # halvings of a piece that changes its sign, before it is cut at a crossing, where slopes are proven
-_LINEAR = 4  # intervals that a linear form takes the time of
 _CLOSER = 3  # halvings more, where linear forms prove slopes (of a lattice's true distance from a tenth of a mm on)
 _WORTH = 0.05  # of the pieces that are left: slopes that prove less are not asked for again
 _MOST = 8  # open parts of a piece, on average
@@ -49,7 +48,7 @@ class Crossings:
 
     `ends_inside` says of each piece whether its far end lies in the solid. `open_` counts the parts of pieces, each of
     `open_length` mm, that may hold a wall for all that is proven; `early` if halving ended before they were short.
-    `work` is how many operations were enclosed, counted as intervals.
+    `work` is how many operations were enclosed by linear forms.
     """
 
     points: Points
@@ -110,10 +109,9 @@ class Rods:
             if not len(low):
                 break
             changes = at_low != at_high
-            work += len(low) * len(self.solid.tape)
             if closely:  # a slope is worth it where there is a crossing
                 one_way, none, jumps = self._closely(low, high, axis, changes)
-                work += _LINEAR * len(low) * len(self.solid.tape)
+                work += len(low) * len(self.solid.tape)
             else:
                 # slopes of which the first halvings prove nothing are hardly proven by more: they are longer formulas
                 one_way, none, jumps = self._proven(low, high, axis, slopes)
@@ -234,7 +232,7 @@ class Met:
 
     `touches` counts the parts of lines of which nothing was proven when halving ended early, `touched` sums the lengths
     of all of which nothing was proven; both stand for areas as the others do. `work` is how many operations were
-    enclosed.
+    enclosed by linear forms.
     """
 
     total: float
