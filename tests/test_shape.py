@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import zipfile
 from collections.abc import Callable
 from concurrent.futures import CancelledError
 from pathlib import Path
@@ -23,9 +24,8 @@ from porelang.error_codes import CODES
 from porelang.ops.grid import lookup
 from porelang.progress import watching
 from porelang.source import Source, Span
-from porelang.tasks import datafile
+from porelang.tasks import datafile, shape
 from porelang.tasks.shape import Found, ask, file, read_shape
-from porelang.tasks.shape.file import ENDINGS
 
 SPAN = Span(Source("part.pore", 'mesh("part.stl")'), 0, 16)
 BOX = np.array([4.0, 6.0, 10.0])  # half its sides, in mm
@@ -85,7 +85,7 @@ def told(read: Callable[[], object]) -> Diagnostic:
     return found
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("ending", [".stl", ".obj", ".ply", ".off", ".glb"])
 def test_box_of_every_format(ending: str, tmp_path: Path) -> None:
     mesh = box(1e-3 if ending == ".glb" else 1.0)  # glTF is in metres
     field = read_shape(saved(mesh, tmp_path / f"box{ending}"), error=0.4)
@@ -200,6 +200,30 @@ def ply(vertices: int, faces: int, rest: str, kind: str = "ascii") -> Callable[[
     return lambda path: path.write_text(text)
 
 
+ONE, SELF = '<item objectid="1"/>', '<component objectid="1"/><component objectid="1"/>'
+TETRA = (
+    "<mesh><vertices><vertex x='0' y='0' z='0'/><vertex x='1' y='0' z='0'/><vertex x='0' y='1' z='0'/>"
+    "<vertex x='0' y='0' z='1'/></vertices><triangles><triangle v1='0' v2='2' v3='1'/><triangle v1='0' v2='1' v3='3'/>"
+    "<triangle v1='1' v2='2' v3='3'/><triangle v1='0' v2='3' v3='2'/></triangles></mesh>"
+)
+
+BROKEN = TETRA.replace("v2='2'", "v2='9'")
+
+
+def three(objects: str, items: str = "", unit: str = "millimeter", head: str = "") -> Callable[[Path], None]:
+    kind = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
+    core = 'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"'
+
+    def write(path: Path) -> None:
+        link = f'<Relationship Id="r" Type="{kind}" Target="/3D/a.model"/>'
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("_rels/.rels", f"<Relationships>{link}</Relationships>")
+            model = f'<model unit="{unit}" {core}><resources>{objects}</resources><build>{items}</build></model>'
+            archive.writestr("3D/a.model", f'<?xml version="1.0"?>{head}{model}')
+
+    return write
+
+
 THREE = "0 0 0\n1 0 0\n0 1 0\n"
 
 
@@ -210,7 +234,22 @@ THREE = "0 0 0\n1 0 0\n0 1 0\n"
         ("E130", "part.stl", Path.mkdir, "is a folder"),
         ("E130", "part.stl", lambda p: p.symlink_to("/dev/zero"), "is a device"),
         ("E130", "part.stl", os.mkfifo, "is a pipe"),
-        ("E131", "part.step", lambda p: p.write_bytes(b"ISO-10303-21;"), "ends in `.step`"),
+        ("E131", "part.igs", lambda p: p.write_bytes(b"S      1"), "ends in `.igs`"),
+        ("E140", "part.step", lambda p: p.write_bytes(b"ISO-10303-21;\nHEADER;"), "it was cut short"),
+        ("E140", "part.stp", lambda p: p.write_bytes(b"solid"), "does not begin with"),
+        ("E140", "part.3mf", lambda p: p.write_bytes(b"PK\3\4" + b"\xff" * 99), "it was cut short"),
+        ("E140", "part.3mf", lambda p: p.write_bytes(b"<model/>"), "no ZIP archive"),
+        ("E140", "part.3mf", three(""), "no triangles"),
+        ("E140", "part.3mf", three('<object id="1"><mesh>', '<item objectid="1"/>'), "mismatched tag"),
+        ("E140", "part.3mf", three("", '<item objectid="7"/>'), "there is no object 7"),
+        (
+            "E140",
+            "part.3mf",
+            three(f'<object id="1">{BROKEN}</object>', ONE),
+            "corner 9 of 4",
+        ),
+        ("E140", "part.3mf", three(f'<object id="1"><components>{SELF}</components></object>', ONE), "have no end"),
+        ("E140", "part.3mf", three("", head="<!DOCTYPE model [<!ENTITY a 'b'>]>"), "has a DOCTYPE"),
         ("E140", "part.stl", lambda p: p.write_bytes(b""), "is empty"),
         ("E140", "part.stl", lambda p: p.write_bytes(b"\0" * 80 + b"\xff" * 60), "says that it holds 4,294,967,295"),
         ("E140", "part.stl", text_stl, "it was cut short"),
@@ -274,6 +313,51 @@ def test_files_that_are_odd_but_right(tmp_path: Path) -> None:
     for ending, triangles in ((".obj", 4), (".off", 12), (".stl", 12), (".glb", 24)):
         found = Found.of(read_shape(str(tmp_path / f"odd{ending}"), error=0.4))
         assert (found.triangles, found.open_edges, max(found.size)) == (triangles, 0, pytest.approx(9)), ending
+
+
+def test_3mf_is_read_as_it_is_placed(tmp_path: Path) -> None:
+    """One that we wrote; and one in inches, whose object is placed twice, moved, mirrored and scaled."""
+    part = program("out part = cylinder(4mm, 12mm)", tmp_path)
+    assert main(["mesh", str(tmp_path / "part.pore"), "--voxel", "1mm", "-o", str(tmp_path / "ours.3mf"), "-q"]) == 0
+    field = read_shape(str(tmp_path / "ours.3mf"), error=0.3)
+    p = within(field, 2000)
+    assert np.abs(at(field, p) - part.field()(p)).max() < 0.9
+    assert (Found.of(field).open_edges, Found.of(field).unit) == (0, 1.0)
+    moved = '<component objectid="1" transform="-2 0 0 0 2 0 0 0 2 5 0 0"/><component objectid="1"/>'
+    objects = f'<object id="1">{TETRA}</object><object id="2"><components>{moved}</components></object>'
+    three(objects, '<item objectid="2" transform="1 0 0 0 1 0 0 0 1 0 0 3"/>', "inch")(tmp_path / "placed.3mf")
+    field = read_shape(str(tmp_path / "placed.3mf"), error=0.5)
+    found = Found.of(field)
+    assert (found.triangles, found.open_edges, found.unit) == (8, 0, 25.4)
+    np.testing.assert_allclose([found.low, found.high], 25.4 * np.array([[0, 0, 3], [5, 2, 5]]), atol=1e-4)
+    inside = 25.4 * np.array([[0.2, 0.2, 3.2], [4.6, 0.4, 3.4], [3.4, 0.2, 3.1], [5, 1, 4], [0.6, 0.6, 3.2]])
+    np.testing.assert_array_equal(at(field, inside) < 0, [True, True, True, False, False])
+
+
+BALL = Path(__file__).parent / "errors" / "data" / "ball.step"
+
+
+def test_step_without_the_package_that_reads_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(file, "find_spec", lambda name: None)
+    for ask_for in (read_shape, shape.look_at_shape):
+        with pytest.raises(PoreError) as error:
+            ask_for(str(BALL))
+        (found,) = error.value.diagnostics
+        assert (found.code, "package cascadio, which is not installed" in found.message) == ("E144", True)
+        assert "pip install cascadio" in found.hint
+
+
+def test_step_is_read_to_the_error_that_is_asked_for() -> None:
+    """A ball of 10 mm, whose triangles take a quarter of the error."""
+    pytest.importorskip("cascadio")
+    for error in (0.4, None):
+        field = read_shape(str(BALL), error=error)
+        p = nodes(field)
+        known = np.linalg.norm(p, axis=-1) - 10
+        near = np.abs(known) < 3 * field.spacing[0]
+        assert np.abs(field.values[..., 0] - known)[near].max() < Found.of(field).error / 4
+    with pytest.raises(PoreError, match="says its unit itself"):
+        read_shape(str(BALL), unit=25.4)
 
 
 def test_unit_of_a_file(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ HALF_DIAGONAL = 0.75**0.5
 BAND = 3.0
 #: 512 MB of float32, and a few minutes.
 MOST_NODES = 128_000_000
+DEFAULT = 128  # errors that the longest side has room for, where none is given
 CHECKED = 4000  # nodes beyond the band at which its error is measured
 
 Told = Callable[[int, int], None]
@@ -43,8 +44,10 @@ class Sampled:
     lost_at: Points
 
 
-def distances(mesh: Closed, error: float, margin: float, told: Told) -> Sampled:
+def distances(mesh: Closed, error: float, margin: float, told: Told, chord: float = 0.0) -> Sampled:
     """Signed distances over the box of a mesh and `margin` mm more; NaN for what is not given. Errors: UnusableError.
+
+    `chord` is the share of the error by which the triangles themselves may be off what they stand for.
 
     Within `BAND` cells of the surface nodes are exact. Farther off a node p takes the distance to the place f of the
     surface which is nearest to the nearest such node q: never too little. The way from p to the surface, d long, passes
@@ -56,9 +59,9 @@ def distances(mesh: Closed, error: float, margin: float, told: Told) -> Sampled:
     longest = float((hi - lo).max())
     if longest < NEAREST:
         raise UnusableError("E141", f"is {longest:g} mm long", "check the unit of the file, as in `unit=1m`")
-    error = error if np.isfinite(error) else longest / 128
+    error = error if np.isfinite(error) else longest / DEFAULT
     margin = margin if np.isfinite(margin) else longest / 16
-    h = error / (HALF_DIAGONAL + SEAM)
+    h = (1 - chord) * error / (HALF_DIAGONAL + SEAM)
     margin = max(margin, 2 * h)
     nodes = [int(np.ceil((b - a + 2 * margin) / h)) + 1 for a, b in zip(lo, hi, strict=True)]
     if (total := float(np.prod(np.array(nodes, float)))) > MOST_NODES:
