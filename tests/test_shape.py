@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
+import runpy
 import signal
 import subprocess
+import sys
 import zipfile
 from collections.abc import Callable
 from concurrent.futures import CancelledError
@@ -21,6 +24,7 @@ from porelang.cli import main
 from porelang.data import SampledField
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.error_codes import CODES
+from porelang.ir import order
 from porelang.ops.grid import lookup
 from porelang.progress import watching
 from porelang.source import Source, Span
@@ -425,6 +429,28 @@ def test_cancelling_ends_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert read_shape(path).components == 1  # nothing was kept of what was cancelled
 
 
+def test_process_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
+    """Its standard input closes then, in whatever way that one ended."""
+    path = saved(trimesh.creation.icosphere(subdivisions=6, radius=10.0), tmp_path / "ball.stl")
+    python = [sys.executable, "-P", "-m", "porelang.tasks.shape.child", ".stl", "0.05", "nan", "nan"]
+    with open(path, "rb") as source, open(tmp_path / "found.npz", "wb") as target:
+        files = source.fileno(), target.fileno()
+        child = subprocess.Popen(
+            [*python, *map(str, files)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            pass_fds=files,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        )
+        with child:
+            assert child.stdout is not None
+            assert child.stdin is not None
+            assert re.fullmatch(rb"\d+ \d+\n", child.stdout.readline())
+            child.stdin.close()
+            assert child.wait(timeout=120) == 0
+    assert (tmp_path / "found.npz").read_bytes() == b""
+
+
 def never(*_: object) -> int:
     raise AssertionError("a mesh was measured")
 
@@ -508,3 +534,19 @@ def test_numbers_that_a_mesh_is_asked_for_with(tmp_path: Path) -> None:
         with pytest.raises(PoreError) as error:
             program(text, tmp_path)
         assert error.value.diagnostics[0].code == code, error.value
+
+
+def test_scan_of_the_example_is_what_was_scanned() -> None:
+    """By the sign of what it was made from: noise and the closed holes lie within half a mm of its surface."""
+    examples = Path(__file__).parent.parent / "examples"
+    known = porelang.compile(runpy.run_path(str(examples / "scan.py"))["GRIP"]).field()
+    program = porelang.compile(path=examples / "grip.pore")
+    grip = program.design().formula(*(n for n in order(program.graph.roots) if n.op == "mesh"))
+    (scan,) = [v for v in grip.bindings.values() if isinstance(v, SampledField) and v.facts]
+    facts = Found.of(scan)
+    assert (facts.holes, facts.error) == (3, 0.3)
+    assert np.abs(np.array(facts.largest_hole) - [0, 0, 0.4]).max() < 1  # the foot, which was never seen
+    p = within(scan)
+    sure = np.abs(known(p)) > 0.6
+    assert sure.mean() > 0.8
+    np.testing.assert_array_equal((at(scan, p) < 0)[sure], (known(p) < 0)[sure])
