@@ -114,6 +114,7 @@ def test_stated_error_holds_near_the_surface(tmp_path: Path) -> None:
         assert field.spacing[0] == pytest.approx(error / (0.75**0.5 + 1 / 32))
 
 
+@pytest.mark.slow
 def test_sphere_and_torus(tmp_path: Path) -> None:
     ball = trimesh.creation.icosphere(subdivisions=5, radius=10.0)
     field = read_shape(saved(ball, tmp_path / "ball.stl"))
@@ -364,6 +365,7 @@ def test_step_is_read_to_the_error_that_is_asked_for() -> None:
         read_shape(str(BALL), unit=25.4)
 
 
+@pytest.mark.slow
 def test_unit_of_a_file(tmp_path: Path) -> None:
     """What is said of the size, and doubted where nobody gave a unit."""
     path = saved(box(1 / 25.4), tmp_path / "inches.stl")
@@ -413,6 +415,7 @@ def test_death_of_the_process_is_told(tmp_path: Path, monkeypatch: pytest.Monkey
         assert (found.code, words in found.message) == ("E144", True), found
 
 
+@pytest.mark.slow
 def test_cancelling_ends_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = saved(trimesh.creation.icosphere(subdivisions=5, radius=10.0), tmp_path / "ball.stl")
     started: list[subprocess.Popen[bytes]] = []
@@ -429,6 +432,7 @@ def test_cancelling_ends_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert read_shape(path).components == 1  # nothing was kept of what was cancelled
 
 
+@pytest.mark.slow
 def test_process_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
     """Its standard input closes then, in whatever way that one ended."""
     path = saved(trimesh.creation.icosphere(subdivisions=6, radius=10.0), tmp_path / "ball.stl")
@@ -498,6 +502,7 @@ def program(text: str, folder: Path) -> porelang.Program:
     return porelang.compile(path=folder / "part.pore")
 
 
+@pytest.mark.slow
 def test_mesh_is_a_solid_of_a_program(tmp_path: Path) -> None:
     saved(box(), tmp_path / "box.stl")
     field = program('mesh("box.stl", error=0.4mm)', tmp_path).field()
@@ -536,6 +541,7 @@ def test_numbers_that_a_mesh_is_asked_for_with(tmp_path: Path) -> None:
         assert error.value.diagnostics[0].code == code, error.value
 
 
+@pytest.mark.slow
 def test_scan_of_the_example_is_what_was_scanned() -> None:
     """By the sign of what it was made from: noise and the closed holes lie within half a mm of its surface."""
     examples = Path(__file__).parent.parent / "examples"

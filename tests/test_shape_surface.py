@@ -12,6 +12,8 @@ from porelang.tasks.shape.distance import Sampled, distances
 from porelang.tasks.shape.soup import merged
 from porelang.tasks.shape.surface import closed
 
+pytestmark = pytest.mark.slow
+
 Some = np.ndarray[Any, np.dtype[np.float64]]
 ERROR = 0.3
 
