@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
+import runpy
 import signal
 import subprocess
+import sys
+import zipfile
 from collections.abc import Callable
 from concurrent.futures import CancelledError
 from pathlib import Path
@@ -20,12 +24,12 @@ from porelang.cli import main
 from porelang.data import SampledField
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.error_codes import CODES
+from porelang.ir import order
 from porelang.ops.grid import lookup
 from porelang.progress import watching
 from porelang.source import Source, Span
-from porelang.tasks import datafile
+from porelang.tasks import datafile, shape
 from porelang.tasks.shape import Found, ask, file, read_shape
-from porelang.tasks.shape.file import ENDINGS
 
 SPAN = Span(Source("part.pore", 'mesh("part.stl")'), 0, 16)
 BOX = np.array([4.0, 6.0, 10.0])  # half its sides, in mm
@@ -85,7 +89,7 @@ def told(read: Callable[[], object]) -> Diagnostic:
     return found
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("ending", [".stl", ".obj", ".ply", ".off", ".glb"])
 def test_box_of_every_format(ending: str, tmp_path: Path) -> None:
     mesh = box(1e-3 if ending == ".glb" else 1.0)  # glTF is in metres
     field = read_shape(saved(mesh, tmp_path / f"box{ending}"), error=0.4)
@@ -110,6 +114,7 @@ def test_stated_error_holds_near_the_surface(tmp_path: Path) -> None:
         assert field.spacing[0] == pytest.approx(error / (0.75**0.5 + 1 / 32))
 
 
+@pytest.mark.slow
 def test_sphere_and_torus(tmp_path: Path) -> None:
     ball = trimesh.creation.icosphere(subdivisions=5, radius=10.0)
     field = read_shape(saved(ball, tmp_path / "ball.stl"))
@@ -200,6 +205,30 @@ def ply(vertices: int, faces: int, rest: str, kind: str = "ascii") -> Callable[[
     return lambda path: path.write_text(text)
 
 
+ONE, SELF = '<item objectid="1"/>', '<component objectid="1"/><component objectid="1"/>'
+TETRA = (
+    "<mesh><vertices><vertex x='0' y='0' z='0'/><vertex x='1' y='0' z='0'/><vertex x='0' y='1' z='0'/>"
+    "<vertex x='0' y='0' z='1'/></vertices><triangles><triangle v1='0' v2='2' v3='1'/><triangle v1='0' v2='1' v3='3'/>"
+    "<triangle v1='1' v2='2' v3='3'/><triangle v1='0' v2='3' v3='2'/></triangles></mesh>"
+)
+
+BROKEN = TETRA.replace("v2='2'", "v2='9'")
+
+
+def three(objects: str, items: str = "", unit: str = "millimeter", head: str = "") -> Callable[[Path], None]:
+    kind = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
+    core = 'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"'
+
+    def write(path: Path) -> None:
+        link = f'<Relationship Id="r" Type="{kind}" Target="/3D/a.model"/>'
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("_rels/.rels", f"<Relationships>{link}</Relationships>")
+            model = f'<model unit="{unit}" {core}><resources>{objects}</resources><build>{items}</build></model>'
+            archive.writestr("3D/a.model", f'<?xml version="1.0"?>{head}{model}')
+
+    return write
+
+
 THREE = "0 0 0\n1 0 0\n0 1 0\n"
 
 
@@ -210,7 +239,22 @@ THREE = "0 0 0\n1 0 0\n0 1 0\n"
         ("E130", "part.stl", Path.mkdir, "is a folder"),
         ("E130", "part.stl", lambda p: p.symlink_to("/dev/zero"), "is a device"),
         ("E130", "part.stl", os.mkfifo, "is a pipe"),
-        ("E131", "part.step", lambda p: p.write_bytes(b"ISO-10303-21;"), "ends in `.step`"),
+        ("E131", "part.igs", lambda p: p.write_bytes(b"S      1"), "ends in `.igs`"),
+        ("E140", "part.step", lambda p: p.write_bytes(b"ISO-10303-21;\nHEADER;"), "it was cut short"),
+        ("E140", "part.stp", lambda p: p.write_bytes(b"solid"), "does not begin with"),
+        ("E140", "part.3mf", lambda p: p.write_bytes(b"PK\3\4" + b"\xff" * 99), "it was cut short"),
+        ("E140", "part.3mf", lambda p: p.write_bytes(b"<model/>"), "no ZIP archive"),
+        ("E140", "part.3mf", three(""), "no triangles"),
+        ("E140", "part.3mf", three('<object id="1"><mesh>', '<item objectid="1"/>'), "mismatched tag"),
+        ("E140", "part.3mf", three("", '<item objectid="7"/>'), "there is no object 7"),
+        (
+            "E140",
+            "part.3mf",
+            three(f'<object id="1">{BROKEN}</object>', ONE),
+            "corner 9 of 4",
+        ),
+        ("E140", "part.3mf", three(f'<object id="1"><components>{SELF}</components></object>', ONE), "have no end"),
+        ("E140", "part.3mf", three("", head="<!DOCTYPE model [<!ENTITY a 'b'>]>"), "has a DOCTYPE"),
         ("E140", "part.stl", lambda p: p.write_bytes(b""), "is empty"),
         ("E140", "part.stl", lambda p: p.write_bytes(b"\0" * 80 + b"\xff" * 60), "says that it holds 4,294,967,295"),
         ("E140", "part.stl", text_stl, "it was cut short"),
@@ -276,6 +320,52 @@ def test_files_that_are_odd_but_right(tmp_path: Path) -> None:
         assert (found.triangles, found.open_edges, max(found.size)) == (triangles, 0, pytest.approx(9)), ending
 
 
+def test_3mf_is_read_as_it_is_placed(tmp_path: Path) -> None:
+    """One that we wrote; and one in inches, whose object is placed twice, moved, mirrored and scaled."""
+    part = program("out part = cylinder(4mm, 12mm)", tmp_path)
+    assert main(["mesh", str(tmp_path / "part.pore"), "--voxel", "1mm", "-o", str(tmp_path / "ours.3mf"), "-q"]) == 0
+    field = read_shape(str(tmp_path / "ours.3mf"), error=0.3)
+    p = within(field, 2000)
+    assert np.abs(at(field, p) - part.field()(p)).max() < 0.9
+    assert (Found.of(field).open_edges, Found.of(field).unit) == (0, 1.0)
+    moved = '<component objectid="1" transform="-2 0 0 0 2 0 0 0 2 5 0 0"/><component objectid="1"/>'
+    objects = f'<object id="1">{TETRA}</object><object id="2"><components>{moved}</components></object>'
+    three(objects, '<item objectid="2" transform="1 0 0 0 1 0 0 0 1 0 0 3"/>', "inch")(tmp_path / "placed.3mf")
+    field = read_shape(str(tmp_path / "placed.3mf"), error=0.5)
+    found = Found.of(field)
+    assert (found.triangles, found.open_edges, found.unit) == (8, 0, 25.4)
+    np.testing.assert_allclose([found.low, found.high], 25.4 * np.array([[0, 0, 3], [5, 2, 5]]), atol=1e-4)
+    inside = 25.4 * np.array([[0.2, 0.2, 3.2], [4.6, 0.4, 3.4], [3.4, 0.2, 3.1], [5, 1, 4], [0.6, 0.6, 3.2]])
+    np.testing.assert_array_equal(at(field, inside) < 0, [True, True, True, False, False])
+
+
+BALL = Path(__file__).parent / "errors" / "data" / "ball.step"
+
+
+def test_step_without_the_package_that_reads_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(file, "find_spec", lambda name: None)
+    for ask_for in (read_shape, shape.look_at_shape):
+        with pytest.raises(PoreError) as error:
+            ask_for(str(BALL))
+        (found,) = error.value.diagnostics
+        assert (found.code, "package cascadio, which is not installed" in found.message) == ("E144", True)
+        assert "pip install cascadio" in found.hint
+
+
+def test_step_is_read_to_the_error_that_is_asked_for() -> None:
+    """A ball of 10 mm, whose triangles take a quarter of the error."""
+    pytest.importorskip("cascadio")
+    for error in (0.4, None):
+        field = read_shape(str(BALL), error=error)
+        p = nodes(field)
+        known = np.linalg.norm(p, axis=-1) - 10
+        near = np.abs(known) < 3 * field.spacing[0]
+        assert np.abs(field.values[..., 0] - known)[near].max() < Found.of(field).error / 4
+    with pytest.raises(PoreError, match="says its unit itself"):
+        read_shape(str(BALL), unit=25.4)
+
+
+@pytest.mark.slow
 def test_unit_of_a_file(tmp_path: Path) -> None:
     """What is said of the size, and doubted where nobody gave a unit."""
     path = saved(box(1 / 25.4), tmp_path / "inches.stl")
@@ -325,6 +415,7 @@ def test_death_of_the_process_is_told(tmp_path: Path, monkeypatch: pytest.Monkey
         assert (found.code, words in found.message) == ("E144", True), found
 
 
+@pytest.mark.slow
 def test_cancelling_ends_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = saved(trimesh.creation.icosphere(subdivisions=5, radius=10.0), tmp_path / "ball.stl")
     started: list[subprocess.Popen[bytes]] = []
@@ -339,6 +430,29 @@ def test_cancelling_ends_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert started[0].returncode == -signal.SIGKILL
     assert all(0 <= done <= total for done, total in reports)
     assert read_shape(path).components == 1  # nothing was kept of what was cancelled
+
+
+@pytest.mark.slow
+def test_process_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
+    """Its standard input closes then, in whatever way that one ended."""
+    path = saved(trimesh.creation.icosphere(subdivisions=6, radius=10.0), tmp_path / "ball.stl")
+    python = [sys.executable, "-P", "-m", "porelang.tasks.shape.child", ".stl", "0.05", "nan", "nan"]
+    with open(path, "rb") as source, open(tmp_path / "found.npz", "wb") as target:
+        files = source.fileno(), target.fileno()
+        child = subprocess.Popen(
+            [*python, *map(str, files)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            pass_fds=files,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        )
+        with child:
+            assert child.stdout is not None
+            assert child.stdin is not None
+            assert re.fullmatch(rb"\d+ \d+\n", child.stdout.readline())
+            child.stdin.close()
+            assert child.wait(timeout=120) == 0
+    assert (tmp_path / "found.npz").read_bytes() == b""
 
 
 def never(*_: object) -> int:
@@ -388,6 +502,7 @@ def program(text: str, folder: Path) -> porelang.Program:
     return porelang.compile(path=folder / "part.pore")
 
 
+@pytest.mark.slow
 def test_mesh_is_a_solid_of_a_program(tmp_path: Path) -> None:
     saved(box(), tmp_path / "box.stl")
     field = program('mesh("box.stl", error=0.4mm)', tmp_path).field()
@@ -424,3 +539,20 @@ def test_numbers_that_a_mesh_is_asked_for_with(tmp_path: Path) -> None:
         with pytest.raises(PoreError) as error:
             program(text, tmp_path)
         assert error.value.diagnostics[0].code == code, error.value
+
+
+@pytest.mark.slow
+def test_scan_of_the_example_is_what_was_scanned() -> None:
+    """By the sign of what it was made from: noise and the closed holes lie within half a mm of its surface."""
+    examples = Path(__file__).parent.parent / "examples"
+    known = porelang.compile(runpy.run_path(str(examples / "scan.py"))["GRIP"]).field()
+    program = porelang.compile(path=examples / "grip.pore")
+    grip = program.design().formula(*(n for n in order(program.graph.roots) if n.op == "mesh"))
+    (scan,) = [v for v in grip.bindings.values() if isinstance(v, SampledField) and v.facts]
+    facts = Found.of(scan)
+    assert (facts.holes, facts.error) == (3, 0.3)
+    assert np.abs(np.array(facts.largest_hole) - [0, 0, 0.4]).max() < 1  # the foot, which was never seen
+    p = within(scan)
+    sure = np.abs(known(p)) > 0.6
+    assert sure.mean() > 0.8
+    np.testing.assert_array_equal((at(scan, p) < 0)[sure], (known(p) < 0)[sure])

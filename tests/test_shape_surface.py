@@ -12,6 +12,8 @@ from porelang.tasks.shape.distance import Sampled, distances
 from porelang.tasks.shape.soup import merged
 from porelang.tasks.shape.surface import closed
 
+pytestmark = pytest.mark.slow
+
 Some = np.ndarray[Any, np.dtype[np.float64]]
 ERROR = 0.3
 
@@ -82,6 +84,18 @@ def test_what_crosses_is_cut_where_it_crosses() -> None:
     assert np.abs(found - known)[near].max() < made.spacing / 32
     assert ((found < 0) == (known < 0))[np.abs(known) > 1e-5].all()
     assert (np.abs(found) - np.abs(known)).max() <= 2 * made.error
+
+
+def test_foot_of_a_pin_in_a_wall() -> None:
+    """What it covers of the wall is no surface, though that is hardly larger than the triangles looked at first."""
+    wall = block([-6, -6, -6], [6, 6, 0])
+    for x in (-3.0, -1.1, 2.0):
+        made = sampled(wall, block([x - 0.15, 0.95, -3], [x + 0.15, 1.25, 3]))
+        p = nodes(made)
+        away = np.abs(p[..., :2] - [x, 1.1]).max(axis=-1)
+        below = (away < 0.15) & (p[..., 2] < 0) & (p[..., 2] > -2.5 * made.spacing)
+        known = -np.hypot(p[..., 2], 0.15 - away)[below]
+        assert np.abs(made.values[below] - known).max(initial=0) < made.spacing / 32
 
 
 def test_shells_that_are_turned_inwards() -> None:

@@ -8,8 +8,8 @@ SHAPES = (
     Code(
         "E140",
         "a mesh that is damaged, or holds no triangles",
-        "The file is not what its ending says (.stl, .obj, .ply, .off or .glb), was cut short, or holds points and\n"
-        "curves without triangles. Export it again, as a mesh of triangles.",
+        "The file is not what its ending says (.stl, .obj, .ply, .off, .glb, .3mf or .step), was cut short, or holds\n"
+        "points and curves without triangles. Export it again, as a mesh of triangles.",
         "",
         "",
     ),
@@ -31,10 +31,10 @@ SHAPES = (
     ),
     Code(
         "E143",
-        "an error or a margin that a mesh cannot be sampled with",
+        "an error, a margin or a unit that a mesh cannot be sampled with",
         "The distance to a mesh is sampled on a grid whose cells follow `error`: half the diagonal of a cell, by\n"
         "which a lookup between exact samples errs at most. It is above 0, and large enough for the samples to fit\n"
-        "into memory: half the error takes eight times as many.",
+        "into memory: half the error takes eight times as many. A .step file says its unit itself.",
         "",
         "",
     ),
@@ -42,7 +42,8 @@ SHAPES = (
         "E144",
         "a mesh that could not be measured",
         "Meshes are measured in a process of their own, so that one which is damaged harms nothing else. That process\n"
-        "could not be started, crashed, or ran out of memory.",
+        "could not be started, crashed, or ran out of memory. Or the file is a .step, which takes the package\n"
+        "cascadio: `pip install cascadio`.",
         "",
         "",
     ),

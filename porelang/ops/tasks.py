@@ -80,11 +80,11 @@ _ROWS = (
          "longest side the lattice ends.", 3, "finding a phase"),
     Task("bound", (), "grid", None, "instant", "What a param that takes data is bound to, held in memory."),
     Task("mesh", ("path", "error", "margin", "unit"), "grid", None, "seconds",
-         'The mesh of a file as a solid: `mesh("part.stl")`, also .obj, .ply, .off and .glb. Lengths in the file are '
-         "in mm, of a .glb in metres, or in the `unit` given, as 1in. The value is the signed distance to the surface, "
-         "read from samples whose spacing follows `error`: near the surface it errs by that much at most, 1/128 of the "
-         "longest side unless given. Holes are closed. Farther than `margin` from its box, 1/16 of the longest side "
-         "unless given, it is 0.7 of the distance at least.",
+         'The mesh of a file as a solid: `mesh("part.stl")`, also .obj, .ply, .off, .glb, .3mf and .step. Lengths are '
+         "in mm where the file does not say, or in the `unit` given, as 1in. The value is the signed distance to the "
+         "surface, read from samples whose spacing follows `error`: near the surface it errs by that much at most, "
+         "1/128 of the longest side unless given. Holes are closed. Farther than `margin` from its box, 1/16 of the "
+         "longest side unless given, it is 0.7 of the distance at least.",
          3, "measuring a mesh"),
 )  # fmt: skip
 

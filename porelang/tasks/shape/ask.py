@@ -32,7 +32,7 @@ from porelang.resources import PACKAGE
 from porelang.source import Span
 from porelang.tasks.datafile import looked_at, remembered
 from porelang.tasks.identity import code_digest
-from porelang.tasks.shape.file import ENDINGS, UnusableError, look_over
+from porelang.tasks.shape.file import ENDINGS, STEP, UnusableError, look_over
 
 _POLL = 0.05  # seconds between two questions whether the answer is still wanted
 _CHUNK = 1 << 20
@@ -57,6 +57,8 @@ def read_shape(
         if given is not None and not (given > 0 and math.isfinite(given)):
             raise fail("E143", f"`{name}` of a mesh is a length above 0, not {given:g} mm", span, hint="as in 0.1mm")
     ending = _ending(path)
+    if unit is not None and ending in STEP:
+        raise fail("E143", f"`{path}` says its unit itself", span, hint="leave `unit` out")
     error, margin, unit = (math.nan if number is None else number for number in (error, margin, unit))
     asked = _Asked(path, ending, error, margin, unit, span)
     part = f"{asked.error!r} {asked.margin!r} {asked.unit!r}"

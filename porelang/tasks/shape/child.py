@@ -21,31 +21,31 @@ from numpy.typing import NDArray
 
 from porelang.tasks.shape.distance import distances
 from porelang.tasks.shape.file import UnusableError
-from porelang.tasks.shape.soup import soup
-from porelang.tasks.shape.surface import Faces, Points, closed
+from porelang.tasks.shape.soup import Soup, soup
+from porelang.tasks.shape.surface import closed
 
 
 def main(ending: str, error: float, margin: float, unit: float, source: int, target: int) -> None:
     try:
         with os.fdopen(source, "rb") as file:
-            vertices, faces = soup(io.BytesIO(file.read()), ending, unit)
-        found = measured(vertices, faces, error, margin, unit)
+            read = soup(io.BytesIO(file.read()), ending, unit, error)
+        found = measured(read, error, margin)
     except UnusableError as reason:
         found = {"refused": np.array(json.dumps(reason.args))}
     with os.fdopen(target, "wb") as out:
         np.savez(out, allow_pickle=False, **found)
 
 
-def measured(vertices: Points, faces: Faces, error: float, margin: float, unit: float = 0.0) -> dict[str, NDArray[Any]]:
+def measured(read: Soup, error: float, margin: float) -> dict[str, NDArray[Any]]:
     """The distances as arrays by name; `facts` are as `porelang.tasks.shape` tells them."""
-    mesh = closed(vertices, faces)
-    made = distances(mesh, error, margin, told)
+    mesh = closed(read.vertices, read.faces)
+    made = distances(mesh, error, margin, told, read.chord)
     first = mesh.holes[0][1] if mesh.holes else np.zeros(3)
     opened = sum(n for n, _ in mesh.holes)
     used = mesh.vertices[mesh.faces]
     box = [*used.min(axis=(0, 1)), *used.max(axis=(0, 1))]
-    facts = [len(faces), opened, len(mesh.holes), *first, made.error, made.beyond, *box, made.lost, *made.lost_at,
-             np.nan_to_num(unit)]  # fmt: skip
+    count = len(read.faces)
+    facts = [count, opened, len(mesh.holes), *first, made.error, made.beyond, *box, made.lost, *made.lost_at, read.unit]
     return {
         "values": made.values,
         "origin": made.origin,

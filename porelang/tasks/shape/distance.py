@@ -20,6 +20,7 @@ HALF_DIAGONAL = 0.75**0.5
 BAND = 3.0
 #: 512 MB of float32, and a few minutes.
 MOST_NODES = 128_000_000
+DEFAULT = 128  # errors that the longest side has room for, where none is given
 CHECKED = 4000  # nodes beyond the band at which its error is measured
 
 Told = Callable[[int, int], None]
@@ -43,8 +44,10 @@ class Sampled:
     lost_at: Points
 
 
-def distances(mesh: Closed, error: float, margin: float, told: Told) -> Sampled:
+def distances(mesh: Closed, error: float, margin: float, told: Told, chord: float = 0.0) -> Sampled:
     """Signed distances over the box of a mesh and `margin` mm more; NaN for what is not given. Errors: UnusableError.
+
+    `chord` is the share of the error by which the triangles themselves may be off what they stand for.
 
     Within `BAND` cells of the surface nodes are exact. Farther off a node p takes the distance to the place f of the
     surface which is nearest to the nearest such node q: never too little. The way from p to the surface, d long, passes
@@ -56,9 +59,9 @@ def distances(mesh: Closed, error: float, margin: float, told: Told) -> Sampled:
     longest = float((hi - lo).max())
     if longest < NEAREST:
         raise UnusableError("E141", f"is {longest:g} mm long", "check the unit of the file, as in `unit=1m`")
-    error = error if np.isfinite(error) else longest / 128
+    error = error if np.isfinite(error) else longest / DEFAULT
     margin = margin if np.isfinite(margin) else longest / 16
-    h = error / (HALF_DIAGONAL + SEAM)
+    h = (1 - chord) * error / (HALF_DIAGONAL + SEAM)
     margin = max(margin, 2 * h)
     nodes = [int(np.ceil((b - a + 2 * margin) / h)) + 1 for a, b in zip(lo, hi, strict=True)]
     if (total := float(np.prod(np.array(nodes, float)))) > MOST_NODES:
@@ -99,7 +102,7 @@ def _sampled(
     values[tuple(places.T)] = found
     near[tuple(places.T)] = True
     error = _checked(surface, axes, values, near, told)
-    values[_inside(mesh, axes, near, places, told)] *= -1
+    values[_inside(mesh, axes, values, h, told)] *= -1
     return values.astype(np.float32), error
 
 
@@ -115,16 +118,19 @@ def _to_surface(surface: Points, places: Points, told: Told) -> tuple[Points, Po
     return found, feet
 
 
-def _inside(mesh: Closed, axes: list[Points], near: Mask, places: NDArray[np.int64], told: Told) -> Mask:
-    """Which nodes are inside. All of one region without nodes near the surface lie on one side of it."""
-    regions, count = label(~near)
+def _inside(mesh: Closed, axes: list[Points], away: Points, h: float, told: Told) -> Mask:
+    """Which nodes are inside, of all whose distances are known. Two beside each other, both more than half a cell away
+    from the surface, lie on one side of it: of all that hang together so, one is asked."""
+    close = away <= 0.5001 * h
+    regions, count = label(~close)
     _, first = np.unique(regions, return_index=True)
-    asked = np.concatenate([places, np.stack(np.unravel_index(first, near.shape), axis=1)])
+    places = np.argwhere(close)
+    asked = np.concatenate([places, np.stack(np.unravel_index(first, away.shape), axis=1)])
     within = mesh.winds_round(nodes_at(axes, asked), told)
     of_region = np.zeros(count + 1, np.bool_)
     of_region[regions.reshape(-1)[first]] = within[len(places) :]
     found: Mask = of_region[regions]
-    found[tuple(places.T)] = within[: len(places)]
+    found[close] = within[: len(places)]
     return found
 
 
@@ -150,15 +156,17 @@ def _checked(surface: Points, axes: list[Points], values: Points, near: Mask, to
 def _lost(bits: Points, values: NDArray[np.float32], origin: Points, h: float) -> tuple[float, Points]:
     """The share of a surface with nodes on one side alone in its cell and those beside it, and a place of it."""
     middles = bits.mean(axis=1)
-    cells = np.floor((middles - origin) / h).astype(np.int64)
     most = np.array(values.shape) - 1
+    number = np.ravel_multi_index(np.floor((middles - origin) / h).astype(np.int64).T, values.shape)
+    numbers, cell_of = np.unique(number, return_inverse=True)
+    cells = np.stack(np.unravel_index(numbers, values.shape), axis=1)
     sides = np.zeros((2, len(cells)), np.bool_)
     for away in np.ndindex(4, 4, 4):
         i, j, k = np.clip(cells + np.array(away) - 1, 0, most).T
         inside = values[i, j, k] < 0
         sides[0] |= inside
         sides[1] |= ~inside
-    lost = ~sides.all(axis=0)
+    lost = ~(sides[0] & sides[1])[cell_of]
     if not lost.any():
         return 0.0, np.zeros(3)
     area = np.linalg.norm(np.cross(bits[:, 1] - bits[:, 0], bits[:, 2] - bits[:, 0]), axis=1)

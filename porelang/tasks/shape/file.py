@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from importlib.util import find_spec
 from typing import BinaryIO
 
 #: What is read, by the ending of the file.
-ENDINGS = (".stl", ".obj", ".ply", ".off", ".glb")
+ENDINGS = (".stl", ".obj", ".ply", ".off", ".glb", ".3mf", ".step", ".stp")
+#: Those that hold curved faces and the unit of their numbers, and what makes triangles of them.
+STEP, CASCADE = (".step", ".stp"), "cascadio"
 #: Bytes of a file.
 LARGEST = 1_000_000_000
 #: Triangles of a mesh: so many take some 6 GB of memory and minutes.
@@ -145,10 +148,31 @@ def _glb(file: BinaryIO, size: int) -> None:
         raise _damaged(f"it says that it has {length:,} bytes, and has {size:,}")
 
 
+def _archive(file: BinaryIO, size: int) -> None:
+    if file.read(4) != b"PK\3\4":
+        raise _no(".3mf", "it is no ZIP archive")
+    file.seek(max(0, size - _HEAD))
+    if b"PK\5\6" not in file.read():
+        raise _damaged("it was cut short, for there is no list of contents at its end")
+
+
+def _step(file: BinaryIO, size: int) -> None:
+    if b"ISO-10303-21" not in file.read(_HEAD):
+        raise _no(".step", "it does not begin with `ISO-10303-21`")
+    file.seek(max(0, size - _HEAD))
+    if b"END-ISO-10303-21" not in file.read():
+        raise _damaged("it was cut short, for there is no `END-ISO-10303-21` at its end")
+    if find_spec(CASCADE) is None:
+        raise UnusableError("E144", f"was not read: .step files take the package {CASCADE}, which is not installed",
+                            f"`pip install {CASCADE}`, or export the part as .stl")  # fmt: skip
+
+
 _COUNTS: Mapping[str, Callable[[BinaryIO, int], int | None]] = {
     ".stl": _stl,
     ".ply": _ply,
     ".off": _off,
     ".obj": _obj,
     ".glb": _glb,
+    ".3mf": _archive,
+    **dict.fromkeys(STEP, _step),
 }

@@ -20,7 +20,7 @@ class Found:
     Its triangles; edges at which no triangle follows, the holes that they make, and the middle of the largest, in mm;
     by how much lookups err at most within some cells of the surface, and by how much nodes err farther away, measured,
     in mm; the corners of the mesh's box; the share of the surface that samples are too far apart for, and a place of
-    it; the unit of the file that was given, in mm, 0 where none was.
+    it; the unit of the file in mm, as it was given or its format says, 0 where neither is so.
     """
 
     triangles: int

@@ -139,15 +139,16 @@ def boundary(mesh: Closed, h: float, told: Callable[[int, int], None]) -> Points
     whole: Points = mesh.vertices[mesh.faces]
     area = np.linalg.norm(_normals(whole), axis=1)
     whole = whole[area > 1e-14 * np.ptp(mesh.vertices, axis=0).max() ** 2]
-    bits, owner = halved(whole, np.arange(len(whole)), h)
+    size = 2 * h
+    bits, owner = halved(whole, np.arange(len(whole)), size)
     parts = _parts(mesh, bits, h, told)
     if parts.all():
         return whole
     mixed = np.zeros(len(whole), np.bool_)
-    mixed[owner[~parts]] = True  # of all others every bit is surface
+    mixed[owner[~parts | _beside_others(bits, parts)]] = True  # of all others every bit is surface
     known = [whole[~mixed]]
     some = mixed[owner]
-    bits, parts, size = bits[some], parts[some], h
+    bits, parts = bits[some], parts[some]
     while len(bits) and size > SEAM * h:
         crossed = _beside_others(bits, parts)
         known.append(bits[~crossed & parts])
