@@ -15,8 +15,13 @@ from typing import Any
 from data import data
 from fields import fields
 from meshes import compiling, pruning, specimen
+from metric import metric
 from peers import install
+from phases import phases
+from sampling import sampling
+from shapes import shapes
 from starts import starts
+from tensors import tensors
 from timing import machine
 from transfers import transfers
 
@@ -27,7 +32,10 @@ TABLE = re.compile(r"(<!-- benchmarks -->\n).*?(<!-- end -->)", re.DOTALL)
 def main() -> None:
     parser = argparse.ArgumentParser(prog="benchmarks", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--rounds", type=int, default=9)
-    parser.add_argument("--only", help="one of specimen, pruning, fields, data, gpu, compiling, starts")
+    parser.add_argument(
+        "--only",
+        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, gpu, compiling, starts",
+    )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
     parser.add_argument("--peers", action="store_true", help="first install what is compared with, into .peers")
@@ -38,7 +46,12 @@ def main() -> None:
         "specimen": lambda: specimen(options.rounds),
         "pruning": lambda: pruning(max(3, options.rounds // 3)),
         "fields": lambda: fields(options.rounds),
+        "metric": lambda: metric(max(3, options.rounds // 3)),
         "data": lambda: data(max(3, options.rounds // 3)),
+        "sampling": lambda: sampling(max(3, options.rounds // 3)),
+        "shapes": lambda: shapes(max(1, options.rounds // 4)),
+        "tensors": lambda: tensors(options.rounds),
+        "phases": lambda: phases(max(3, options.rounds // 3)),
         "gpu": lambda: transfers(options.rounds),
         "compiling": lambda: compiling(max(3, options.rounds // 3)),
         "starts": lambda: starts(options.rounds),

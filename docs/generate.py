@@ -20,7 +20,9 @@ from porelang.units import UNITS
 PAGE = Path(__file__).parent / "language.md"
 PART = re.compile(r"(<!-- generated: ([a-z_ /]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _OF_LATTICES = "Formula|Range|Volume fraction|Steepest|Balanced|Reference"
-FACT = re.compile(rf"({_OF_LATTICES}|Modifies|Gives|Copies|Instead|Closes|Example): ?(.*)")
+FACT = re.compile(
+    rf"({_OF_LATTICES}|Modifies|Adds|Gives|Copies|Instead|Closes|Follows|Folds|Fits|Else \w+|Example): ?(.*)"
+)
 
 
 def page(text: str) -> str:

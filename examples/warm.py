@@ -17,7 +17,8 @@ SAMPLES = "gyroid(4) |> thicken(sample(x * y, 1mm, sphere(5)) / 50, 0.2) & spher
 with tempfile.TemporaryDirectory() as folder:
     samples = Path(folder, "samples.pore")
     samples.write_text(SAMPLES, encoding="utf-8")
-    for path, dtype in product((EXAMPLES / "frame.pore", EXAMPLES / "bending.pore", samples), ("f32", "f64")):
+    programs = [*(EXAMPLES / f"{name}.pore" for name in ("frame", "bending", "hole")), samples]
+    for path, dtype in product(programs, ("f32", "f64")):
         program, out = str(path), f"{folder}/{path.stem}.stl"
         asked = ["--resolution", "8", "--force", "--sharp", "--simplify", "1mm", "--backend", "numpy", "--dtype", dtype]
         main(["mesh", program, "-o", out, "--quiet", *asked])

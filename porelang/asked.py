@@ -16,9 +16,9 @@ import numpy as np
 
 from porelang import values
 from porelang.backends.numpy import Dtype
-from porelang.checks import broken_checks, doubtful_numbers, undecided_checks
+from porelang.checks import broken_checks, undecided_checks
 from porelang.data import figures
-from porelang.diagnostics import PoreError, fail, warn
+from porelang.diagnostics import PoreError, fail, to_lists, warn
 from porelang.doors import Length
 from porelang.field import Backend, Bounds
 from porelang.html import table, title
@@ -42,7 +42,7 @@ def mesh(
     limits: Bounds | None = read("bounds", bounds, values.box)
     made = make(design, name, spacing, resolution, limits, backend, dtype, smooth, sharp, deviation, force)
     open_checks = undecided_checks(design) if check else []
-    warn([*open_checks, *made.doubts, *doubtful_numbers(design, *design.program.roots(name))])
+    warn([*open_checks, *made.doubts, *design.told(*design.program.roots(name))])
     return made.surface.to_trimesh()
 
 
@@ -58,8 +58,10 @@ def measure(
         found = measured(design, name, within, length("voxel", voxel), resolution, limits, backend, dtype)
     broken = broken_checks(design, measure=True)
     asked = [*design.program.roots(name), *design.program.graph.checks]
-    warn([*broken, *undecided_checks(design), *doubtful_numbers(design, *asked)])
-    return Report(design.program.output(name), found | {"failed_checks": [d.to_json() for d in broken]})
+    doubts = [*undecided_checks(design), *design.told(*asked)]
+    warn([*broken, *doubts])
+    listed = {"failed_checks": [d.to_json() for d in broken], **to_lists(doubts)}
+    return Report(design.program.output(name), found | listed)
 
 
 def slices(
@@ -81,7 +83,7 @@ def slices(
     found = write_slices(design, folder, apart, name=name, form=format, pixel=pixel, bounds=limits,
                          backend=backend, dtype=dtype)  # fmt: skip
     doubts = layer_doubts(design, name, limits, found["volume"], found["step"], found["pixel"])
-    doubts += [*(undecided_checks(design) if check else []), *doubtful_numbers(design, *design.program.roots(name))]
+    doubts += [*(undecided_checks(design) if check else []), *design.told(*design.program.roots(name))]
     warn(doubts)
     return Layers(folder, found)
 
@@ -92,7 +94,7 @@ def render(
     range: str | tuple[float, float] | None, legend: bool | str, bounds: Bounds | str | None, check: bool, **more: Any,
 ) -> Picture:  # fmt: skip
     """A picture of an output, or of several; see `Program.render`."""
-    from porelang.render.picture import bodies_of, render_output
+    from porelang.render.picture import bodies_of, render_output, roots_shown
     from porelang.render.wishes import wishes_of
 
     cuts, planes = ([one] if isinstance(one, str) else list(one) for one in (cut, slice))
@@ -118,7 +120,9 @@ def render(
     )  # fmt: skip
     if check:
         keep_checks(design, measure=False)
-    return render_output(design, names, wishes, read("bounds", bounds, values.box))
+    made = render_output(design, names, wishes, read("bounds", bounds, values.box))
+    warn(design.told(*roots_shown(design.program, names, wishes)))
+    return made
 
 
 #: What options may be that are one of a few words.

@@ -8,6 +8,7 @@ from porelang.diagnostics import Diagnostic
 from porelang.formula import Formula
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, within
 from porelang.ops import TASK_TABLE
+from porelang.periods import drifting
 from porelang.program import Design, Program
 from porelang.rewrites import flatten
 
@@ -114,20 +115,6 @@ def _sides(design: Design, i: int) -> list[tuple[str, Reduced]]:
     return list(out.items())
 
 
-def doubtful_numbers(design: Design, *roots: Node) -> list[Diagnostic]:
-    """A warning for each number, of those that roots read, beside which there may be another."""
-    found: list[Diagnostic] = []
-    for n in design.reads(*roots):
-        if n.op == "solve" and n.depends < UNKNOWN and not (number := design.number(n)).sole:
-            said = f"this function rises and falls: {number.value:.6g} is one answer, and there may be others"
-            hint = "narrow the range to where it rises or falls throughout"
-            place = design.program.places.get(n)
-            found.append(
-                Diagnostic("W206", said, place, "looked at in some places only", hint=hint, severity="warning")
-            )
-    return found
-
-
 def late_doubts(design: Design) -> list[Diagnostic]:
     """Warnings about contracts on fields that need what tasks find; all others are among the program's warnings."""
     program = design.program
@@ -144,6 +131,20 @@ def late_doubts(design: Design) -> list[Diagnostic]:
         return []
     formula: Formula = design.formula(*(n for _, n in late))
     return doubtful_contracts(late, program.elaborated.contracts, solids, formula.bindings)
+
+
+def drifts_of_data(design: Design, measure: bool) -> list[Diagnostic]:
+    """A warning for each lattice whose period varies and reads data; those that take seconds only if `measure`.
+
+    Of those that read none it has been said when the program was compiled.
+    """
+    found, out = design.program.elaborated, []
+    for s in [s for s in found.suspicions if s.what == "period"]:
+        flat = flatten(*s.nodes)
+        read = [n for n in order(flat) if n.op in TASKS]
+        if read and (measure or all(TASK_TABLE[n.op].cost == "instant" for n in read)):
+            out.append(drifting(s, found, design.formula(*flat).bindings))
+    return [d for d in out if d is not None]
 
 
 def _with_error(found: Reduced, least: float) -> str:

@@ -10,15 +10,19 @@ from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
+from porelang.bound import no_such_data
 from porelang.contracts import broken_requirements, doubtful_contracts
+from porelang.data import SampledField
 from porelang.diagnostics import Diagnostic, Label, PoreError, fail, warn
 from porelang.doubts import borne_out
+from porelang.elaborate.context import Bound
 from porelang.elaborate.prelude import prelude_scope
 from porelang.elaborate.results import Elaborated, Listed, graph_of
 from porelang.elaborate.runtime import room_to_compile
 from porelang.elaborate.statements import Loader, elaborate_file
 from porelang.files import load_used, read_source
-from porelang.ir import param
+from porelang.formula import Bindings
+from porelang.ir import Node, param
 from porelang.program import Program
 from porelang.rewrites import Graph, run
 from porelang.settings import settle
@@ -70,11 +74,15 @@ def compile(text: str | None = None, *, path: str | Path | None = None, name: st
 
 
 def try_compile(
-    source: Source, load: Loader = load_used, folder: str | None = None
+    source: Source,
+    load: Loader = load_used,
+    folder: str | None = None,
+    bound: Mapping[str, Bound] = MappingProxyType({}),
 ) -> tuple[Program | None, list[Diagnostic]]:
     """The program, if it has no errors, and all diagnostics in the order of their places.
 
-    Relative paths begin in `folder`, which is the current one unless told otherwise.
+    Relative paths begin in `folder`, which is the current one unless told otherwise. `bound` are the params that have
+    data, from a file: `("load", path as it is shown, path, array)`.
     """
     used: dict[str, Source] = {}
 
@@ -84,7 +92,7 @@ def try_compile(
         return file, found
 
     with room_to_compile():
-        return _compiled(source, noted, used, _here() if folder is None else folder)
+        return _compiled(source, noted, used, _here() if folder is None else folder, bound=bound)
 
 
 def _here() -> str:
@@ -94,11 +102,18 @@ def _here() -> str:
         return ""
 
 
-def _again(source: Source, used: Mapping[str, Source], folder: str, structure: Mapping[str, float]) -> Program:
+def _again(
+    source: Source,
+    used: Mapping[str, Source],
+    folder: str,
+    structure: Mapping[str, float],
+    bound: Mapping[str, Bound],
+    held: Mapping[Node, SampledField],
+) -> Program:
     """A program from its texts, as they were when it was compiled: also where its files are not."""
     with room_to_compile():
         load = partial(_kept, used)
-        program, found = _compiled(source, load, used, folder, structure)
+        program, found = _compiled(source, load, used, folder, structure, bound, held)
     if program is None:
         raise PoreError([d for d in found if d.severity == "error"])
     return program
@@ -114,11 +129,13 @@ def _compiled(
     used: Mapping[str, Source],
     folder: str,
     structure: Mapping[str, float] = MappingProxyType({}),
+    bound: Mapping[str, Bound] = MappingProxyType({}),
+    held: Mapping[Node, SampledField] = MappingProxyType({}),
 ) -> tuple[Program | None, list[Diagnostic]]:
     file, found = parse(source)
     lost = frozenset(a or b for a, b in _BINDING.findall(source.text)) if found else frozenset()
-    out = elaborate_file(file, prelude_scope(), load, lost, folder, structure)
-    diagnostics = [*found, *out.diagnostics, *_wrong_presets(out)]
+    out = elaborate_file(file, prelude_scope(), load, lost, folder, structure, bound)
+    diagnostics = [*found, *out.diagnostics, *_wrong_presets(out), *_unbindable(out, bound)]
     program: Program | None = None
     sound = not any(d.severity == "error" for d in diagnostics)
     written = graph_of(out, whole=sound)
@@ -126,7 +143,7 @@ def _compiled(
         graph = run(written)
         diagnostics += broken_requirements(graph, out.requirements, out.params)
         if sound:
-            diagnostics += _doubts(graph, out)
+            diagnostics += _doubts(graph, out, held)
             program = Program(
                 source,
                 Listed(out.params),
@@ -138,6 +155,8 @@ def _compiled(
                 {name: structure.get(name, out.params[name].default) for name in out.structure},
                 partial(_again, source, used, folder),
                 used,
+                bound,
+                held,
             )
     except PoreError as error:
         span = Span(source, 0, 0)
@@ -162,9 +181,14 @@ def _wrong_presets(out: Elaborated) -> list[Diagnostic]:
     return wrong
 
 
-def _doubts(graph: Graph, out: Elaborated) -> list[Diagnostic]:
+def _unbindable(out: Elaborated, bound: Mapping[str, Bound]) -> list[Diagnostic]:
+    """What is bound and takes no data."""
+    return [no_such_data(name, out.data, out.params) for name in bound if name not in out.data]
+
+
+def _doubts(graph: Graph, out: Elaborated, held: Mapping[Node, SampledField]) -> list[Diagnostic]:
     """What is doubtful with the params at their defaults: contracts on fields that break, and what was suspected."""
     solids = [root for roots in graph.outputs.values() for root in roots]
     settings = settle(out.params, {})
-    bindings = {param(k): v for k, v in settings.items()}
+    bindings: Bindings = {**{param(k): v for k, v in settings.items()}, **held}
     return [*doubtful_contracts(graph.contracts, out.contracts, solids, bindings), *borne_out(out, bindings)]

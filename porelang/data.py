@@ -51,12 +51,14 @@ class SampledField:
     """Values at the nodes of a regular grid, of one component or several.
 
     `values` is (nx, ny, nz, components), at least two nodes along each axis, finite, float32 or float64. `origin` is
-    the place of the first node and `spacing` the distance between nodes, in mm.
+    the place of the first node and `spacing` the distance between nodes, in mm. `facts` are numbers that the task that
+    made it tells of it, none of which matters to what reads its values.
     """
 
     values: NDArray[Any]
     origin: Triple
     spacing: Triple
+    facts: tuple[float, ...] = ()
 
     @classmethod
     def from_array(cls, values: Any, origin: Sequence[float], spacing: float | Sequence[float]) -> SampledField:

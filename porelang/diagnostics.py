@@ -14,7 +14,7 @@ from typing import Any, Literal
 from porelang.html import brief, verbatim
 from porelang.source import Span
 
-Severity = Literal["error", "warning"]
+Severity = Literal["error", "warning", "note"]
 TAB = "    "
 WIDEST = 160  # a longer source line is shown as a window round the caret
 
@@ -37,10 +37,10 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One thing that is wrong (or doubtful) in a program, with its place, reason and way out.
+    """One thing that is wrong or doubtful in a program, with its place, reason and way out; or a note, what was found.
 
-    `code` is stable and listed in `porelang.error_codes`; `label` stands under the caret; `others` are the second
-    places that matter; `hint` is a sentence that says what to do; `edit`, where there is one, does it.
+    `code` is stable and listed in `porelang.error_codes`, "" for a note; `label` stands under the caret; `others` are
+    the second places that matter; `hint` is a sentence that says what to do; `edit`, where there is one, does it.
     """
 
     code: str
@@ -57,7 +57,7 @@ class Diagnostic:
 
     def __repr__(self) -> str:
         place = "" if self.span is None else f" at {self.span}"
-        return f"<{self.severity} {self.code}{place}: {brief(self.message)}>"
+        return f"<{f'{self.severity} {self.code}'.rstrip()}{place}: {brief(self.message)}>"
 
     def _repr_html_(self) -> str:
         return verbatim(render(self))
@@ -122,7 +122,8 @@ def warn(found: Iterable[Diagnostic]) -> None:
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "porelang":
         level, frame = level + 1, frame.f_back
     for d in found:
-        warnings.warn(PoreWarning(d), stacklevel=level)
+        if d.severity == "warning" or d.severity == "error":
+            warnings.warn(PoreWarning(d), stacklevel=level)
 
 
 def fail(code: str, message: str, span: Span | None = None, **more: Any) -> PoreError:
@@ -150,6 +151,12 @@ def _keyword(option: re.Match[str]) -> str:
     return f"{name}={value}" if value == "NAME" else f'{name}="{value}"'
 
 
+def to_lists(found: Iterable[Diagnostic]) -> dict[str, list[dict[str, Any]]]:
+    """Warnings and notes as `--json` lists them, by those keys."""
+    told = list(found)
+    return {f"{kind}s": [d.to_json() for d in told if d.severity == kind] for kind in ("warning", "note")}
+
+
 def suggest(name: str, known: Iterable[str]) -> str | None:
     """The known name nearest to a misspelt one, if any is near."""
     if not isinstance(name, str):  # from Python anything may come
@@ -163,7 +170,9 @@ def suggest(name: str, known: Iterable[str]) -> str | None:
 
 
 def render(d: Diagnostic) -> str:
-    """The text of a diagnostic for a terminal: message, place, source lines with carets, hint."""
+    """The text of a diagnostic for a terminal: message, place, source lines with carets, hint. A note is one line."""
+    if d.severity == "note":
+        return f"note: {d.message}" if d.span is None else f"note: {d.span}: {d.message}"
     out = [f"{d.severity}[{d.code}]: {d.message}"]
     places = [] if d.span is None else [Label(d.span, d.label), *d.others]
     width = max((len(str(p.span.source.position(max(p.span.end - 1, p.span.start))[0])) for p in places), default=1)

@@ -15,7 +15,7 @@ from typing import Any, Literal
 from porelang.analysis.box import Box
 from porelang.backends.numpy import Dtype
 from porelang.data import Reduced
-from porelang.diagnostics import fail
+from porelang.diagnostics import Diagnostic, fail, warn
 from porelang.field import Backend, Bounds, Field, make_field
 from porelang.picture import Picture
 from porelang.settings import Setting
@@ -85,6 +85,16 @@ class Doors(ABC):
             raise fail("E100", f"`{name}` is {what}", hint=f'ask for its values: `field("{name}")`')
         found: Reduced = asked.valued(root)
         return found
+
+    def notes(
+        self, name: str | None = None, /, settings: Settings | None = None, preset: str | None = None, **more: Setting
+    ) -> list[Diagnostic]:
+        """What was found on the way to an output, or a `let` that is a number, of what tells it: one line each, with
+        the place that asks for it. What is doubtful about it is a `PoreWarning`."""
+        asked = self.design(settings, preset=preset, **more)
+        found: list[Diagnostic] = asked.told(*asked.program.field_roots(name))
+        warn(found)
+        return [d for d in found if d.severity == "note"]
 
     def mesh(
         self,

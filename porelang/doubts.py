@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang import doubts_of_frames as frames
 from porelang.analysis.box import Box, part_box
 from porelang.analysis.enclose import EXACT, at_points, enclose
 from porelang.analysis.sampled import MOST, about_the_origin, inside_of, number, sampler
@@ -23,6 +24,7 @@ from porelang.elaborate.results import Elaborated, ParamInfo, Suspicion
 from porelang.formula import Bindings, Formula
 from porelang.interval import interval
 from porelang.ir import SLOTS, Node, X, Y, Z, node, order, param, substitute, within
+from porelang.periods import drifting
 from porelang.rewrites import flatten
 from porelang.settings import off_step
 from porelang.source import Span
@@ -86,58 +88,6 @@ def _figures(value: float) -> str:
 # ---- each kind of suspicion -----------------------------------------------------------------------------------------
 
 
-def _length(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
-    lattice, length = s.nodes[:2]
-    said = s.argument or s.span
-    text = value_of(said).text
-    slope = _slope(lattice, bindings)
-    mm = number(length, bindings)
-    message = f"`{text}` is a length, and the values of a raw lattice are not in mm"
-    label = "counts as a number of the lattice's own units"
-    porous = "for a porosity there are `to_porosity` and `shell_to_porosity`"
-    hint = f"write a raw number, without a unit; {porous}"
-    edit = None
-    if slope is not None and mm is not None and mm > 0:
-        about = _figures(mm / slope)
-        period = None if s.period is None else number(s.period, bindings)
-        label += f", about {about} mm{_with([lattice, length], found.params)}"
-        raw = _figures(mm * slope)
-        if gone := _gone(s, slope, bindings):
-            hint = f"{_figures(mm)} mm is about {raw} here, and {gone}; {porous}"
-            return _warning("W212", message, said, label, hint)
-        if period is not None and s.period is not None and s.period.op == "param" and s.argument is not None:
-            w = str(s.period.value)
-            instead = f"{text} * {_figures(slope * period)} / {w}"
-            hint = f"`{instead}` is about {_figures(mm)} mm whatever `{w}` is; {porous}"
-        else:
-            instead = raw
-            hint = f"the raw number for {_figures(mm)} mm is about {raw} here; {porous}"
-        if s.argument is not None:
-            edit = Edit(value_of(said), instead)
-    return _warning("W212", message, said, label, hint, edit=edit)
-
-
-def _gone(s: Suspicion, slope: float, bindings: Bindings) -> str:
-    """What the raw number for a length does to a lattice of which it leaves nothing, in words; "" where it leaves some.
-
-    `slope` is how much its values change in a mm.
-    """
-    if len(s.nodes) < 4:
-        return ""
-    field, _, added, made = s.nodes
-    shift, at = number(added, bindings), sampler([field], bindings)
-    if shift is None or at is None:
-        return ""
-    (values,) = at(np.random.default_rng(1).uniform(-100, 100, (MOST, 3)))
-    raw = np.full_like(values, slope * shift)
-    a, b = (values, raw) if made.args[0] is field else (raw, values)
-    left = a - b if made.op == "sub" else a + b
-    if not np.isfinite(left).all() or left.min() < 0 < left.max():
-        return ""
-    done = "fills" if left.max() <= 0 else "empties"
-    return f"{done} the lattice altogether: its values run from {values.min():.2g} to {values.max():.2g}"
-
-
 def _with(nodes: Sequence[Node], params: Mapping[str, ParamInfo], values: Mapping[str, float] | None = None) -> str:
     """The params that nodes depend on, with the values that were looked at: their defaults unless given."""
     shown = [f"{n} = {params[n].shown(params[n].default if values is None else values[n])}" for n in _params(nodes)]
@@ -146,21 +96,6 @@ def _with(nodes: Sequence[Node], params: Mapping[str, ParamInfo], values: Mappin
 
 def _params(nodes: Sequence[Node]) -> list[str]:
     return sorted({str(n.value) for n in order(nodes, within) if n.op == "param"})
-
-
-def _slope(lattice: Node, bindings: Bindings) -> float | None:
-    """The thickness that one unit of a field's value takes on average where it is 0, inverted: 1 / mean(1 / |grad|)."""
-    points = np.random.default_rng(1).uniform(-100, 100, (2 * MOST, 3))
-    at = sampler([lattice, *(node("d", lattice, value=i) for i in range(3))], bindings)
-    if at is None:
-        return None
-    value, *slopes = at(points)
-    gradient = np.sqrt(slopes[0] ** 2 + slopes[1] ** 2 + slopes[2] ** 2)
-    with np.errstate(all="ignore"):
-        away = np.abs(value) / gradient
-    nearest = np.argsort(np.where(np.isfinite(away), away, np.inf))[: len(points) // 20]
-    near = gradient[nearest]
-    return None if not np.isfinite(near).all() or near.min() <= 0 else float(1 / np.mean(1 / near))
 
 
 def _total(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
@@ -401,13 +336,16 @@ def _closes(lattice: Node, turn: float, bindings: Bindings) -> bool:
 
 
 _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | None]] = {
-    "length": _length,
     "total": _total,
     "copies": _copies,
     "apart": _apart,
     "empty": _empty,
     "pores": _pores,
     "seam": _seam,
+    "period": drifting,
+    "still": frames.still,
+    "fold": frames.fold,
+    "fits": frames.fits,
 }
 
 

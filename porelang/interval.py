@@ -74,9 +74,17 @@ def neg(a: Interval) -> Interval:
     return Interval(-a.hi, -a.lo, a.nan)
 
 
+def _all_finite(lo: Array, hi: Array) -> bool:
+    """Whether ends are numbers everywhere, so that nothing infinite, empty or undefined went into them."""
+    return bool(np.isfinite(hi - lo).all())
+
+
 def add(a: Interval, b: Interval) -> Interval:
+    lo, hi = a.lo + b.lo, a.hi + b.hi
+    if _all_finite(lo, hi):
+        return Interval(lo, hi, a.nan | b.nan)
     nan = ((a.hi == INF) & (b.lo == -INF)) | ((a.lo == -INF) & (b.hi == INF))
-    return _made(a.lo + b.lo, a.hi + b.hi, nan, a, b)
+    return _made(lo, hi, nan, a, b)
 
 
 def sub(a: Interval, b: Interval) -> Interval:
@@ -84,6 +92,11 @@ def sub(a: Interval, b: Interval) -> Interval:
 
 
 def mul(a: Interval, b: Interval) -> Interval:
+    one, two, three, four = a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi
+    lo = np.minimum(np.minimum(one, two), np.minimum(three, four))
+    hi = np.maximum(np.maximum(one, two), np.maximum(three, four))
+    if _all_finite(lo, hi):
+        return Interval(lo, hi, a.nan | b.nan)
     ends = [_product(p, q) for p in (a.lo, a.hi) for q in (b.lo, b.hi)]
     nan = (_infinite(a) & b.contains(0.0)) | (_infinite(b) & a.contains(0.0))
     return _made(np.minimum.reduce(ends), np.maximum.reduce(ends), nan, a, b)

@@ -29,7 +29,7 @@ X_AXIS, Y_AXIS, Z_AXIS, PARAM, UNKNOWN = 1, 2, 4, 8, 16  # the unknown of a `sol
 ALL_AXES = 7
 #: What is computed before a field; `porelang.ops.tasks` says of each what it takes and gives.
 NUMBERS = ("porosity", "volume", "area", "minimum", "maximum", "mean", "to_porosity", "shell_to_porosity", "solve")
-DATA = ("load", "sample", "frame")
+DATA = ("load", "sample", "blur", "frame", "phase", "mesh", "bound")
 TASKS = frozenset({*NUMBERS, *DATA})
 SLOTS = TASKS | {"param", "unknown"}
 
@@ -271,7 +271,10 @@ def show(roots: Mapping[str, Node], note: Callable[[Node], str] | None = None) -
             names[n] = {"param": f"${n.value}", "unknown": f"?{n.value}"}.get(n.op, n.op)
             continue
         names[n] = f"%{len(lines)}"
-        value = n.value[:1] + n.value[2:] if n.op in ("load", "frame") and isinstance(n.value, tuple) else n.value
+        value = (
+            n.value[:1] + n.value[2:] if n.op in ("load", "frame", "mesh") and isinstance(n.value, tuple) else n.value
+        )
+        value = (str(value[0])[:8],) if n.op == "bound" and isinstance(value, tuple) else value
         text = f"{names[n]} = {n.op}{_payload(value)} {', '.join(names[a] for a in n.args)}".rstrip()
         lines.append(f"{text:<44} ; {note(n)}" if note else text)
     lines.extend(f"{name} = {names[root]}" for name, root in roots.items())

@@ -20,8 +20,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from porelang.diagnostics import fail, suggest
-from porelang.elaborate.values import Scalar, Value, as_vector, stage
-from porelang.ir import Stage
+from porelang.elaborate.values import Scalar, Value, Vector, as_vector, stage
+from porelang.ir import Node, Stage, X, Y, Z, node
 from porelang.program import Program
 from porelang.source import Span
 from porelang.syntax import tree
@@ -122,8 +122,16 @@ def _letter(value: Value | None) -> str:
     if value is None:
         return "C"
     vector = as_vector(value)
+    if vector is not None and (w := _divisor(vector)) is not None:  # the phase p / w is the period w
+        return "F" if w.axes else "C"
     if vector is not None:
         if stage(vector) is Stage.FIELD:
             return "V"
         return "C_X, C_Y, C_Z"
     return "F" if isinstance(value, Scalar) and stage(value) is Stage.FIELD else "C"
+
+
+def _divisor(phase: Vector) -> Node | None:
+    """The number or field by which the place is divided in a vector; None where it is no such vector."""
+    w = phase.x.args[1] if phase.x.op == "div" else None
+    return w if w is not None and phase.nodes == tuple(node("div", c, w) for c in (X, Y, Z)) else None

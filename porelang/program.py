@@ -19,10 +19,12 @@ import numpy as np
 
 from porelang.analysis.box import Extent
 from porelang.analysis.enclose import enclose
-from porelang.data import Data, Reduced
+from porelang.bound import Bindable, Within, no_such_data, samples_of
+from porelang.data import Data, Reduced, SampledField, Triple
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest, warn
 from porelang.doors import Doors, Settings, options
-from porelang.elaborate.results import Elaborated, Listed, Output, ParamInfo, Requirement
+from porelang.elaborate.context import Bound
+from porelang.elaborate.results import DataInfo, Elaborated, Listed, Output, ParamInfo, Requirement
 from porelang.elaborate.values import Scalar, Vector
 from porelang.extents import Cut, part_extent
 from porelang.formula import Bindings, Formula
@@ -30,11 +32,14 @@ from porelang.html import brief, table, title
 from porelang.interval import interval
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, node, order, param, within
 from porelang.once import alone
+from porelang.ops import TASK_TABLE
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, off_step, settle
 from porelang.source import Source, Span
-from porelang.tasks import all_read, bind_files, bind_tasks, find
-from porelang.tasks.run import READERS
+from porelang.tasks import all_read, bind_files, bind_tasks, find, look
+from porelang.tasks.bake import region
+from porelang.tasks.run import LOOKERS, READERS
+from porelang.tasks.telling import TELL, told
 
 #: Designs, and variants, that a program remembers.
 _REMEMBERED = 8
@@ -47,6 +52,7 @@ class Program(Doors):
 
     `structure` are the params that something is counted or picked by, fixed at a value each; `again` makes the program
     anew from its texts for other values, or for these wherever it is unpickled; `used` are those of the files it uses.
+    `bound` says of params that take data what they have, `held` is what of it is in memory.
     """
 
     source: Source
@@ -57,8 +63,10 @@ class Program(Doors):
     graph: Graph
     elaborated: Elaborated
     structure: Mapping[str, float]
-    again: Callable[[Mapping[str, float]], Program]
+    again: Callable[[Mapping[str, float], Mapping[str, Bound], Mapping[Node, SampledField]], Program]
     used: Mapping[str, Source]
+    bound: Mapping[str, Bound]
+    held: Mapping[Node, SampledField]
     # the designs asked for last, so that what one has found is not found again at the next call
     _designs: dict[bytes, Design] = dataclasses.field(default_factory=dict, init=False, repr=False)
     _variants: dict[bytes, Program] = dataclasses.field(default_factory=dict, init=False, repr=False)
@@ -75,7 +83,7 @@ class Program(Doors):
         return "".join([*shown, *(d._repr_html_() for d in self.warnings)])
 
     def __reduce__(self) -> tuple[Callable[..., Program], tuple[Any, ...]]:
-        return self.again, (dict(self.structure),)
+        return self.again, (dict(self.structure), dict(self.bound), dict(self.held))
 
     @property
     def presets(self) -> dict[str, dict[str, Setting]]:
@@ -167,6 +175,44 @@ class Program(Doors):
         let = self.elaborated.lets.get(name)
         return None if let is None else flatten(let.node)[0]
 
+    @property
+    def data(self) -> Mapping[str, DataInfo]:
+        """The params that take data (`param stress: field = ...`), by name; `bind` gives them some."""
+        return self.elaborated.data
+
+    def bind(
+        self,
+        fields: Mapping[str, Bindable] | None = None,
+        /,
+        *,
+        voxel: float | str | None = None,
+        within: Within | None = None,
+        **more: Bindable,
+    ) -> Program:
+        """The program with data for its params `param stress: field = ...`, in base units (mm, rad, N, MPa).
+
+        Data are a `SampledField`; or a function of points (n, 3) in mm, which is sampled every `voxel` over `within`,
+        the corners `((x0, y0, z0), (x1, y1, z1))` of a box or the name of an output or a `let` that is a solid; or an
+        array (nx, ny, nz) whose nodes span `within`, (nx, ny, nz, 3) for a vector. Beyond their ends they go on as at
+        the boundary. What else is bound stays. Errors: E155, and those of what it makes of the program.
+        """
+        given = {**(fields or {}), **more}
+        bound, held = dict(self.bound), dict(self.held)
+        box = within if not isinstance(within, str) else self._box(within)
+        for name, data in given.items():
+            if name not in self.data:
+                raise PoreError(no_such_data(name, self.data, self.params))
+            made = samples_of(self.data[name], data, voxel, box)
+            bound[name] = ("bound", made.digest)
+            held[node("bound", value=(made.digest,))] = made
+        read = {node("bound", value=tuple(payload)) for op, *payload in bound.values() if op == "bound"}
+        return self.again(self.structure, bound, {n: held[n] for n in held if n in read})
+
+    def _box(self, name: str) -> tuple[Triple, Triple]:
+        """The corners of the box of an output, or of a `let` that is a solid."""
+        box = region(self.design().formula(*self.field_roots(name)), "what is bound")
+        return box.lo, box.hi
+
     def design(self, settings: Settings | None = None, *, preset: str | None = None, **more: Setting) -> Design:
         """The program with settings bound: numbers in base units, or texts with a unit; the others are those of the
         preset, or the defaults.
@@ -185,6 +231,9 @@ class Program(Doors):
         if twice := sorted(set(settings or {}) & set(more)):
             raise fail("E084", f"`{twice[0]}` is set twice", hint="in the mapping or by its name, not both")
         for name in more:  # a keyword that is no param may be a slip of an option's
+            if name in self.data:
+                raise fail("E083", f"`{name}` takes data, not a number", self.data[name].span, label="declared here",
+                           hint=f"bind it: `program.bind({name}=...)`, or `--bind {name}=FILE:ARRAY`")  # fmt: skip
             if name not in self.params and not suggest(name, self.params) and (near := suggest(name, options())):
                 raise fail("E083", f"the program has no param `{name}`", hint=f"did you mean the option `{near}`?")
         given = {**self._preset(preset), **(settings or {}), **more}
@@ -219,7 +268,7 @@ class Program(Doors):
 
         def make() -> Program:
             try:
-                return self.again(structure)
+                return self.again(structure, self.bound, self.held)
             except PoreError as error:
                 changed = [(n, v) for n, v in structure.items() if v != self.structure[n]]
                 where = " and ".join(f"{n} = {self.params[n].shown(v)}" for n, v in changed)
@@ -295,7 +344,8 @@ class Design(Doors):
         """`files` is what has been read already, by the tasks that read it: a design goes on with that."""
         self.program = program
         self.settings: Mapping[str, float] = MappingProxyType(dict(settings))
-        self._bindings: Bindings = {**{param(name): value for name, value in self.settings.items()}, **(files or {})}
+        numbers = {param(name): value for name, value in self.settings.items()}
+        self._bindings: Bindings = {**numbers, **program.held, **(files or {})}
         self._extents: dict[str, Extent] = {}
         self._kept: set[int] = set()  # contracts that were found to hold
         self._lock = threading.RLock()
@@ -350,10 +400,13 @@ class Design(Doors):
         """An output that is a number, as a formula. Errors: E100, E101, and those of its tasks."""
         return self.formula(self.program.solid(name))
 
-    def read_data(self) -> None:
-        """Read every file that the program names, so that what is wrong with one is said now. Errors: theirs."""
+    def read_data(self, measure: bool = True) -> None:
+        """Read every file that the program names, so that what is wrong with one is said now; without `measure` of
+        those that take long the beginning. Errors: theirs."""
         for n in order(self.program.graph.roots):
-            if n.op in READERS:
+            if n.op in LOOKERS and not measure:
+                look(n, self.program.places)
+            elif n.op in READERS:
                 self.task(n)
 
     def task(self, n: Node) -> Reduced | Data:
@@ -434,6 +487,17 @@ class Design(Doors):
     def reads(self, *roots: Node) -> list[Node]:
         """The tasks that roots read with these settings, and those that these read: none of a branch not taken."""
         return all_read(roots, self._bindings, self.program.places)
+
+    def told(self, *roots: Node, measure: bool = True) -> list[Diagnostic]:
+        """What the tasks that roots read tell of what they found: notes and warnings, at the places that ask for them.
+
+        They are found if need be: without `measure` only those that take no time. Errors: theirs.
+        """
+        out: dict[Diagnostic, None] = {}
+        for n in self.reads(*roots) if measure else order(roots):
+            if n.op in TELL and n.depends < UNKNOWN and (measure or TASK_TABLE[n.op].cost == "instant"):
+                out.update(dict.fromkeys(told(n, self.task(n), self.program.places.get(n))))
+        return list(out)
 
     def holds(self, root: Node) -> bool:
         """Whether a condition on settings and numbers holds; what it reads is found first."""

@@ -269,7 +269,8 @@ def _parts(result: Result) -> list[NDArray[Any]]:
         case Reduced():
             parts = [np.array([result.value, result.error, result.sole])]
         case SampledField():
-            parts = [np.array(result.origin), np.array(result.spacing), result.values]
+            facts = np.array(result.facts, np.float64)
+            parts = [np.array(result.origin), np.array(result.spacing), facts, result.values]
         case Segments():
             parts = [result.starts, result.ends, result.radii]
     return [np.ascontiguousarray(p, p.dtype.newbyteorder("<")) for p in parts]
@@ -278,14 +279,14 @@ def _parts(result: Result) -> list[NDArray[Any]]:
 def _from_parts(kind: str, parts: Sequence[NDArray[Any]]) -> Result | None:
     """The result that arrays make up; None if they do not."""
     shapes = [p.shape for p in parts]
-    if any(p.dtype != np.float64 for p in parts[: 2 if kind == "sampled field" else None]):
+    if any(p.dtype != np.float64 for p in parts[: 3 if kind == "sampled field" else None]):
         return None
     if kind == "number" and shapes == [(3,)]:
         value, error, sole = map(float, parts[0])
         return Reduced(value, error, bool(sole)) if sole in (0.0, 1.0) else None
-    if kind == "sampled field" and len(shapes) == 3 and shapes[:2] == [(3,), (3,)] and len(shapes[2]) == 4:
-        (x, y, z), (dx, dy, dz) = (tuple(map(float, p)) for p in parts[:2])
-        return SampledField(parts[2], (x, y, z), (dx, dy, dz))
+    if kind == "sampled field" and [len(s) for s in shapes] == [1, 1, 1, 4] and shapes[:2] == [(3,), (3,)]:
+        (x, y, z), (dx, dy, dz), facts = (tuple(map(float, p)) for p in parts[:3])
+        return SampledField(parts[3], (x, y, z), (dx, dy, dz), facts)
     if kind == "segments" and len(shapes) == 3 and len(shapes[2]) == 1:
         n = shapes[2][0]
         return Segments(*parts) if shapes[:2] == [(n, 3), (n, 3)] else None
@@ -310,6 +311,8 @@ def _digest(result: Result) -> str:
     """A digest of the content: for data the one they are known by, so that it is computed once."""
     if isinstance(result, Reduced):
         return hashlib.sha256(_parts(result)[0].tobytes()).hexdigest()
+    if isinstance(result, SampledField) and result.facts:
+        return hashlib.sha256(result.digest.encode() + np.array(result.facts).tobytes()).hexdigest()
     return result.digest
 
 

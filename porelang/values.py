@@ -87,6 +87,15 @@ def setting(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
+def binding(text: str) -> tuple[str, str, str]:
+    """`NAME=FILE:ARRAY`."""
+    name, sign, source = text.partition("=")
+    file, colon, array = source.rpartition(":")
+    if not (sign and colon and name.strip() and file.strip() and array.strip()):
+        raise Unreadable(f"`{text}` binds nothing", "write NAME=FILE:ARRAY, as in stress=result.vtu:von_mises")
+    return name.strip(), file.strip(), array.strip()
+
+
 def view(text: str) -> tuple[float, float] | str:
     """A name of a view, or `AZIMUTH,ELEVATION` in degrees."""
     if text in VIEW_NAMES:

@@ -13,7 +13,7 @@ from porelang.conformance import report, suite
 from porelang.conformance.backend import NUMPY, Backend, glsl
 from porelang.conformance.programs import Case, cases, folder, number, read_case
 from porelang.conformance.report import certificate, doctor
-from porelang.conformance.suite import check_case, reads_data
+from porelang.conformance.suite import check_case, has_samples
 from porelang.conformance.sweep import Measurement
 from porelang.formula import Formula
 from porelang.gpu import Gpu, GpuMissing
@@ -54,13 +54,13 @@ def test_every_operation_stands_in_a_program() -> None:
     assert set(TABLE) <= used | {n.op for n in order(waves.formula.roots)}
 
 
-def test_what_reads_data_is_judged_with_the_operations(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_has_samples_is_judged_with_the_operations(monkeypatch: pytest.MonkeyPatch) -> None:
     """The sweep is over numbers; a run of the suite puts samples of data to the law beside it."""
     judged: list[str] = []
-    monkeypatch.setattr(suite, "check_lookup", lambda name, backend, seed: judged.append(name) or [])
+    monkeypatch.setattr(suite, "check_samples", lambda name, backend, seed: judged.append(name) or [])
     suite.run_suite(NUMPY[:1], graphs=0, operations=["neg", "lookup", "nearest"], programs=[])
     assert judged == ["lookup", "nearest"]
-    assert {name for name in TABLE if reads_data(name)} == {"lookup", "lookup_cubic", "covers", "nearest"}
+    assert {name for name in TABLE if has_samples(name)} == {"lookup", "lookup_cubic", "covers", "nearest", "principal"}
 
 
 def test_a_wrong_expectation_is_reported_with_its_line(tmp_path) -> None:  # type: ignore[no-untyped-def]
@@ -114,7 +114,7 @@ def test_a_certificate_says_what_was_done(
     assert made["programs"] == len(few)
     assert made["graphs"] == 8
     assert made["backends"] == ["numpy f64", "numpy f32", "glsl"]
-    assert {m["op"] for m in made["measurements"]} == {name for name in TABLE if not reads_data(name)}
+    assert {m["op"] for m in made["measurements"]} == {name for name in TABLE if not has_samples(name)}
     assert made["points"] > 3 * 200 * len(few)
     assert 0.9 * made["points"] < made["sharp"] <= made["points"]
     assert 0 < made["use"] <= 1

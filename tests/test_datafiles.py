@@ -24,9 +24,9 @@ import pytest
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.error_codes import CODES
 from porelang.source import Source, Span
-from porelang.tasks import datafile, load
+from porelang.tasks import datafile
 from porelang.tasks.frame import read_frame
-from porelang.tasks.load import read_grid
+from porelang.tasks.readers import npz, read_grid
 
 SPAN = Span(Source("part.pore", 'load("grid.npz", "stress")'), 0, 26)
 ONES = np.ones((2, 3, 4))
@@ -264,13 +264,13 @@ def test_a_file_that_changes_while_it_is_read(
 ) -> None:
     path = grid(tmp_path / "grid.npz")
     old(path)
-    members = load._members
+    members = npz._members
 
     def late(*args: Any) -> Any:
         change(path)
         return members(*args)
 
-    monkeypatch.setattr(load, "_members", late)
+    monkeypatch.setattr(npz, "_members", late)
     assert "changed while" in told(path).message
 
 

@@ -43,7 +43,8 @@ NOTATION = {
     "fig04e_blend": "(F_A, F_B)(F_C)(R)(F_R)",
     "fig04f_diamond": "(F)(C)(T)(F)",
     "fig04g_shell": "(F)(C)(D)(F)",
-    "fig07_local_frame": "(F)(V)(S)(F)",
+    "fig07a_regular": "(F)(C)(W)(F)",
+    "fig07d_aligned": "(F)(V)(S)(F)",
     "fig08a_regular": "(F)(C)(W)(F)",
     "fig08b_shell": "(F)(C)(D)(F)",
     "fig08c_polar": "(F)(V)(S)(F)",
@@ -90,9 +91,17 @@ def polar(points: Points, turn: float) -> Points:
 
 
 def test_every_figure_is_there() -> None:
-    letters = {"fig01": "g", "fig04": "abcdefg", "fig05": "abcdef", "fig08": "abc", "fig09": "abc", "fig10": "bc"}
+    letters = {
+        "fig01": "g",
+        "fig04": "abcdefg",
+        "fig05": "abcdef",
+        "fig07": "abcd",
+        "fig08": "abc",
+        "fig09": "abc",
+        "fig10": "bc",
+    }
     wanted = {number + letter for number, all_of_it in letters.items() for letter in all_of_it}
-    assert {name.partition("_")[0] for name in FIGURES} == wanted | {"fig06", "fig07", "fig11"}
+    assert {name.partition("_")[0] for name in FIGURES} == wanted | {"fig06", "fig11"}
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -330,12 +339,28 @@ def test_figures_5_are_the_fields_they_are_named_after() -> None:
 
 def test_local_frames_turn_the_lattice_with_the_curve() -> None:
     """At the crest of the curve its normal is the y axis: there the cells are the plain lattice's, turned upright."""
-    field, away = (FIGURES["fig07_local_frame"].field(name) for name in ("lattice", "distance"))
+    field, away = (FIGURES["fig07d_aligned"].field(name) for name in ("lattice", "distance"))
     y = np.linspace(50, 70, 100)  # on the outside of the bend, where the crest is nearest
     points = np.stack([0 * y, y, 5 + 0 * y], axis=1)
     crest = 60 * (1 - math.cos(math.radians(40)))
     assert away(points) == pytest.approx(y - crest - 1, abs=1e-6)
-    assert field(points) == pytest.approx(np.cos(math.tau * y / 20) + 1 + 0 * y, abs=1e-6)
+    level = math.cos(math.tau * 5 / 28)
+    assert field(points) == pytest.approx(np.cos(math.tau * y / 28) + 1 + level, abs=1e-6)
+
+
+def test_the_squares_of_figure_7_stand_upright_to_the_curve() -> None:
+    """The middles of their sides lie along the gradient of the distance, by the differences of Eq 9, and across it."""
+    squares, away = FIGURES["fig07c_frames"].field("part"), FIGURES["fig07b_distance"].field("distance")
+    centres = 4.0 * np.random.default_rng(3).integers(-14, 15, (300, 2))
+    centres = np.column_stack([centres, np.zeros(len(centres))])
+    step = 1e-4 * np.eye(3)
+    g = np.stack([away(centres + s) - away(centres - s) for s in step], axis=1) / 2e-4
+    plain = np.abs(np.linalg.norm(g, axis=1) - 1) < 1e-3  # not on a ridge
+    assert plain.sum() > 250
+    half = 0.6 * 4 / 2
+    for way in (g, -g, np.column_stack([-g[:, 1], g[:, 0], g[:, 2]])):
+        assert squares(centres + 0.5 * half * way)[plain] == pytest.approx(-0.5 * half, abs=1e-4)
+        assert squares(centres + 1.2 * half * way)[plain] == pytest.approx(0.2 * half, abs=1e-4)
 
 
 def draw() -> ModuleType:

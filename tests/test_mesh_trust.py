@@ -468,7 +468,7 @@ def test_what_touches_has_no_gap(text):
 @pytest.mark.slow
 def test_what_a_boundary_cuts_off_a_lattice_is_no_missing_piece():
     """Corners of a lattice's walls, which are pieces of the part, are where it runs out; and so are its rims."""
-    for name, resolution in (("fig01g_tpms", 48), ("fig04g_shell", 48), ("fig07_local_frame", 48)):
+    for name, resolution in (("fig01g_tpms", 48), ("fig04g_shell", 48), ("fig07d_aligned", 48)):
         path = Path(__file__).parent.parent / "examples" / "figures" / f"{name}.pore"
         design = porelang.compile(path=path).design()
         assert "W205" not in codes(make(design, resolution=resolution, force=True)), name

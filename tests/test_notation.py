@@ -25,6 +25,9 @@ from porelang.syntax.parse import parse
         ("## Modifies: space by q, as a vector field\ndef f(g, q) = g @ q\nf(sphere(5), 2 * p)", ["(F)(V)(S)(F)"]),
         ("## Modifies: distance by d\ndef f(g, d) = g - d\nf(sphere(5), z / 9)", ["(F)(F)(D)(F)"]),
         ("## Modifies: distance by d\ndef f(g, d: field) = g - d\nf(sphere(5), z / 9)", ["(F_A)(F_B)(D)(F)"]),
+        ("gyroid(phase=p / 20)", ["(F)(C)(W)(F)"]),  # which is the period 20
+        ("gyroid(phase=p / (20 + z / 9))", ["(F)(F)(W)(F)"]),
+        ("gyroid(phase=[x / 20, y / 20, z / 30])", ["(F)(V)(W)(F)"]),
         ("## Modifies: wavelength by w or q\ndef f(w or q = p / w) = q.x\nf(q=2 * p)", ["(F)(V)(W)(F)"]),
         ("## Modifies: ratio by r\ndef f(a, b, r = 0.5) = a * r + b * (1 - r)\nf(x, y)", ["(F_A, F_B)(C)(R)(F_R)"]),
         (
@@ -71,4 +74,4 @@ def test_what_the_prelude_modifies_reads() -> None:
     }
     assert sum(dimension == "W" for name, dimension in found.items() if name.startswith("tpms ")) == 23
     assert (found["space twist"], found["modify blend"]) == ("S", "R")
-    assert len(found) == 46
+    assert len(found) == 50

@@ -494,6 +494,21 @@ def test_multishell(n: int) -> None:
     close(f"multishell(sphere(20), 1, {n}, 2)", np.min(np.abs(d[:, None] - middles), axis=1) - 0.5)
 
 
+def test_crossfade_keeps_the_spread_of_values_and_about_the_space_of_walls() -> None:
+    a, b, f = np.linalg.norm(P, axis=1) - 20, X, np.clip(Z / 20 + 0.5, 0, 1)
+    f = f * f * (3 - 2 * f)
+    close("crossfade(sphere(20), x, along=z, r=20)", ((1 - f) * a + f * b) / np.sqrt(f**2 + (1 - f) ** 2))
+    points = np.random.default_rng(0).uniform(-200, 200, (100_000, 3))
+
+    def share(text: str) -> float:
+        return float((porelang.compile(f"{text} |> shell(0.6)").field()(points) < 0).mean())
+
+    one = share("gyroid(16)")
+    assert share("blend(gyroid(16), gyroid(11), along=0*x, r=1)") / one > 1.8
+    assert share("crossfade(gyroid(16), gyroid(11), along=0*x, r=1)") / one < 1.4
+    assert share("crossfade(schwarz_p(16), schwarz_p(11), along=0*x, r=1)") / share("schwarz_p(16)") < 1.15
+
+
 def test_morph_and_blend() -> None:
     a, b = np.linalg.norm(P, axis=1) - 20, X
     close("morph(sphere(20), x, 0.3)", 0.7 * a + 0.3 * b)

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 import porelang
-from porelang.checks import doubtful_numbers
 from porelang.cli import main
 from porelang.diagnostics import Diagnostic
 from porelang.ir import order, unknown
@@ -144,8 +143,8 @@ def test_an_answer_beside_which_there_may_be_others_is_doubted() -> None:
     """It rises and falls again: what was looked at in some places is one answer, not certainly the only one."""
     text = "sphere(solve(t => bare(volume(sphere(t) & box([4, 4, 4]))) - 3 * t, 2, 0.2..6))"
     design = porelang.compile(text).design()
-    (warning,) = doubtful_numbers(design, *design.program.roots())
+    (warning,) = design.told(*design.program.roots())
     assert (warning.code, warning.severity) == ("W206", "warning")
     assert "there may be others" in warning.message
     sure = porelang.compile("sphere(solve(t => volume(sphere(t)), 100, 1..10))").design()
-    assert not doubtful_numbers(sure, *sure.program.roots())
+    assert not sure.told(*sure.program.roots())

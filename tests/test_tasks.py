@@ -26,7 +26,8 @@ from porelang.gpu import shared_gpu
 from porelang.ir import NUMBERS, TASKS
 from porelang.ops import TASK_TABLE
 from porelang.progress import watching
-from porelang.tasks import datafile, identity, load, resolve
+from porelang.tasks import datafile, identity, resolve
+from porelang.tasks.readers import npz, read_grid
 from porelang.tasks.resolve import RUN
 from porelang.tasks.run import READERS
 
@@ -69,7 +70,7 @@ def data_files(folder: Path) -> None:
 def test_the_table_says_what_the_graph_and_the_runners_know() -> None:
     assert TASK_TABLE.keys() == TASKS
     assert {n for n, row in TASK_TABLE.items() if row.result == "real"} == set(NUMBERS)
-    assert RUN.keys() | READERS.keys() | {"solve"} == TASK_TABLE.keys()
+    assert RUN.keys() | READERS.keys() | {"solve", "bound"} == TASK_TABLE.keys()
 
 
 # ---- identity
@@ -156,10 +157,10 @@ def test_the_code_that_computes_is_in_what_a_result_is_known_by(
     digests = []
     for text in ("one", "two", "one"):
         (tmp_path / "tasks" / "run.py").write_text(text)
-        identity._code.cache_clear()
-        digests.append(identity._code())
+        identity.code_digest.cache_clear()
+        digests.append(identity.code_digest())
     monkeypatch.undo()
-    identity._code.cache_clear()
+    identity.code_digest.cache_clear()
     assert digests[0] == digests[2] != digests[1]
 
 
@@ -306,7 +307,7 @@ def test_a_param_is_the_number_that_it_has(computed: list[str]) -> None:
 
 def test_another_version_of_the_code_computes_again(computed: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     porelang.compile(TEXT).reduced()
-    monkeypatch.setattr(identity, "_code", lambda: "other")
+    monkeypatch.setattr(identity, "code_digest", lambda: "other")
     porelang.compile(TEXT).reduced()
     assert len(computed) == 4
 
@@ -666,17 +667,17 @@ def test_threads_that_want_a_file_read_it_once(tmp_path: Path, monkeypatch: pyte
     data_files(tmp_path)
     os.utime(tmp_path / "grid.npz", (1e9, 1e9))
     reads: list[int] = []
-    values = load._values
+    values = npz._values
 
     def slowly(*args: Any) -> Any:
         reads.append(1)
         threading.Event().wait(0.1)
         return values(*args)
 
-    monkeypatch.setattr(load, "_values", slowly)
+    monkeypatch.setattr(npz, "_values", slowly)
     monkeypatch.setattr(datafile, "_TICK", -1e10)
     with ThreadPoolExecutor(4) as pool:
-        list(pool.map(lambda _: load.read_grid(str(tmp_path / "grid.npz"), "x"), range(4)))
+        list(pool.map(lambda _: read_grid(str(tmp_path / "grid.npz"), "x"), range(4)))
     assert len(reads) == 1
 
 

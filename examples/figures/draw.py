@@ -27,7 +27,7 @@ FIELD = Wishes(size=(640, 560), view=(-60, 28), slices=THREE_PLANES, solid="glas
 # The paper cuts its cylinders along the planes XY and XZ: a quarter is taken out, and both sections are seen.
 QUARTER = (HalfSpace(1, True, 0.0), HalfSpace(2, False, 0.0))
 SPECIMEN = Wishes(size=(480, 800), view=(-68, 22), cuts=(QUARTER,), frame="bounds")
-FRAMES = Wishes(size=(480, 390), view=(-90, 90), projection="orthographic", slices=(Plane(2, 5.0),), field="lattice")
+FRAMES = Wishes(size=(480, 390), view=(-90, 90), projection="orthographic", slices=(Plane(2, 7.0),), field="lattice")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +39,8 @@ class Drawing:
     output: str | None = None
 
 
+SHEET = (-75.0, -60.0, 0.0, 75.0, 60.0, 8.0)
+
 #: By the first letters of a figure's name.
 DRAWINGS = {
     "fig01": Drawing(SAMPLE),
@@ -46,7 +48,10 @@ DRAWINGS = {
     "fig05": Drawing(FIELD, (-50.0, -50.0, -50.0, 50.0, 50.0, 50.0)),
     "fig05f": Drawing(replace(FIELD, legend=""), (-50.0, -50.0, -50.0, 50.0, 50.0, 50.0)),
     "fig06": Drawing(replace(FIELD, size=(480, 720), field="modifier", legend="")),
-    "fig07": Drawing(FRAMES, (-75.0, -60.0, 0.0, 75.0, 60.0, 6.0), "distance"),
+    "fig07a": Drawing(replace(FRAMES, solid="none"), SHEET),
+    "fig07b": Drawing(replace(FRAMES, field="distance", legend="mm"), SHEET),
+    "fig07c": Drawing(replace(FRAMES, field="distance"), SHEET),
+    "fig07d": Drawing(FRAMES, SHEET, "distance"),
     "fig08": Drawing(SPECIMEN),
     "fig09": Drawing(SPECIMEN),
     "fig10": Drawing(SPECIMEN),

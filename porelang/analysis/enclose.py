@@ -85,15 +85,11 @@ def _enclosed(
             early = tape.stages[i] < Stage.FIELD
             known = exact if early else found
             made: Any
-            if op == PICK:
-                walk = tape.inputs[i][0]
-                made = known[walk][_names(tape.values[walk]).index(str(tape.values[i]))]
-            elif op in TABLE:
+            if op == PICK or op in TABLE:
                 here = precision if not early or not precision.eps else F64  # uniforms are float64
-                made = _operation(TABLE[op], [known[a] for a in tape.inputs[i]], tape.values[i], here)
-                made = _remainder(tape, i, made, known) if op in ("sub", "mod") else made
+                made = enclosed_operation(tape, i, known, here)
             else:
-                made = _leaf(formula, i, box, precision)
+                made = enclosed_leaf(formula, i, box, precision)
             if i in held and isinstance(made, Enclosure):
                 made = Enclosure(meet(made.range, held[i]), made.jumps)
             if early:
@@ -105,6 +101,16 @@ def _enclosed(
                     if tape.stages[a] is Stage.FIELD:
                         del found[a]
     return found
+
+
+def enclosed_operation(tape: Tape, i: int, known: Mapping[int, Any], precision: Precision = EXACT) -> Any:
+    """What is known of the result of an operation at a position, by what is `known` of what it reads."""
+    op = tape.ops[i]
+    if op == PICK:
+        walk = tape.inputs[i][0]
+        return known[walk][_names(tape.values[walk]).index(str(tape.values[i]))]
+    made = _operation(TABLE[op], [known[a] for a in tape.inputs[i]], tape.values[i], precision)
+    return _remainder(tape, i, made, known) if op in ("sub", "mod") else made
 
 
 #: What is left of a number without a whole one that is made of it, on every backend: rounding is monotone.
@@ -178,7 +184,8 @@ def _given(values: Array) -> Callable[..., Array]:
     return lambda *_: values
 
 
-def _leaf(formula: Formula, i: int, box: Sequence[Interval], precision: Precision) -> Any:
+def enclosed_leaf(formula: Formula, i: int, box: Sequence[Interval], precision: Precision = EXACT) -> Any:
+    """What is known of a constant, a coordinate, or what is bound to a slot."""
     n = formula.tape.nodes[i]
     if n.op == "const":
         value = n.value

@@ -18,7 +18,7 @@ class Command:
     example: str
 
 
-ASK = ("file", "set", "preset", "out")
+ASK = ("file", "set", "preset", "bind", "out")
 REFINE = ("smooth", "sharp", "simplify")
 COMMANDS: dict[str, Command] = {
     c.name: c
@@ -26,7 +26,7 @@ COMMANDS: dict[str, Command] = {
         Command(
             "check",
             "say everything that is wrong or doubtful in a program",
-            ("file", "set", "preset", "measure", "json", "quiet"),
+            ("file", "set", "preset", "bind", "measure", "json", "quiet"),
             "pore check specimen.pore",
         ),
         Command(
@@ -63,7 +63,7 @@ COMMANDS: dict[str, Command] = {
         Command(
             "notation",
             "each step in the notation of the paper, as in (F)(C)(W)(F)",
-            ("file", "set", "preset", "json"),
+            ("file", "set", "preset", "bind", "json"),
             "pore notation specimen.pore",
         ),
         Command(
@@ -73,6 +73,7 @@ COMMANDS: dict[str, Command] = {
                 "file",
                 "set",
                 "preset",
+                "bind",
                 "outs",
                 "bodies",
                 "output",
@@ -161,6 +162,17 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "preset": (
         ("--preset",),
         {"metavar": "NAME", "help": "set the params as a `preset` of the program says; --set goes over it"},
+    ),
+    "bind": (
+        ("--bind",),
+        {
+            "metavar": "NAME=FILE:ARRAY",
+            "type": values.binding,
+            "action": "append",
+            "default": [],
+            "dest": "bindings",
+            "help": "give a param that takes data the array of a file, as `load` reads it; repeat it for several",
+        },
     ),
     "out": (("--out",), {"metavar": "NAME", "help": "which output of the program (default: part)"}),
     "outs": (

@@ -6,7 +6,7 @@ from argparse import Namespace
 
 from porelang.checks import (
     broken_checks,
-    doubtful_numbers,
+    drifts_of_data,
     find_searches,
     late_doubts,
     read_by,
@@ -14,7 +14,7 @@ from porelang.checks import (
     unmeasured_checks,
 )
 from porelang.cli import report
-from porelang.cli.loading import source_of
+from porelang.cli.loading import data_of, source_of
 from porelang.compiler import MOST_DIAGNOSTICS, try_compile
 from porelang.diagnostics import PoreError
 from porelang.doubts import idle_cuts
@@ -27,13 +27,13 @@ from porelang.syntax.parse import MOST
 def check(options: Namespace) -> int:
     """`pore check`: all diagnostics, the `check` statements included."""
     source = source_of(options)
-    program, found = try_compile(source)
+    program, found = try_compile(source, bound=data_of(options))
     design: Design | None = None
     report.say([d for d in found if d.severity == "error" or not options.quiet])
     if program is not None:  # what was found so far is said first: a check may have to measure the whole part
         try:
             design = program.design(dict(options.settings), preset=options.preset)
-            design.read_data()
+            design.read_data(options.measure)
             find_searches(design)
             if options.measure:
                 design.keep_contracts()
@@ -43,8 +43,9 @@ def check(options: Namespace) -> int:
             broken += [*broken_checks(design, options.measure), *undecided_checks(design, options.measure)]
             if options.measure:
                 broken += late_doubts(design)
-                broken += doubtful_numbers(design, *read_by(program))
                 broken += idle_cuts(program.elaborated, design.settings)
+            broken += drifts_of_data(design, options.measure)
+            broken += design.told(*read_by(program), measure=options.measure)
         except PoreError as error:
             broken = list(error.diagnostics)
         report.say([d for d in broken if d.severity == "error" or not options.quiet])
@@ -56,7 +57,8 @@ def check(options: Namespace) -> int:
         if waiting and not options.quiet:
             them = "it" if waiting == 1 else "them"
             report.note(f"{report.plural(waiting, 'check')} about whole fields left out: --measure looks at {them}")
-    if design is not None and not options.quiet and not found:
+    doubts = [d for d in found if d.severity != "note"]
+    if design is not None and not options.quiet and not doubts:
         try:
             axes = endless(design)
         except PoreError:
@@ -64,8 +66,8 @@ def check(options: Namespace) -> int:
         if axes:
             report.note(f"a field without an end along {axes}: drawing and meshing it takes --bounds")
     if not options.quiet:
-        errors = sum(d.severity == "error" for d in found)
-        warnings = report.plural(len(found) - errors, "warning")
-        first = "the first " if len(found) in (MOST, MOST_DIAGNOSTICS) else ""
+        errors = sum(d.severity == "error" for d in doubts)
+        warnings = report.plural(len(doubts) - errors, "warning")
+        first = "the first " if len(doubts) in (MOST, MOST_DIAGNOSTICS) else ""
         report.note(f"{source.name}: {first}{report.plural(errors, 'error')}, {warnings}")
     return report.status(found)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from argparse import Namespace
 
 from porelang.cli import report
 from porelang.compiler import try_compile
-from porelang.diagnostics import PoreError
+from porelang.diagnostics import PoreError, fail
 from porelang.files import read_source, read_standard_input
 from porelang.program import Design, Program
 from porelang.settings import off_step
@@ -18,9 +19,19 @@ def source_of(options: Namespace) -> Source:
     return read_standard_input() if options.file == "-" else read_source(options.file)
 
 
+def data_of(options: Namespace) -> dict[str, tuple[str, ...]]:
+    """The params that a command binds to arrays of files. Errors: E155 where one is bound twice."""
+    bound: dict[str, tuple[str, ...]] = {}
+    for name, file, array in options.bindings:
+        found = ("load", file, os.path.abspath(file), array)
+        if bound.setdefault(name, found) != found:
+            raise fail("E155", f"`{name}` is bound twice", hint="leave one of the two out")
+    return bound
+
+
 def load(options: Namespace) -> Program:
     """The program of a command, its warnings said. Errors: all that is wrong with it."""
-    program, found = try_compile(source_of(options))
+    program, found = try_compile(source_of(options), bound=data_of(options))
     if program is None:
         raise PoreError(found)
     if not getattr(options, "quiet", False):

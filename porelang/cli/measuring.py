@@ -6,11 +6,12 @@ import math
 from argparse import Namespace
 from typing import Any
 
-from porelang.checks import broken_checks, doubtful_numbers, undecided_checks
+from porelang.checks import broken_checks, undecided_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
 from porelang.data import coordinates, figures
+from porelang.diagnostics import to_lists
 from porelang.measure import measure as measured
 
 _WORDS = {
@@ -43,14 +44,14 @@ def measure(options: Namespace) -> int:
         dtype,
     )
     broken = broken_checks(design, measure=True)
+    asked = [*design.program.roots(options.out), *design.program.graph.checks]
+    doubts = [*undecided_checks(design), *design.told(*asked)]
     if options.json:
-        report.put(found | {"failed_checks": [d.to_json() for d in broken]})
+        report.put(found | {"failed_checks": [d.to_json() for d in broken], **to_lists(doubts)})
     else:
         print(_text(design.program.source.name, found))
     report.say(broken)
-    if not options.quiet:
-        asked = [*design.program.roots(options.out), *design.program.graph.checks]
-        report.say([*undecided_checks(design), *doubtful_numbers(design, *asked)])
+    report.say([] if options.quiet else doubts)
     return report.status(broken)
 
 

@@ -7,12 +7,12 @@ from argparse import Namespace
 from typing import Any
 
 from porelang.atomic import destination
-from porelang.checks import broken_checks, doubtful_numbers, undecided_checks
+from porelang.checks import broken_checks, undecided_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
 from porelang.data import coordinates
-from porelang.diagnostics import PoreError, fail
+from porelang.diagnostics import PoreError, fail, to_lists
 from porelang.mesh import Surface, write
 from porelang.mesh.crumbs import SLIVER
 from porelang.mesh.export import writer_of
@@ -40,16 +40,13 @@ def mesh(options: Namespace) -> int:
         design, options.out, options.voxel, options.resolution, options.bounds, backend, dtype,
         options.smooth, options.sharp, options.simplify, options.force, folder=folder,
     )  # fmt: skip
-    doubts = [*undecided_checks(design), *made.doubts, *doubtful_numbers(design, *design.program.roots(options.out))]
+    doubts = [*undecided_checks(design), *made.doubts, *design.told(*design.program.roots(options.out))]
     report.say([] if options.quiet else doubts)
     write(made.surface, options.output, notes_of(design, options.out))
     seconds = round(time.perf_counter() - start, 3)
     found = facts(made.surface) | made.facts | {"seconds": seconds, "backend": backend}
     if options.json:
-        report.put(
-            {"file": options.output, "output": design.program.output(options.out), **found}
-            | {"warnings": [d.to_json() for d in doubts]}
-        )
+        report.put({"file": options.output, "output": design.program.output(options.out), **found} | to_lists(doubts))
     elif not options.quiet:
         print(_text(options.output, found))
     return 0

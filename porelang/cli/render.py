@@ -9,7 +9,7 @@ from porelang.atomic import destination
 from porelang.checks import broken_checks
 from porelang.cli import report
 from porelang.cli.loading import bound
-from porelang.diagnostics import PoreError, fail
+from porelang.diagnostics import PoreError, fail, to_lists
 
 #: Options that say what the picture shows.
 _WISHES = ("view", "projection", "size", "zoom", "cut", "slice", "field", "range", "legend", "solid", "background",
@@ -19,7 +19,7 @@ _WISHES = ("view", "projection", "size", "zoom", "cut", "slice", "field", "range
 def render(options: Namespace) -> int:
     """Draw an output and write the picture. What can be refused is refused before anything is computed."""
     from porelang.picture import write_png
-    from porelang.render.picture import bodies_of, render_output
+    from porelang.render.picture import bodies_of, render_output, roots_shown
     from porelang.render.wishes import wishes_of
 
     destination(options.output)
@@ -37,6 +37,8 @@ def render(options: Namespace) -> int:
     start = time.perf_counter()
     made = render_output(design, names, wishes, options.bounds)
     write_png(made, options.output, wishes.transparent)
+    told = design.told(*roots_shown(design.program, names, wishes))
+    report.say([] if options.quiet else told)
     seconds = round(time.perf_counter() - start, 3)
     width, height = options.size
     if not made.covered and wishes.solid != "none" and not options.quiet:
@@ -56,6 +58,7 @@ def render(options: Namespace) -> int:
                 "slice_range": None if made.scale is None else list(made.scale.ends),
                 "colours": {name: "#{:02x}{:02x}{:02x}".format(*colour) for name, colour in made.colours},
                 "backend": made.backend,
+                **to_lists(told),
             }
         )
     elif not options.quiet:

@@ -18,6 +18,7 @@ from porelang.progress import Report
 _USAGE = frozenset({"E088", "E100", "E104", "E105", "E107", "E108", "E112", "E113", "E114", "E117", "E123"})
 _SETTINGS = frozenset({"E083", "E084", "E085"})
 _BOLD, _RED, _YELLOW, _BLUE, _CYAN, _END = "\033[1m", "\033[1;31m", "\033[1;33m", "\033[1;34m", "\033[36m", "\033[0m"
+_SHADES = {"error": _RED, "warning": _YELLOW, "note": _CYAN}
 
 
 def status(found: Iterable[Diagnostic]) -> int:
@@ -37,7 +38,7 @@ def say(found: Iterable[Diagnostic]) -> None:
     coloured = _colourful(sys.stderr)
     for d in found:
         text = render(d)
-        tell(colour(text) if coloured else text, end="\n\n")
+        tell(colour(text) if coloured else text, end="\n" if d.severity == "note" else "\n\n")
 
 
 def note(text: str) -> None:
@@ -74,7 +75,7 @@ def _finite(value: Any) -> Any:
 def colour(text: str) -> str:
     """The text of a diagnostic with the escape sequences of a terminal."""
     head, *rest = text.split("\n")
-    severity = _YELLOW if head.startswith("warning") else _RED
+    severity = _SHADES[head.partition("[")[0].partition(":")[0]]
     word, _, message = head.partition(": ")
     lines = [f"{severity}{word}{_END}: {_BOLD}{message}{_END}"]
     for line in rest:

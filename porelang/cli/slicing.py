@@ -6,11 +6,11 @@ import time
 from argparse import Namespace
 from typing import Any
 
-from porelang.checks import broken_checks, doubtful_numbers, undecided_checks
+from porelang.checks import broken_checks, undecided_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
-from porelang.diagnostics import PoreError
+from porelang.diagnostics import PoreError, to_lists
 from porelang.mesh.doubts import layer_doubts
 from porelang.progress import watching
 from porelang.slices import SLICING, write_slices
@@ -51,12 +51,11 @@ def slices(options: Namespace) -> int:
             report.note(f"\nstopped after {done} of {of or 'all'} layers: nothing is written to {options.output}")
         raise
     doubts = layer_doubts(design, options.out, options.bounds, found["volume"], found["step"], found["pixel"])
-    doubts += [*undecided_checks(design), *doubtful_numbers(design, *design.program.roots(options.out))]
+    doubts += [*undecided_checks(design), *design.told(*design.program.roots(options.out))]
     report.say([] if options.quiet else doubts)
     seconds = round(time.perf_counter() - start, 3)
     if options.json:
-        warnings = [d.to_json() for d in doubts]
-        report.put({"folder": options.output, **found, "seconds": seconds, "warnings": warnings})
+        report.put({"folder": options.output, **found, "seconds": seconds, **to_lists(doubts)})
     elif not options.quiet:
         print(f"{options.output}: {of_layers(found)}, {found['volume']:.6g} mm3, {seconds:.1f} s")
     return 0

@@ -165,6 +165,10 @@ def _call(n: Node, names: list[str]) -> str:
             return f"({inside} @ {place}) > 0"
         case "nearest":
             return f'bare(nearest_bar("{samples.FRAME_FILE}").{_MEMBERS[str(n.value)]} @ {place})'
+        case "principal":
+            axis, which = str(n.value)[0], str(n.value)[1]
+            member = "value" if axis == "v" else f"direction.{axis}"
+            return f"bare(principal(tensor({', '.join(names)}), {which}).{member})"
     if n.op == "neg":
         return f"-({names[0]})"
     if n.op == "select":

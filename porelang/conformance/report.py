@@ -16,7 +16,7 @@ import numpy as np
 
 import porelang
 from porelang.conformance.backend import NUMPY, Backend, glsl
-from porelang.conformance.suite import Certificate, check_lookup, reads_data, run_suite
+from porelang.conformance.suite import Certificate, check_samples, has_samples, run_suite
 from porelang.conformance.sweep import Measurement, sweep
 from porelang.gpu import Gpu, GpuMissing, shared_gpu
 from porelang.ops import TABLE
@@ -36,7 +36,7 @@ def doctor(json: bool = False) -> int:
     backends = _backends(device)
     measured = [m for b in backends for m in sweep(b)]
     broken = [m for m in measured if m.broken]
-    judged = {(n, b.name): check_lookup(n, b, 0) for n in TABLE if reads_data(n) for b in backends}
+    judged = {(n, b.name): check_samples(n, b, 0) for n in TABLE if has_samples(n) for b in backends}
     failures = [f.failure for found in judged.values() for f in found if f.failure]
     holds = not broken and not failures
     if json:

@@ -1,4 +1,5 @@
-"""Data that operations are judged on: a grid of values and a frame of bars, small, and hard as data can be."""
+"""What operations are judged on that are not swept over numbers: a grid of values, a frame of bars, small, and hard as
+data can be, and a field of tensors."""
 
 from __future__ import annotations
 
@@ -10,7 +11,8 @@ import numpy as np
 
 from porelang.data import NEAREST, Data, SampledField, Segments
 from porelang.formula import Bindings
-from porelang.ir import Node, node
+from porelang.ir import ZERO, Node, X, Y, Z, node
+from porelang.ops import Op
 
 #: The files that generated programs name, and the slots that stand for them in graphs.
 GRID_FILE, GRID_NAME, FRAME_FILE = "grid.npz", "value", "frame.json"
@@ -66,6 +68,18 @@ def write(folder: Path) -> None:
 def slot(kind: str) -> Node:
     """The slot of data of a kind."""
     return GRID if kind == "grid" else BARS
+
+
+def tensor() -> tuple[Node, ...]:
+    """The components of a tensor field: where x <= y <= z <= 0 along the axes, on the diagonals with values that are
+    one, at the origin 0; nowhere smooth everywhere, and beyond the grid great."""
+    xy, yz = node("max", X - Y, ZERO), node("max", Y - Z, ZERO)
+    return (X, Y, Z, 0.5 * xy, 0.25 * node("min", xy, yz), 0.125 * node("max", Z, ZERO))
+
+
+def arguments(row: Op) -> tuple[Node, ...]:
+    """What an operation is judged on: the slot of its data and a place, or a tensor."""
+    return tensor() if row.args[0] == "real" else (slot(row.args[0]), X, Y, Z)
 
 
 def data(kind: str) -> Data:

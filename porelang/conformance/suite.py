@@ -21,7 +21,7 @@ from porelang.diagnostics import PoreError
 from porelang.elaborate.values import Vector
 from porelang.files import read_source
 from porelang.formula import Formula
-from porelang.ir import Node, Value, X, Y, Z, node, order
+from porelang.ir import Node, Value, node, order
 from porelang.ops import TABLE
 from porelang.program import Program
 from porelang.rewrites import flatten
@@ -68,10 +68,10 @@ def run_suite(
 ) -> Certificate:
     """Sweep the operations (all, if none are named), run the programs (all, if none are given), judge random graphs."""
     chosen_operations = list(TABLE if operations is None else operations)
-    measurements = [m for b in backends for m in sweep(b, [n for n in chosen_operations if not reads_data(n)], seed)]
+    measurements = [m for b in backends for m in sweep(b, [n for n in chosen_operations if not has_samples(n)], seed)]
     chosen = cases() if programs is None else programs
     findings = [f for case in chosen for b in backends for f in check_case(case, b, PLACES, seed)]
-    findings += [f for n in chosen_operations if reads_data(n) for b in backends for f in check_lookup(n, b, seed)]
+    findings += [f for n in chosen_operations if has_samples(n) for b in backends for f in check_samples(n, b, seed)]
     appearances: Counter[str] = Counter(dict.fromkeys(TABLE, 0))
     for i, root in enumerate(random_graphs(graphs, seed)):
         appearances.update({n.op for n in order([root]) if n.op in TABLE})
@@ -101,13 +101,13 @@ def check_graph(where: str, root: Node, backend: Backend, points: int, seed: int
     return put(where, formula, places(points, seed, 30.0), backend, RANGES)
 
 
-def reads_data(operation: str) -> bool:
-    """Whether an operation reads data: it is judged on samples of them, not swept over numbers."""
-    return TABLE[operation].args[0] in ("grid", "segments")
+def has_samples(operation: str) -> bool:
+    """Whether an operation reads data, or more numbers than a point has: it is judged on samples, not swept."""
+    return TABLE[operation].args[0] in ("grid", "segments") or len(TABLE[operation].args) > 3
 
 
-def check_lookup(operation: str, backend: Backend, seed: int, points: int = 4000) -> list[Finding]:
-    """An operation that reads data, with everything that can be asked of it, on samples: at nodes, between, outside."""
+def check_samples(operation: str, backend: Backend, seed: int, points: int = 4000) -> list[Finding]:
+    """An operation with everything that can be asked of it, on samples: at nodes of data, between, outside."""
     row = TABLE[operation]
     asked: list[Value] = list(row.results) or [None]
     if row.payload:
@@ -115,9 +115,7 @@ def check_lookup(operation: str, backend: Backend, seed: int, points: int = 4000
         orders = [(0, 0, 0), *(o for k in range(1, most + 1) for o in ((k, 0, 0), (0, k, 0), (0, 0, k))), (1, 1, 0)]
         asked = [(c, *o) for c in range(samples.grid().components) for o in orders]
     at = np.concatenate([places(points, seed), hard_places()])
-    formulas = [
-        Formula((node(operation, samples.slot(row.args[0]), X, Y, Z, value=v),), samples.bindings()) for v in asked
-    ]
+    formulas = [Formula((node(operation, *samples.arguments(row), value=v),), samples.bindings()) for v in asked]
     return [put(f"{operation} {f.root.value}", f, at, backend) for f in formulas]
 
 

@@ -128,9 +128,25 @@ def kept(function: Function, contract: str, name: str, place: Span) -> tuple[str
     if re.fullmatch(r"-\s*[\w.]+", place.text) and re.fullmatch(rf"{name} >=? 0", contract):
         positive = place.text[1:].strip()
         return f"write `{positive}`", Edit(place, positive)
+    if (ours := _whole(contract, name, value_of(place).text)) is not None:
+        return f"write `{ours}`", Edit(value_of(place), ours)
+    if function.definition is not None and (told := function.definition.fact(f"Else {name}")):
+        return told, None
     hint = f"give `{name}` a value for which that holds"
     prelude = function.definition is not None and function.definition.span.source.prelude
     return hint if prelude else f"{hint}, or change the contract", None
+
+
+def _whole(contract: str, name: str, written: str) -> str | None:
+    """The nearest whole number, or multiple of one, that a contract takes for the number that was written."""
+    least = re.search(rf"\b{name} >= (\d+)", contract)
+    factor = re.search(rf"mod\({name}, (\d+)\) == 0", contract)
+    if not re.fullmatch(r"-?(\d+\.?\d*|\.\d+)", written) or not (
+        contract.endswith("is a whole number") or factor or re.fullmatch(rf"{name} >= \d+", contract)
+    ):
+        return None
+    of = int(factor[1]) if factor else 1
+    return str(max(of * round(float(written) / of), int(least[1]) if least else of))
 
 
 def is_number(text: str) -> bool:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from porelang.diagnostics import Edit, Label
-from porelang.elaborate import advice, operators, suspect
+from porelang.elaborate import advice, operators, raw, suspect
 from porelang.elaborate.bare import value_of
 from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import KINDS, Kind
@@ -165,6 +165,8 @@ def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], si
         return POISON
     ctx.record(function, bound, site.span)
     exchanged = suspect.call_of(ctx, function, given, kinds, site)
+    if not site.span.source.prelude and raw.call_on_lattice(ctx, function, given) is not None:
+        return POISON
     memo = (function, *((k, memo_key(v)) for k, v in bound.items()))
     known = ctx.memo.get(memo)
     if known is not None:

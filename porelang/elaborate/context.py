@@ -39,6 +39,10 @@ HINTS = {
 }
 
 
+#: What a param is bound to: the operation of its slot and the slot's payload, a file or what is held in memory.
+Bound = tuple[str, ...]
+
+
 class TooBig(Exception):  # noqa: N818  # ends one elaboration, never shown
     """The program ran over its budget; the diagnostic has been written."""
 
@@ -48,11 +52,11 @@ class Context:
 
     `found` is what is handed on, `call_stack` the calls in progress (name and place, the outermost first), `memo` the
     results of calls by function and arguments, `called` the defs that something refers to, `folder` where relative
-    paths of data begin, `structure` the params that are fixed, and at what. `natures` is what is known of fields,
-    `totals` where distances were added or subtracted (the operator and its place), `cuts` where solids are cut (None
-    where a place cuts several), `declared` the names of all params,
-    `in_degrees` the angle of each number of degrees, `given_at` the arguments of calls in the user's text by their
-    place.
+    paths of data begin, `structure` the params that are fixed, and at what, `bound` those that have data. `natures` is
+    what is known of fields, `totals` where distances were added or subtracted (the operator and its place), `cuts`
+    where solids are cut (None where a place cuts several), `declared` the names of all params but those that take data,
+    `lengths` which nodes without a known unit were made of lengths, `in_degrees` the angle of each number of degrees,
+    `given_at` the arguments of calls in the user's text by their place.
     """
 
     def __init__(
@@ -60,10 +64,12 @@ class Context:
         evaluate: Callable[[Context, tree.Expr, Scope], Value],
         folder: str = "",
         structure: Mapping[str, float] | None = None,
+        bound: Mapping[str, Bound] | None = None,
     ) -> None:
         self._evaluate = evaluate
         self.folder = folder
         self.structure = structure or {}
+        self.bound = bound or {}
         self.found = Elaborated()
         self.required: dict[Requirement, None] = {}  # in order, each once
         self.call_stack: list[tuple[str, Span]] = []
@@ -74,6 +80,7 @@ class Context:
         self.cuts: dict[Span, Suspicion | None] = {}
         self.declared: list[str] = []
         self.in_degrees: dict[Node, Scalar] = {}
+        self.lengths: dict[Node, bool] = {}
         self.given_at: dict[Span, Mapping[str, Given]] = {}
         self._spent = 0
         self._solves = 0
@@ -159,7 +166,7 @@ class Context:
             if m.op == "const":
                 known[m] = constant(m)
             elif m.op in TABLE:
-                known[m] = computed(m.op, [known[a] for a in m.args])
+                known[m] = computed(m.op, [known[a] for a in m.args], m.value)
             else:  # a field at a fixed point
                 known[m] = constant(run(Graph({"": (m,)}), after="fold").outputs[""][0])
         return known[n]

@@ -9,6 +9,7 @@ from porelang.elaborate import operators, suspect
 from porelang.elaborate.calls import call
 from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import check_kinds
+from porelang.elaborate.names import units_named
 from porelang.elaborate.values import (
     POISON,
     Bool,
@@ -92,9 +93,16 @@ def _number(ctx: Context, t: tree.Number) -> Value:
     return Scalar(const(t.value * unit.scale), unit.dimension)
 
 
+#: The names of units, where they are units: one of each.
+_UNITS: dict[str, Value] = {u.name: Scalar(const(u.scale), u.dimension) for u in UNITS.values()}
+
+
 def _call(ctx: Context, t: tree.Call, scope: Scope, piped: tuple[Given, ...]) -> Value:
     function = ctx.evaluate(t.function, scope)
-    given = [*piped, *(Given(a.name, ctx.evaluate(a.value, scope), a.span) for a in t.arguments)]
+    given = list(piped)
+    for a in t.arguments:
+        around = Scope(_UNITS, scope) if units_named(t, a) else scope
+        given.append(Given(a.name, ctx.evaluate(a.value, around), a.span))
     return call(ctx, function, given, t)
 
 
@@ -176,6 +184,8 @@ def _at(ctx: Context, value: Value, span: Span, point: Value, at: Span) -> Value
             label=f"this is {describe(point)}",
             hint="a point is a vector: `f @ [x + 5, y, z]`",
         )
+    if isinstance(value, Record) and value.name == "tensor":  # six fields
+        return Record(value.name, {name: _at(ctx, part, span, point, at) for name, part in value.members.items()})
     if not isinstance(value, Scalar | Vector | Bool):
         return ctx.error(
             "E060",

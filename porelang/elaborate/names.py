@@ -12,8 +12,8 @@ from dataclasses import fields, is_dataclass, replace
 from porelang.diagnostics import Diagnostic, Edit, Label, suggest
 from porelang.source import Span
 from porelang.syntax import habits, tree
-from porelang.syntax.measures import of_a_number, unit_alone
-from porelang.units import UNITS
+from porelang.syntax.measures import of_a_number, unit_alone, unknown_unit
+from porelang.units import UNITS, WITHOUT
 
 COORDINATES = ("x", "y", "z", "p")
 Binding = tree.Param | tree.Let | tree.Def | tree.Use | tree.Out
@@ -21,7 +21,7 @@ Binding = tree.Param | tree.Let | tree.Def | tree.Use | tree.Out
 
 #: Names of the language's design that no version has yet.
 _FOAMS = ("perlin", "simplex", "cubic_noise", "worley", "particles", "voronoi_cells", "voronoi_edges", "truss")
-PLANNED = frozenset({*_FOAMS, "metric", "phase", "blur", "compress", "mesh"})
+PLANNED = frozenset({*_FOAMS, "metric", "compress"})
 
 
 def bindings(
@@ -96,12 +96,19 @@ def resolve(
         uses[i] = set()
         stack: list[tuple[object, frozenset[str]]] = [(s, frozenset())]
         texts: dict[Span, Span] = {}
+        in_units: set[Span] = set()  # expressions in which the names of units are units
         around: dict[Span, tree.Call | tree.Member] = {}  # a name, and the call or member that it begins
         while stack:
             item, local = stack.pop()
+            if getattr(item, "span", None) in in_units:
+                local |= UNITS.keys()
+                if isinstance(item, tree.Name) and item.name not in local | visible:
+                    missing.setdefault(item.name, (_no_unit(item.span), []))
+                    continue
             if isinstance(item, tree.Call):
                 texts |= _texts(item)
                 around[item.function.span] = item
+                in_units |= {a.value.span for a in item.arguments if units_named(item, a)}
             if isinstance(item, tree.Member):
                 around[item.target.span] = item
             if isinstance(item, tree.Name):
@@ -121,9 +128,28 @@ def resolve(
     return uses, [_with_places(d, places) for d, places in missing.values()]
 
 
+#: What takes the names of files and of arrays, which are texts.
+LOADING = ("load", "load_vector", "load_tensor")
+_READING = (*LOADING, "frame", "nearest_bar")
+
+
+def units_named(call: tree.Call, argument: tree.Argument) -> bool:
+    """Whether this is the `unit=` of what is loaded, where the names of units mean these: `unit=MPa`."""
+    loads = isinstance(call.function, tree.Name) and call.function.name in LOADING
+    return loads and argument.name == "unit"
+
+
+def _no_unit(span: Span) -> Diagnostic:
+    """What stands as the unit of what is loaded, and is none of ours."""
+    if span.text in WITHOUT:
+        hint = f"there is no unit of {WITHOUT[span.text]}: leave `unit` out, and the values are numbers"
+        return Diagnostic("E002", f"`{span.text}` is not a unit", span, hint=hint)
+    return unknown_unit(span, "1", span)
+
+
 def _texts(call: tree.Call) -> dict[Span, Span]:
     """The names in a call where a text is meant, each with the place of that text: `load(a.npz, vm)`."""
-    files = isinstance(call.function, tree.Name) and call.function.name in ("load", "frame")
+    files = isinstance(call.function, tree.Name) and call.function.name in _READING
     found: dict[Span, Span] = {}
     for a in call.arguments:
         if not (files and a.name is None) and a.name != "side":
@@ -213,7 +239,7 @@ def _parts(item: object, local: frozenset[str]) -> Iterator[tuple[object, frozen
 
 def unknown_name(name: str, span: Span, visible: Iterable[str], called: bool = False) -> Diagnostic:
     """The diagnostic for a name that means nothing, which is called or not."""
-    if (theirs := habits.hint(name, called)) and name != "mesh":
+    if theirs := habits.hint(name, called):
         ours = habits.ours(name, called)
         return Diagnostic(
             "E037",

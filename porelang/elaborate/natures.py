@@ -15,12 +15,13 @@ told is not known, and nothing is doubted about it.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from porelang.elaborate.values import Scalar, Value
 from porelang.ir import Node, order
 from porelang.syntax import tree
+from porelang.units import RATIO
 
 _GIVES = re.compile(r"a (distance|raw lattice)|as (\w+)")
 #: Operations that keep what their first argument is.
@@ -33,13 +34,15 @@ class Nature:
 
     `raw`: a raw lattice is in it, so that its values are no mm. `total`: it is a sum or a difference of two distances
     (this node), which bounds none of them. `plain`: it is as a function gave it, perhaps moved, and nothing was made of
-    it yet. `period` is that of the lattice it is, where that is known.
+    it yet. `period` is that of the lattice it is, where that is known. `scaled`: a raw lattice times a number, which is
+    a texture where it is added to a distance.
     """
 
     raw: bool = False
     total: Node | None = None
     plain: bool = False
     period: Node | None = None
+    scaled: bool = False
 
 
 #: What is known of nodes so far; None where it was found that nothing is.
@@ -65,6 +68,22 @@ def note(known: Natures, definition: tree.Def, arguments: Mapping[str, Value], r
     if found is not None:
         known[result.node] = found
     return found
+
+
+def note_scaled(known: Natures, op: str, numbers: Sequence[Value], made: Value) -> None:
+    """Note that a raw lattice times a bare number, which may vary, is one still; so is one over a number."""
+    if len(numbers) != 2 or not isinstance(made, Scalar) or made.dimension not in (None, RATIO):
+        return
+    for one, other in (numbers, (numbers[1], numbers[0])) if op == "mul" else (numbers,):
+        if not (isinstance(one, Scalar) and isinstance(other, Scalar)) or other.dimension not in (None, RATIO):
+            continue  # somebody makes a length of it
+        if op == "div" and other.node.axes:
+            continue
+        lattice, factor = nature(known, one.node), nature(known, other.node)
+        if lattice is not None and lattice.raw and (factor is None or factor.raw):
+            known.setdefault(made.node, None)
+            if known[made.node] is None:
+                known[made.node] = Nature(raw=True, plain=True, scaled=True)
 
 
 def nature(known: Natures, n: Node) -> Nature | None:
@@ -96,7 +115,7 @@ def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
         if n.op == "abs" and a.total is not None:
             return None
         same = n.op in ("at", "ensure")
-        return Nature(a.raw, a.total, a.plain and same, None if n.op == "at" else a.period)
+        return Nature(a.raw, a.total, a.plain and same, None if n.op == "at" else a.period, a.scaled)
     a, b = parts
     total = any(p is not None and p.total is not None for p in parts)
     if n.op in ("add", "sub"):
@@ -105,7 +124,10 @@ def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
             return None if total or one is None else replace(one, plain=False)
         if total or not (a.raw or b.raw):
             return Nature(total=n)
-        return Nature(raw=True) if a.raw and b.raw else None
+        if a.raw != b.raw and (a.scaled or b.scaled):
+            return replace(b if a.raw else a, plain=False)
+        mixed = a.scaled or b.scaled  # (1 - t) * a + t * b is a lattice as they are
+        return Nature(raw=True, plain=mixed, scaled=mixed) if a.raw and b.raw else None
     if total:
         return None
     if a is None or b is None:

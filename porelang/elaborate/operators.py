@@ -7,9 +7,10 @@ from collections.abc import Callable, Sequence
 from typing import TypeGuard
 
 from porelang.diagnostics import Label
-from porelang.elaborate import advice, dimensions, suspect
+from porelang.elaborate import advice, dimensions, raw, suspect
 from porelang.elaborate.bare import degrees, share_and_percent
 from porelang.elaborate.context import Context
+from porelang.elaborate.natures import note_scaled
 from porelang.elaborate.values import (
     POISON,
     Bool,
@@ -213,10 +214,13 @@ def apply(ctx: Context, row: Op, arguments: Sequence[Value], places: Sequence[Sp
             label=f"this is {numbers[unfit.argument].dimension}",
         )
     out = lift(lambda *n: node(row.name, *n), numbers, dimension, row.result == "bool")
-    if row.name in suspect.COMPARING:
-        suspect.length_on_lattice(ctx, numbers, places, span, out)
-        if row.result == "bool":
-            share_and_percent(ctx, numbers, places)
+    if (refused := raw.length_on_lattice(ctx, row.name, numbers, places, span)) is not None:
+        return refused
+    if row.name in ("mul", "div"):
+        note_scaled(ctx.natures, row.name, numbers, out)
+        raw.note_length(ctx, numbers, out)
+    elif row.result == "bool":
+        share_and_percent(ctx, numbers, places)
     elif row.units == "angle":
         degrees(ctx, numbers[0], places[0], row.name)
     if row.domain != "all numbers" and isinstance(out, Scalar) and out.node.stage is Stage.CONST:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from porelang.diagnostics import Label
 from porelang.elaborate import operators
+from porelang.elaborate.arguments import looked_up
 from porelang.elaborate.context import Context
-from porelang.elaborate.results import ParamInfo
+from porelang.elaborate.results import DataInfo, ParamInfo
 from porelang.elaborate.values import (
     POISON,
     Bool,
@@ -20,6 +21,7 @@ from porelang.elaborate.values import (
     Value,
     Vector,
     as_list,
+    as_vector,
     describe,
 )
 from porelang.ir import const, param
@@ -32,6 +34,8 @@ from porelang.units import Dimension
 def declare(ctx: Context, s: tree.Param, scope: Scope, prefix: str) -> Value:
     """The value of a param's name, after noting the param itself."""
     name = prefix + s.name
+    if s.kind_span is not None:
+        return _data(ctx, s, s.kind_span, scope, name)
     ctx.declared.append(name)
     if s.choices:
         return _choice(ctx, s, scope, name)
@@ -94,6 +98,35 @@ def declare(ctx: Context, s: tree.Param, scope: Scope, prefix: str) -> Value:
             hint="widen the range or change the default",
         )
     return Scalar(param(name) if fixed is None else const(fixed), dimension)
+
+
+#: The kinds of params that take data, and how many numbers these have in each place.
+OF_DATA = {"field": 1, "vector": 3}
+
+
+def _data(ctx: Context, s: tree.Param, kind: Span, scope: Scope, name: str) -> Value:
+    """The value of a param that takes data: the lookup of what is bound, or its default."""
+    components = OF_DATA.get(s.kind)
+    if components is None:
+        hint = "a number has a range instead of a kind: `param w = 30mm in 10mm..60mm`"
+        label = f"data are {' or '.join(f'a `{k}`' for k in OF_DATA)}"
+        return ctx.error("E154", f"`{s.name}` cannot be bound to data as a `{s.kind}`", kind, label, hint=hint)
+    default = ctx.evaluate(s.default, scope)
+    if isinstance(default, Poison):
+        return POISON
+    value = default if components == 1 else as_vector(default)
+    if not isinstance(value, Scalar | Vector) or isinstance(value, Vector) != (components == 3):
+        what = "a field" if components == 1 else "a vector"
+        hint = "as in `= 0MPa`" if components == 1 else "as in `= [0, 0, 0]`"
+        message = f"the default of `{s.name}` is {describe(default)}, not {what}"
+        return ctx.error("E154", message, s.default.span, hint=hint)
+    ctx.found.data[name] = DataInfo(name, components, value.dimension, s.doc, s.name_span)
+    if name not in ctx.bound:
+        return Scalar(value.node, value.dimension) if isinstance(value, Scalar) else value
+    op, *payload = ctx.bound[name]
+    grid = ctx.task(make(op, value=(*payload, components) if op == "load" else tuple(payload)), s.name_span)
+    first, *others = (looked_up(grid, k, False, None) for k in range(components))
+    return Vector(first, others[0], others[1], value.dimension) if others else Scalar(first, value.dimension)
 
 
 def _choice(ctx: Context, s: tree.Param, scope: Scope, name: str) -> Value:

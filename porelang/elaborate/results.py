@@ -80,6 +80,27 @@ class ParamInfo:
 
 
 @dataclass(frozen=True, slots=True)
+class DataInfo:
+    """A param that takes data: how many numbers it has in each place, what they are measured in, where it stands."""
+
+    name: str
+    components: int
+    dimension: Dimension | None
+    doc: str
+    span: Span
+
+    @property
+    def kind(self) -> str:
+        """What it is declared as."""
+        return "field" if self.components == 1 else "vector"
+
+    def __repr__(self) -> str:
+        unit = "" if self.dimension is None else f" in {self.dimension.unit}"
+        doc = f' "{brief(self.doc, 60)}"' if self.doc else ""
+        return f"<param {self.name}: {self.kind}{unit}{doc}>"
+
+
+@dataclass(frozen=True, slots=True)
 class Preset:
     """A named set of params: numbers in base units, or labels of choices; where each is set, and the name's place."""
 
@@ -165,17 +186,19 @@ class CallRecord:
 class Suspicion:
     """What is doubted unless values show that it is right; `porelang.doubts` looks at them.
 
-    `what` says which nodes there are. "length": a raw lattice, and the length that is added to it or compared with it;
-    where their sum is what is made, also what is added (half of it, for a wall) and that sum.
-    "total": the two solids that are added or subtracted. "copies": a body, its copies, and the size of their cells
-    (none, or three nodes). "apart": two solids of which one is cut by the other. "pores": a lattice that was made into
-    walls, and what they are cut with. "seam": a lattice that meets itself along y, after how many mm, and what is made
-    of it. "empty": an inward offset, and its body.
+    `what` says which nodes there are. "total": the two solids that are added or subtracted. "copies": a body, its
+    copies, and the size of their cells (none, or three nodes). "apart": two solids of which one is cut by the other.
+    "pores": a lattice that was made into walls, and what they are cut with. "seam": a lattice that meets itself along
+    y, after how many mm, and what is made of it. "empty": an inward offset, and its body. "period": a lattice, the
+    three periods that it is given, and its phase. "still": the three of a direction that is followed, and what is made
+    of it. "fold": a lattice, after which part of a turn it should be the same, a place on the axis of that turn
+    (three), a direction and the other one of its frame (three each), and what is made of it. "fits": a lattice, what is
+    taken for its period along the axis `instead`, and what is made of it.
     `argument` is the place that an edit would change, `name` the function or the operator, `instead` what might
     stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """
 
-    what: Literal["length", "total", "copies", "apart", "pores", "seam", "empty"]
+    what: Literal["total", "copies", "apart", "pores", "seam", "empty", "period", "still", "fold", "fits"]
     span: Span
     nodes: tuple[Node, ...]
     argument: Span | None = None
@@ -200,6 +223,7 @@ class Elaborated:
     """All that elaboration finds out about a program. `structure` are the params that have to be fixed."""
 
     params: dict[str, ParamInfo] = field(default_factory=dict)
+    data: dict[str, DataInfo] = field(default_factory=dict)
     structure: set[str] = field(default_factory=set)
     presets: dict[str, Preset] = field(default_factory=dict)
     outputs: dict[str, Output] = field(default_factory=dict)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from porelang.diagnostics import Diagnostic, Edit, Label, PoreError
 from porelang.elaborate import names as resolution
 from porelang.elaborate import suspect
-from porelang.elaborate.context import Context, TooBig
+from porelang.elaborate.context import Bound, Context, TooBig
 from porelang.elaborate.expressions import evaluate, named
 from porelang.elaborate.kinds import KINDS, check_kinds
 from porelang.elaborate.natures import nature
@@ -63,17 +63,19 @@ def elaborate_file(
     lost: frozenset[str] = frozenset(),
     folder: str = "",
     structure: Mapping[str, float] | None = None,
+    bound: Mapping[str, Bound] | None = None,
 ) -> Elaborated:
     """All statements of a main file, over the names of `base`. `load` finds the files that it uses.
 
     `lost` are the names of statements that could not be read: whoever uses one is not told that it is unknown.
     `folder` is where paths that do not begin at the root begin. `structure` fixes params that count or choose what is
-    there at all; one that turns out to do so is fixed at its default, and all is elaborated again.
+    there at all; one that turns out to do so is fixed at its default, and all is elaborated again. `bound` are the
+    params that have data.
     """
     around = Scope(dict.fromkeys(lost, POISON), base) if lost else base
     fixed, free = dict(structure or {}), None
     while True:
-        ctx = Context(evaluate, folder, fixed)
+        ctx = Context(evaluate, folder, fixed, bound)
         with room_to_compile(), suppress(TooBig):
             _members(ctx, _Files(around, load, (file.source.name,)), file, "")
         if ctx.found.structure <= fixed.keys():
@@ -162,8 +164,10 @@ def _unit(s: tree.Param, dimension: Dimension | None) -> str:
 
 def _use(ctx: Context, files: _Files, s: tree.Use) -> Value:
     ending = s.path.value.lower()
-    if ending.endswith(habits.MESH_ENDINGS) or ending.endswith((".npz", ".json", ".csv")):
-        mesh = ending.endswith(habits.MESH_ENDINGS)
+    if ending.endswith(habits.MESH_ENDINGS) or ending.endswith(
+        (".npz", ".vtu", ".vtk", ".vti", ".nrrd", ".json", ".csv")
+    ):
+        mesh = ending.endswith(habits.MESH_ENDINGS) and not ending.endswith((".vtu", ".vtk"))
         read = f'fields of data are read by `load("{s.path.value}", "name")`, bars by `frame`'
         return ctx.error(
             "E046",

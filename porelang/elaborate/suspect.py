@@ -7,7 +7,7 @@ copies are cut) is noted as a `Suspicion`, and looked at when the program is who
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 from porelang.diagnostics import Edit, Label
@@ -20,45 +20,12 @@ from porelang.elaborate.values import Function, Given, Scalar, Value, Vector
 from porelang.ir import UNKNOWN
 from porelang.source import Span
 from porelang.syntax import tree
-from porelang.units import LENGTH
 
 _COPIES = re.compile(r"(\w+)(?:, in cells of (\w+))?")
 _CLOSES = re.compile(r"(\w+) along y after (\w+)")
-#: Operations that want both sides in one unit.
-COMPARING = frozenset({"add", "sub", "min", "max", "lt", "le", "eq"})
+_FITS = re.compile(r"(\w+) along ([xyz]) by (\w+)")
+_FOLDS = re.compile(r"(\w+) by (\w+) about z through (\w+)")
 _SETS = ("&", "|", "\\")
-
-
-# ---- numbers --------------------------------------------------------------------------------------------------------
-
-
-def length_on_lattice(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], span: Span, made: Value) -> None:
-    """Suspect a sum or a comparison of a raw lattice and a length."""
-    if len(numbers) != 2:
-        return
-    one, other = numbers
-    for field, length, at in ((one, other, places[1]), (other, one, places[0])):
-        if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
-            continue
-        if (
-            field.dimension not in (None, LENGTH)
-            or length.dimension != LENGTH
-            or not field.node.axes
-            or length.node.axes
-        ):
-            continue  # to modify a lattice by a distance needs no ceremony
-        found = nature(ctx.natures, field.node)
-        if found is not None and found.raw:
-            place = ctx.users_place(span)
-            given = ctx.given_at.get(place, {}).values()
-            argument = next((g for g in given if isinstance(g.value, Scalar) and g.value.dimension == LENGTH), None)
-            if argument is not None and isinstance(argument.value, Scalar):
-                asked, said, spot = argument.value.node, argument.span, place
-            else:  # an operator in the user's text
-                asked, said, spot = length.node, None, place if at.source.prelude else at
-            total = (length.node, made.node) if isinstance(made, Scalar) and made.node.op in ("add", "sub") else ()
-            ctx.suspect(Suspicion("length", spot, (field.node, asked, *total), said, period=found.period))
-            return
 
 
 # ---- solids ---------------------------------------------------------------------------------------------------------
@@ -136,6 +103,28 @@ def made_empty(ctx: Context, function: Function, result: Scalar, given: Mapping[
         ctx.cuts[place] = None
 
 
+def drifts(
+    ctx: Context,
+    function: Function,
+    bound: Mapping[str, Value],
+    result: Scalar,
+    given: Mapping[str, Given],
+    site: tree.Call,
+) -> None:
+    """Suspect a lattice whose period varies in space: its cells have another."""
+    w, turns = bound.get("w"), bound.get("phase")
+    found = nature(ctx.natures, result.node) if result.node.axes else None
+    if found is None or not found.raw or not isinstance(turns, Vector) or not isinstance(w, Scalar | Vector):
+        return
+    periods = w.nodes if isinstance(w, Vector) else (w.node,) * 3
+    if not any(n.axes for n in periods) or result.node.depends >= UNKNOWN:
+        return
+    place = ctx.users_place(site.span)
+    own = given["w"].span if "w" in given and place == site.span else None
+    argument = own if own is not None and own.start >= place.start else None  # a piped one stands before
+    ctx.suspect(Suspicion("period", place, (result.node, *periods, *turns.nodes), argument, function.name))
+
+
 # ---- calls ----------------------------------------------------------------------------------------------------------
 
 
@@ -200,9 +189,7 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
         if isinstance(angle, Scalar):
             ctx.in_degrees.setdefault(result.node, angle)
     made_empty(ctx, function, result, given, site)
-    for i, s in enumerate(ctx.found.suspicions):  # only of a sum that is the result it is known where it is solid
-        if s.what == "length" and s.span == site.span and s.nodes[2:] and s.nodes[-1] is not result.node:
-            ctx.found.suspicions[i] = replace(s, nodes=s.nodes[:2])
+    drifts(ctx, function, bound, result, given, site)
     if fact := _COPIES.fullmatch(definition.fact("Copies") or ""):
         body, cell = bound.get(fact[1]), bound.get(fact[2] or "")
         if isinstance(body, Scalar) and body.node.axes:
@@ -234,6 +221,47 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
                         period=found.period,
                     )
                 )
+
+    turned(ctx, definition, bound, given, result, site)
+    if fact := _FITS.fullmatch(definition.fact("Fits") or ""):
+        field, period = bound.get(fact[1]), bound.get(fact[3])
+        if isinstance(field, Scalar) and isinstance(period, Scalar) and ctx.constant(period.node) != 0:
+            found = nature(ctx.natures, field.node)
+            if found is not None and found.raw:
+                nodes = (field.node, period.node, result.node)
+                spot = given[fact[3]].span if fact[3] in given else None
+                place = ctx.users_place(site.span)
+                ctx.suspect(Suspicion("fits", place, nodes, spot, definition.name, fact[2], found.period))
+
+
+def turned(
+    ctx: Context,
+    definition: tree.Def,
+    bound: Mapping[str, Value],
+    given: Mapping[str, Given],
+    result: Scalar,
+    site: tree.Call,
+) -> None:
+    """Suspect a direction that is 0, and a lattice that is not the same after the turns that are taken for one."""
+    v, up = bound.get(definition.fact("Follows") or ""), bound.get("up")
+    if not isinstance(v, Vector) or not result.node.axes or result.node.depends >= UNKNOWN:
+        return
+    place = ctx.users_place(site.span)
+    followed = given[definition.fact("Follows") or ""].span if site.span == place and given else None
+    if v.x.op != "principal":  # which is never 0
+        ctx.suspect(Suspicion("still", place, (*v.nodes, result.node), followed, definition.name))
+    fact = _FOLDS.fullmatch(definition.fact("Folds") or "")
+    if fact is None or not isinstance(up, Vector):
+        return
+    field, symmetry, about = (bound.get(name) for name in fact.groups())
+    if not (isinstance(field, Scalar) and isinstance(symmetry, Scalar) and isinstance(about, Vector)):
+        return
+    found, times = nature(ctx.natures, field.node), ctx.constant(symmetry.node)
+    if found is None or not found.raw or times is None or times < 2:
+        return
+    nodes = (field.node, symmetry.node, *about.nodes, *v.nodes, *up.nodes, result.node)
+    spot = given[fact[3]].span if fact[3] in given else None
+    ctx.suspect(Suspicion("fold", place, nodes, spot, definition.name, period=found.period))
 
 
 def _instead(definition: tree.Def, given: Mapping[str, Given]) -> str:

@@ -1,34 +1,31 @@
 """Calls that ask for a task: their arguments checked, a node made; computing it comes later, if a root reads it.
 
-What a task gives is a number, or data. Data are no values of the language: a loaded grid becomes the field that looks
-it up, a frame the distance from its bars.
+What a task gives is a number, or data. Data are no values of the language: samples become the field that looks them up
+(`samples`, `phases`, `solids`), a frame the distance from its bars.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Sequence
 from dataclasses import replace
 
-from porelang.elaborate import bare, operators
+from porelang.elaborate import bare, phases, samples, solids
 from porelang.elaborate.advice import is_number
+from porelang.elaborate.arguments import beside as _beside
+from porelang.elaborate.arguments import field as _field
+from porelang.elaborate.arguments import looked_up as looked_up
+from porelang.elaborate.arguments import text as _text
 from porelang.elaborate.calls import Call, call
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import (
-    ABSENT,
     POISON,
-    Bool,
     Builtin,
-    Function,
     Given,
     Poison,
     Range,
     Record,
     Scalar,
-    Text,
     Value,
     Vector,
-    as_vector,
     describe,
 )
 from porelang.ir import ONE, ZERO, Node, Stage, X, Y, Z, node, order, unknown
@@ -41,23 +38,6 @@ from porelang.units import LENGTH, RATIO, Dimension
 _HERE = (X, Y, Z)
 #: What a porosity that is asked for has to be.
 A_SHARE = "needs a porosity between 0 and 1"
-
-
-def _field(ctx: Context, value: Value, place: Span, of: str) -> Scalar | None:
-    """A field, or None after saying that it is none; `of` names the argument: `f` of `volume`."""
-    if isinstance(value, Scalar):
-        return value
-    if operators.is_compared(value, ctx):
-        operators.not_a_solid(ctx, f"{of} must be a field, not a condition", value, place)
-        return None
-    ctx.error(
-        "E060",
-        f"{of} must be a field, not {describe(value)}",
-        place,
-        label=f"this is {describe(value)}",
-        hint=f"call it first: `{value.name}(...)`" if isinstance(value, Function) else "",
-    )
-    return None
 
 
 def _number(row: Task) -> Call:
@@ -159,103 +139,6 @@ def _with(condition: Node, sought: Node, found: Node) -> Node:
     return new[condition]
 
 
-def _text(ctx: Context, value: Value, place: Span, what: str, example: str = "stress.npz") -> str | None:
-    if isinstance(value, Text):
-        if not value.value:
-            ctx.error("E060", f"{what} is an empty text", place, hint=f'as in "{example}"')
-        return value.value or None
-    ctx.error("E060", f"{what} is a text, not {describe(value)}", place, label=f"this is {describe(value)}",
-              hint=f'write it in quotes: "{example}"')  # fmt: skip
-    return None
-
-
-def _beside(site: tree.Call, path: str, ctx: Context) -> tuple[str, str]:
-    """The path of a file that a program names: beside the program, unless it begins at the root. As a person would
-    write it from where the program was named, and whole: a program means the same wherever it is used from then on."""
-    shown = os.path.normpath(os.path.join(os.path.dirname(ctx.users_place(site.span).source.name), path))
-    return shown, os.path.normpath(os.path.join(ctx.folder, shown))
-
-
-def looked_up(grid: Node, component: int, smooth: bool, outside: Node | None) -> Node:
-    """The field of a component of a grid."""
-    found = node("lookup_cubic" if smooth else "lookup", grid, *_HERE, value=(component, 0, 0, 0))
-    return found if outside is None else node("select", node("covers", grid, *_HERE), found, outside)
-
-
-def _smooth(ctx: Context, value: Value, place: Span) -> bool | None:
-    if value is ABSENT:
-        return False
-    known = ctx.constant(value.node) if isinstance(value, Bool) else None
-    if isinstance(known, bool):
-        return known
-    ctx.error("E060", "`smooth` is true or false", place, label=f"this is {describe(value)}")
-    return None
-
-
-def _grid_of(
-    ctx: Context, site: tree.Call, values: list[Value], places: list[Span], called: str, components: int
-) -> Node | None:
-    """The slot of what is loaded; its file has to hold so many numbers at each node."""
-    path = _text(ctx, values[0], places[0], f"the path of the file that `{called}` reads")
-    name = _text(ctx, values[1], places[1], f"the name of what `{called}` takes from a file", "von_mises")
-    if path is None or name is None:
-        return None
-    return ctx.task(node("load", value=(*_beside(site, path, ctx), name, components)), site.span)
-
-
-def _load(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
-    smooth = _smooth(ctx, values[3], places[3])
-    outside = None if values[2] is ABSENT else _field(ctx, values[2], places[2], "`outside` of `load`")
-    grid = _grid_of(ctx, site, values, places, "load", 1)
-    if grid is None or smooth is None or (outside is None and values[2] is not ABSENT):
-        return POISON
-    if outside is None:
-        return Scalar(looked_up(grid, 0, smooth, None))
-    return Scalar(looked_up(grid, 0, smooth, outside.node), outside.dimension)
-
-
-def _load_vector(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
-    smooth = _smooth(ctx, values[3], places[3])
-    outside = None if values[2] is ABSENT else as_vector(values[2])
-    if outside is None and values[2] is not ABSENT:
-        return ctx.error(
-            "E060", f"`outside` of `load_vector` is a vector, not {describe(values[2])}", places[2],
-            hint="write three numbers: `outside=[0, 0, 0]`",
-        )  # fmt: skip
-    grid = _grid_of(ctx, site, values, places, "load_vector", 3)
-    if grid is None or smooth is None:
-        return POISON
-    beyond: Sequence[Node | None] = outside.nodes if outside is not None else (None,) * 3
-    x, y, z = (looked_up(grid, k, smooth, b) for k, b in enumerate(beyond))
-    return Vector(x, y, z, outside.dimension if outside is not None else None)
-
-
-def _sample(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
-    vector = as_vector(values[0])
-    field = vector if vector is not None else _field(ctx, values[0], places[0], "`f` of `sample`")
-    if field is None:
-        return POISON
-    voxel = _field(ctx, values[1], places[1], "`voxel` of `sample`")
-    within = _field(ctx, values[2], places[2], "`within` of `sample`")
-    smooth = _smooth(ctx, values[3], places[3])
-    if voxel is None or within is None or smooth is None:
-        return POISON
-    if voxel.node.stage is Stage.FIELD:
-        return ctx.error("E063", "`voxel` of `sample` must be one number", places[1], label="this varies in space")
-    if voxel.dimension not in (None, LENGTH):
-        return ctx.error("E062", f"`voxel` of `sample` is a length, not {voxel.dimension}", places[1])
-    known = ctx.constant(voxel.node)
-    if known is not None and not known > 0:
-        return ctx.error("E096", f"a voxel of {known:g} mm cannot be sampled at", places[1],
-                         hint="give a length above 0, as in 1mm")  # fmt: skip
-    fields = field.nodes if isinstance(field, Vector) else (field.node,)
-    grid = ctx.task(node("sample", *fields, voxel.node, within.node), site.span)
-    found = [looked_up(grid, k, smooth, None) for k in range(len(fields))]
-    if isinstance(field, Vector):
-        return Vector(found[0], found[1], found[2], field.dimension)
-    return Scalar(found[0], _dimension(TASK_TABLE["sample"], field.dimension))
-
-
 def _bars(ctx: Context, site: tree.Call, path_given: Value, place: Span) -> Node | None:
     path = _text(ctx, path_given, place, "the path of a frame's file", "truss.json")
     return None if path is None else ctx.task(node("frame", value=_beside(site, path, ctx)), site.span)
@@ -288,7 +171,7 @@ def _nearest_bar(ctx: Context, site: tree.Call, values: list[Value], places: lis
     )
 
 
-_CALLS: dict[str, Call] = {"solve": _solve, "load": _load, "sample": _sample, "frame": _frame}
+_CALLS: dict[str, Call] = {"solve": _solve, "frame": _frame, **samples.CALLS, **solids.CALLS, **phases.CALLS}
 
 
 def _builtin(row: Task) -> Builtin:
@@ -298,16 +181,8 @@ def _builtin(row: Task) -> Builtin:
 
 
 BUILTINS = (
-    *(_builtin(row) for row in TASK_TABLE.values()),
-    Builtin(
-        "load_vector",
-        TASK_TABLE["load"].parameters,
-        _load_vector,
-        2,
-        4,
-        "A vector field from samples in a file, as `load`; its array holds three numbers a node: (nx, ny, nz, 3).",
-        True,
-    ),
+    *(_builtin(row) for row in TASK_TABLE.values() if row.parameters),
+    *samples.BUILTINS,
     Builtin(
         "nearest_bar",
         ("path",),

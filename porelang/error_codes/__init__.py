@@ -1,8 +1,9 @@
 """Every code of a diagnostic with its page for `pore explain`; one module for each theme.
 
 E001-E029 syntax, E030- names, E060- kinds and units, E080- params and contracts, E090- numbers found from fields,
-E100- requests, E120- the machine, E130- files of data, W200- warnings, W210- doubts. A code keeps its meaning
-for ever; one that is no longer given keeps its page.
+E100- requests, E120- the machine, E130- files of data, E140- meshes, E145- raw lattices, E147- phases, E150- sampling
+and binding, W200- warnings, W210- doubts. A code keeps its meaning for ever; one that is no longer given keeps its
+page.
 """
 
 from __future__ import annotations
@@ -15,10 +16,26 @@ from porelang.error_codes.machine import MACHINE
 from porelang.error_codes.names import NAMES
 from porelang.error_codes.page import Code
 from porelang.error_codes.params import PARAMS
+from porelang.error_codes.phases import PHASES
 from porelang.error_codes.requests import REQUESTS
+from porelang.error_codes.shapes import SHAPES
 from porelang.error_codes.syntax import SYNTAX
+from porelang.error_codes.walls import WALLS
 
-THEMES: tuple[tuple[Code, ...], ...] = (SYNTAX, NAMES, KINDS, PARAMS, FOUND, REQUESTS, MACHINE, DATAFILES, DOUBTS)
+THEMES: tuple[tuple[Code, ...], ...] = (
+    SYNTAX,
+    NAMES,
+    KINDS,
+    PARAMS,
+    FOUND,
+    REQUESTS,
+    MACHINE,
+    DATAFILES,
+    PHASES,
+    SHAPES,
+    WALLS,
+    DOUBTS,
+)
 CODES: dict[str, Code] = {page.code: page for theme in THEMES for page in theme}
 
 Page = Code  # what a reader sees of it

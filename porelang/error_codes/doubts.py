@@ -25,14 +25,13 @@ DOUBTS = (
     ),
     Code(
         "W212",
-        "a length given to a raw lattice",
-        "The values of a lattice are raw: a gyroid runs from -1.5 to 1.5 whatever its period. So `shell(0.4mm)`\n"
-        "makes a wall of 0.4 of those units, which is 0.4 mm times something that depends on the lattice and its\n"
-        "period. The message says what it comes to on average. Write the raw number, ask for a porosity with\n"
-        "`shell_to_porosity` or `to_porosity`, or let the number fall with the period, as the hint does. Where\n"
-        "the raw number is beyond all values of the lattice only a porosity can be asked for: so much fills it.",
-        "gyroid(30) |> shell(0.4mm) & cube(60)",
-        "gyroid(30) |> shell(0.13) & cube(60)",
+        "what was made of a length, given to a raw lattice",
+        "A length that meets a raw lattice is refused (E145). The product of a length and a number without a unit\n"
+        "is a length most likely, as `mix(0.2mm, 1mm, ramp(z, 0, 30))` is; but that number may stand for a slope,\n"
+        "and the product for a number of the lattice. Write `metric(...)` about the lattice where mm are\n"
+        "meant, `bare(...)` about the length where raw units are.",
+        "let t = mix(0.2mm, 1mm, ramp(z, 0, 30))\ngyroid(30) |> shell(t) & cube(60)",
+        "let t = mix(0.2mm, 1mm, ramp(z, 0, 30))\nmetric(gyroid(30)) |> shell(t) & cube(60)",
     ),
     Code(
         "W213",
@@ -83,7 +82,8 @@ DOUBTS = (
         "W218",
         "a lattice with a seam",
         "In `polar(f, turn)` a full turn about the axis is `turn` mm of f. A lattice meets itself there if that is\n"
-        "a whole number of its periods; else its cells are cut along a plane. The same goes for `spherical`.",
+        "a whole number of its periods; else its cells are cut along a plane. The same goes for `spherical`, and for\n"
+        "`along` and `wedges`, which make a whole number of cells of the length `w` fit: it has to be the period.",
         "polar(gyroid(6), turn=100) & cylinder(20, 20)",
         "polar(gyroid(6), turn=102) & cylinder(20, 20)",
     ),
@@ -164,5 +164,45 @@ DOUBTS = (
         "proven, with the params at their defaults and with each at either end of its range.",
         "cube(20) | offset(box([80, 40, 6]), -8mm)",
         "cube(20) | offset(box([80, 40, 6]), -1mm)",
+    ),
+    Code(
+        "W230",
+        "samples of cells that are too coarse",
+        "Cells of a file are sampled on a grid, and lookups between its nodes are compared with what the file says\n"
+        "at its points and in the middles of its cells. Where one in twenty is off by a tenth of all that the values\n"
+        "range over, details are lost. With half the `voxel` a bent field is off by a quarter. Stresses that are\n"
+        "infinite in theory, at a sharp notch or under a single force, are as high as their mesh is fine: no grid\n"
+        "follows them.",
+        "",
+        "",
+    ),
+    Code(
+        "W231",
+        "cells that lie within a millimetre",
+        "Lengths are in mm, and a file does not say in what its own are. Many programs compute in metres: a part of\n"
+        "50 mm is then 0.05 long, and lies at the origin of a lattice as a speck. A field is looked up in metres by\n"
+        "dividing the point by 1000:\n"
+        '    let stress = load("stress.vtu", "von_mises") @ (p / 1000)',
+        "",
+        "",
+    ),
+    Code(
+        "W235",
+        "a direction that is 0",
+        "`align(f, v)` turns the cells along v. Where v is 0 there is no direction, and the cells stay as they are:\n"
+        "each value is a number, but where v sets in the pattern breaks. A gradient is 0 where its field is level, as\n"
+        "a clamped one is. Of single points nothing is said: around each source or sink of v there is one.",
+        "let heat = clamp(length(p) - 5, 0, 10)\nalign(gyroid(6), grad(heat)) & sphere(12)",
+        "align(gyroid(6), grad(sphere(5))) & sphere(12)",
+    ),
+    Code(
+        "W236",
+        "a lattice that is not the same after a turn",
+        "`align(f, v, symmetry=2)` takes v and -v for one direction: no break is seen where v turns round, but there\n"
+        "is one where directions pass from the one that is taken to its opposite, unless f is the same after half a\n"
+        "turn about an axis along z. `about` says where that axis runs: through the origin for Schwarz P, through\n"
+        "[0, w/4, 0] for a gyroid, through [w/8, w/8, 0] for a diamond. With `symmetry=4` it is a quarter of a turn.",
+        "let way = [y, x, 0]\nalign(gyroid(6), way, symmetry=2) & cylinder(12, 8)",
+        "let way = [y, x, 0]\nalign(gyroid(6), way, symmetry=2, about=[0, 1.5, 0]) & cylinder(12, 8)",
     ),
 )

@@ -55,7 +55,8 @@ FOUND = (
         "E096",
         "samples that cannot be taken",
         "`sample(f, voxel, within)` takes a value every `voxel` over the box of `within`: a length above 0, and one\n"
-        "with which a few hundred million samples are enough. The message says which voxel would do.",
+        "with which a few hundred million samples are enough. The message says which voxel would do. A `phase`\n"
+        "takes two samples a cell.",
         "",
         "sample(gyroid(20), 1mm, sphere(30)) & sphere(30)",
     ),

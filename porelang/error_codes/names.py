@@ -135,16 +135,7 @@ NAMES = (
         "E046",
         "a file that is no program",
         '`use` brings in programs, files of Pore. Sampled fields come by `load("grid.npz", "name")`, bars by\n'
-        '`frame("bars.json")`. Meshes cannot be read yet: sample the distance to the mesh, here by Python with the\n'
-        "packages trimesh and rtree, and load that:\n"
-        "    import numpy as np, trimesh\n"
-        '    mesh = trimesh.load("part.stl")\n'
-        "    lo, hi, spacing = mesh.bounds[0] - 2, mesh.bounds[1] + 2, 0.5  # mm\n"
-        "    axes = [np.arange(a, b + spacing, spacing) for a, b in zip(lo, hi)]\n"
-        '    points = np.stack(np.meshgrid(*axes, indexing="ij"), -1)\n'
-        "    inside = trimesh.proximity.signed_distance(mesh, points.reshape(-1, 3)).reshape(points.shape[:3])\n"
-        '    np.savez("part.npz", distance=-inside, origin=lo, spacing=spacing)\n'
-        "The distance is then as exact as the grid is fine: half a spacing at corners.",
+        '`frame("bars.json")`, meshes by `mesh("part.stl")`.',
         'use "part.stl" as part\npart & gyroid(10)',
         "",
     ),

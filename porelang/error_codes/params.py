@@ -87,7 +87,7 @@ PARAMS = (
         "What a function asks of a field could not be proven within the part's box, and a point was found where it is\n"
         "broken; the message names it. The program runs, but at such points its values mean nothing.",
         "gyroid(x) & sphere(20)",
-        "gyroid(max(abs(x), 5)) & sphere(20)",
+        "gyroid(20 + x / 20) & sphere(20)",
     ),
     Code(
         "W202",

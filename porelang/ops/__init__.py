@@ -17,7 +17,7 @@ import numpy as np
 from porelang import interval as iv
 from porelang.interval import Array, Interval, Mask
 from porelang.ir import ONE, ZERO, Node, const, node
-from porelang.ops import forms, grid, segments
+from porelang.ops import forms, grid, principal, segments
 from porelang.ops.row import Kind, Op, Tolerance
 from porelang.ops.tasks import TASK_TABLE, Task
 
@@ -213,6 +213,12 @@ _ROWS = (
        "({0} ? {1} : {2})", iv.select, _flat, "if",  # its slope is a choice, no sum: `rewrites/gradient.py`
        ("if 1 < 2 then 5 else 6", 5.0), tolerance=Tolerance(0.0),
        jumps=lambda c, a, b: (c.lo < 1) & (c.hi > 0)),
+    # ---- tensors ----------------------------------------------------------------------------------------------------
+    Op("principal", ("real",) * 6, "real", "The principal values of a symmetric tensor (xx, yy, zz, xy, yz, xz), the "
+       "largest first, and their directions.", principal.principal,
+       "pore_principal({0}, {1}, {2}, {3}, {4}, {5})", principal.enclose, principal.slopes, "", None,
+       tolerance=Tolerance(0.0, extra=principal.rounding), domain="finite", jumps=principal.jumps,
+       results=principal.RESULTS),
     # ---- data -------------------------------------------------------------------------------------------------------
     Op("lookup", GRID, "real", "Samples on a grid, trilinear between them and held at the border: a component, or a "
        "derivative of it.", grid.lookup, "pore_lookup{0}({1}, {2}, {3}, {payload})",

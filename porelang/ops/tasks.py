@@ -53,18 +53,39 @@ _ROWS = (
          "The thickness t for which `shell(f, t)` has the porosity phi within a solid."),
     Task("solve", ("f", "target", "range"), "real", None, "seconds",
          "The number t in lo..hi for which a function takes a value: the only one, and none that a jump skips."),
-    Task("load", ("path", "name", "outside", "smooth"), "grid", None, "instant",
-         'A field from samples in a file: `load("stress.npz", "von_mises")`. The file, beside the program, is what '
-         "`numpy.savez` writes: the array of that name, of shape (nx, ny, nz), `origin` and `spacing` in mm. Between "
-         "samples the field is trilinear, or with `smooth=true` tricubic with a smooth gradient; beyond them it is "
-         "`outside`, or goes on as at the boundary where that is not given.", 2, "reading data"),
+    Task("load", ("path", "name", "outside", "smooth", "voxel", "unit"), "grid", None, "instant",
+         'A field from samples in a file beside the program, .npz, .vtu, .vtk, .vti or .nrrd: `load("stress.vtu", '
+         '"von_mises")`. Between samples the field is trilinear, or with `smooth=true` tricubic, its gradient smooth; '
+         "beyond what the file covers it is `outside`, or goes on as at the boundary where that is not given. Cells "
+         "are sampled every `voxel`, half their median edge unless given. `unit=MPa` says what values are in.",
+         4, "reading data"),
     Task("sample", ("f", "voxel", "within", "smooth"), "grid", SAME, "seconds",
          "The field f sampled every `voxel` over the box of a solid, once, and read from the samples from then on: for "
          "what is costly to evaluate. `smooth=true` reads them with a smooth gradient.", 1, "sampling a field"),
+    Task("blur", ("f", "sigma", "within", "voxel", "smooth"), "grid", SAME, "seconds",
+         "The field f averaged about each point by a Gaussian of the standard deviation `sigma`, a length, in the box "
+         "of a solid: what changes faster is gone. It is sampled every `voxel`, half of sigma unless given.",
+         2, "blurring a field"),
     Task("frame", ("path",), "segments", None, "instant",
          'The bars of a file as a solid, round at their ends: `frame("truss.json")`, which holds {"nodes": [[x, y, z], '
          '...], "bars": [[i, j], ...], "radii": [...]}, in mm. Its value is the distance to the nearest surface.',
          0, "reading data"),
+    Task("phase", ("w", "within", "orientation", "keep", "cells"), "grid", RATIO, "seconds",
+         "The phase of a lattice whose cells have the size w, a field, within a solid: `gyroid(phase=phase(w, part))`. "
+         "As near to that as can be, and it says what it got: cells of one shape whose size varies exist for few w. "
+         'They may turn a little (`orientation="free"`), which gets nearest, or keep the directions of the axes '
+         '(`"fixed"`), or stand along a direction, a vector field, as `align` has it; `keep="volume"` gives up some of '
+         "their shape for their size. `cells` fits a whole number of them into the box of the solid: `12` along its "
+         'longest side, `[4, 4, 12]` along each, or `"whole"`, the nearest. Beyond that box and a sixteenth of its '
+         "longest side the lattice ends.", 3, "finding a phase"),
+    Task("bound", (), "grid", None, "instant", "What a param that takes data is bound to, held in memory."),
+    Task("mesh", ("path", "error", "margin", "unit"), "grid", None, "seconds",
+         'The mesh of a file as a solid: `mesh("part.stl")`, also .obj, .ply, .off, .glb, .3mf and .step. Lengths are '
+         "in mm where the file does not say, or in the `unit` given, as 1in. The value is the signed distance to the "
+         "surface, read from samples whose spacing follows `error`: near the surface it errs by that much at most, "
+         "1/128 of the longest side unless given. Holes are closed. Farther than `margin` from its box, 1/16 of the "
+         "longest side unless given, it is 0.7 of the distance at least.",
+         3, "measuring a mesh"),
 )  # fmt: skip
 
 TASK_TABLE: dict[str, Task] = {row.name: row for row in _ROWS}

@@ -131,6 +131,12 @@ def field_roots(program: Program, name: str) -> tuple[Node, ...]:
     return (program.solid(name),) if name in program.outputs else program.field_roots(name)
 
 
+def roots_shown(program: Program, name: str | Sequence[str] | None, wishes: Wishes) -> list[Node]:
+    """The flat roots of all that a picture shows: its outputs and the field in colours. Errors: E100, E101, E108."""
+    roots = [program.solid(n) for n in _names(program, name, wishes)]
+    return roots + list(field_roots(program, wishes.field) if wishes.field else ())
+
+
 def bodies_of(program: Program) -> list[str]:
     """The outputs that are solids, as far as their kind tells: numbers that vary in space."""
     return [name for name, o in program.outputs.items() if isinstance(o.value, Scalar) and o.value.node.axes]

@@ -11,15 +11,19 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from porelang.ir import ZERO, Into, Node, Stage, const, constant, is_const, node, rebuild, whole, within
+from porelang.ir import ZERO, Into, Node, Stage, Value, const, constant, is_const, node, rebuild, whole, within
 from porelang.ops import TABLE
 from porelang.rewrite import Rule, rewrite
 
 
-def computed(op: str, values: Sequence[float | bool]) -> float | bool:
-    """An operation on constants, computed in float64 by its NumPy form."""
+def computed(op: str, values: Sequence[float | bool], wanted: Value = None) -> float | bool:
+    """An operation on constants, computed in float64 by its NumPy form; of several results the one that is wanted."""
+    arguments = [v if isinstance(v, bool) else np.float64(v) for v in values]
     with np.errstate(all="ignore"):
-        result = TABLE[op].numpy(*(v if isinstance(v, bool) else np.float64(v) for v in values))
+        if TABLE[op].results:
+            (result,) = TABLE[op].numpy(*arguments, (wanted,))
+        else:
+            result = TABLE[op].numpy(*arguments)
     return bool(result) if isinstance(result, bool | np.bool_) else float(result)
 
 
@@ -31,7 +35,7 @@ def fold(roots: Sequence[Node]) -> list[Node]:
 def _fold(n: Node) -> Node | None:
     if any(a.op != "const" for a in n.args):
         return None
-    return const(computed(n.op, [constant(a) for a in n.args]))
+    return const(computed(n.op, [constant(a) for a in n.args], n.value))
 
 
 def simplify(roots: Sequence[Node], into: Into = whole) -> list[Node]:

@@ -70,6 +70,12 @@ class Builder:
         said = self._doc(head, doc)
         return tree.Param(span, name.text, name.span, default, None, None, None, tuple(choices), said)
 
+    def data(self, children: list[Any]) -> tree.Param:
+        head, name, _, kind, _, default, doc = children
+        span = head.span.to((doc or default).span)
+        said = self._doc(head, doc)
+        return tree.Param(span, name.text, name.span, default, None, None, None, (), said, kind.text, kind.span)
+
     def preset(self, children: list[Any]) -> tree.Preset:
         head, name, _, *settings = children
         return tree.Preset(head.span.to(settings[-1].span), _text(name).value, name.span, tuple(settings))

@@ -6,10 +6,7 @@ NO_PREFIX = "functions have no prefix here: `sin(x)`, `sqrt(x)`, `pi`"
 _SHOWN = "a program shows nothing while it is read: `pore eval` and `pore measure` tell values, `check` asks for them"
 _LOOKS = "a part has no colour of its own: `pore render` draws it"
 _STRUTS = 'lattices of bars are read from a file: `frame("bars.json")`; or made of `capsule(a, b, r)`'
-MESHES = (
-    'meshes cannot be read yet: sample the distance to the mesh on a grid, then `load("part.npz", "distance")`; '
-    "`pore explain E046` shows how"
-)
+MESHES = 'a mesh is read by `mesh("part.stl")`, as a solid'
 
 #: A name that stands for nothing in Pore: what to write in its place, or a pair: the name that may be put
 #: there as it is, and how it is called.
@@ -70,7 +67,6 @@ NAMES: dict[str, str | tuple[str, str]] = {
     "move": ("translate", "`translate(f, [1, 2, 3])`"),
     "moved": ("translate", "`translate(f, [1, 2, 3])`"),
     "rotated": ("rotate", "`rotate(f, [0, 0, 1], 45deg)`"),
-    "pipe": "write `polyline([a, b, c], r)` for a tube along points",
     **dict.fromkeys(("remap", "remap_numbers", "map_range"), "write `mix(lo, hi, ramp(x, a, b))`: a..b becomes lo..hi"),
     **dict.fromkeys(("boolean_union", "unite"), "write `a | b`, or `union([a, b, c])`"),
     **dict.fromkeys(("boolean_subtract",), "write `a \\ b` for a without b"),
@@ -81,12 +77,11 @@ NAMES: dict[str, str | tuple[str, str]] = {
     **dict.fromkeys(("primitive", "schwarz", "schwarzP", "schwarz_primitive"), ("schwarz_p", "`schwarz_p(w)`")),
     **dict.fromkeys(("schwarz_d", "schwarzD", "schwarz_diamond"), ("diamond", "`diamond(w)`")),
     **dict.fromkeys(("fks", "fischer_koch", "FKS"), ("fischer_koch_s", "`fischer_koch_s(w)`")),
-    "mesh": MESHES,
 }  # fmt: skip
 
 _ROUNDED = "`box`, `cylinder` and others take `round=2mm`; `smooth_union(a, b, r)` fills a corner"
 _COPIED = "`repeat(f, w, counts=[4, 4, 1])` copies along the axes, `union([for i in range(6): ...])` in any way"
-_LINES = "`polyline([a, b, c], r)` is a tube along points, `extrude(profile, h)` a profile along z"
+_LINES = "`pipe(points, r)` is a rod along points, `along(f, points)` bends f along them, `spline(points)` smooths them"
 _BUILT_IN = 'it is not there: sample it on a grid elsewhere, and `load("data.npz", "name")` reads it'
 #: Words that are functions elsewhere, and here might be any name: what to write where one is called and means nothing.
 CALLED: dict[str, str | tuple[str, str]] = {
@@ -99,7 +94,7 @@ CALLED: dict[str, str | tuple[str, str]] = {
     "series": "write `[for i in range(n): start + i * step]`, or `range(start, stop, step)`, which ends before stop",
     "domain": "a range is `lo..hi`, as in `param w = 30mm in 10mm..60mm`; `ramp(x, lo, hi)` runs from 0 to 1 in it",
     "loft": "write `blend(extrude(a, h), extrude(b, h), z, r)`: from one to the other along z, within r",
-    **dict.fromkeys(("sweep", "spline", "curve", "bezier", "nurbs"), f"there are no curves: {_LINES}"),
+    **dict.fromkeys(("sweep", "bezier", "nurbs"), f"curves are lists of points: {_LINES}"),
     "taper": "write `f @ [x / s, y / s, z]` with s a function of z, or `cone(r1, r2, h)`",
     "bend": "write `polar(f, turn)`: f bent about the z axis, `turn` mm of it to a full turn",
     **dict.fromkeys(("text", "font"), "there are no letters: make them of `polygon(points)` and `extrude(profile, h)`"),

@@ -188,7 +188,10 @@ class Use:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Param:
-    """`param w = 30mm in 10mm..60mm step 1mm "unit cell"`; a choice has `choices` and no `low`, `high`."""
+    """`param w = 30mm in 10mm..60mm step 1mm "unit cell"`; a choice has `choices` and no `low`, `high`.
+
+    `param stress: field = 0MPa "von Mises"` takes data: it has a `kind`, at `kind_span`, and none of them.
+    """
 
     span: Span
     name: str
@@ -199,6 +202,8 @@ class Param:
     step: Expr | None
     choices: tuple[Expr, ...]
     doc: str
+    kind: str = ""
+    kind_span: Span | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

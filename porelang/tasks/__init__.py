@@ -5,6 +5,6 @@ the table of tasks (`porelang.ops.tasks`): `numbers/` from whole fields, `bake` 
 from files.
 """
 
-from porelang.tasks.resolve import Places, all_read, bind_files, bind_tasks, find
+from porelang.tasks.resolve import Places, all_read, bind_files, bind_tasks, find, look
 
-__all__ = ["Places", "all_read", "bind_files", "bind_tasks", "find"]
+__all__ = ["Places", "all_read", "bind_files", "bind_tasks", "find", "look"]

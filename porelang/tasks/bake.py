@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from porelang.analysis.box import part_box, reach, unbounded_axes
+from porelang.analysis.box import Box, part_box, reach, unbounded_axes
 from porelang.backends.numpy import GridField, NumpyField
 from porelang.data import FARTHEST, LARGEST_VALUE, MOST_COUNTED, NEAREST, WORLD, SampledField, coordinates
 from porelang.diagnostics import fail
@@ -21,35 +21,25 @@ MARGIN = 1
 AT_ONCE = 1 << 18  # nodes that a thread evaluates between two looks at whether it is still wanted
 
 
-def bake(fields: Formula, voxel: float, within: Formula) -> SampledField:
+def bake(fields: Formula, voxel: float, within: Formula, margin: int = MARGIN) -> SampledField:
     """Samples of one field, or of several as components, `voxel` mm apart, in float64.
 
-    The grid covers the box of the solid `within` and one layer of nodes more on each side.
+    The grid covers the box of the solid `within` and `margin` layers of nodes more on each side.
     Errors: E091 where the solid has no end, E092 where it is empty, E096 for a voxel that is none or makes too many
     samples, E097 where the field is not a finite number at a node, or one that float32 has no room for.
     """
     if not NEAREST <= voxel <= FARTHEST:
         hint = f"voxels go from a nanometre to {FARTHEST:,.0f} mm" if voxel > 0 else "give a length above 0, as in 1mm"
         raise fail("E096", f"a voxel of {voxel:g} mm cannot be sampled at", hint=hint)
-    box = part_box(within)
-    if (box is None or unbounded_axes(box)) and (end := reach(within)) is not None:
-        raise fail("E091", "the region `within` of these samples lies more than 100 m from the origin, as far as "
-                   f"{end:,.0f} mm", hint=WORLD)  # fmt: skip
-    if box is None or min(box.size) <= 0:
-        raise fail(
-            "E092", "the region `within` of these samples holds no material", hint="solid is negative: check its sign"
-        )
-    if axes := unbounded_axes(box):
-        raise fail("E091", f"the region `within` of these samples has no end along {axes}",
-                   hint="intersect it with a shape: `... & cylinder(75, 300)`")  # fmt: skip
-    counts = [math.ceil(size / voxel - 1e-9) + 1 + 2 * MARGIN for size in box.size]
+    box = region(within, "these samples")
+    counts = [math.ceil(size / voxel - 1e-9) + 1 + 2 * margin for size in box.size]
     if math.prod(counts) * len(fields.roots) > MOST_NODES or max(counts) > MOST_COUNTED:
         enough = voxel * max(
             (math.prod(counts) * len(fields.roots) / MOST_NODES) ** (1 / 3), max(counts) / MOST_COUNTED
         )
         raise fail("E096", f"a voxel of {voxel:g} mm makes {math.prod(counts):.2g} samples of this region",
                    hint=f"a voxel of {1.05 * enough:.2g} mm would do")  # fmt: skip
-    origin = np.array(box.lo) - MARGIN * voxel
+    origin = np.array(box.lo) - margin * voxel
     axes_of = [o + voxel * np.arange(n) for o, n in zip(origin, counts, strict=True)]
     values = np.empty((*counts, len(fields.roots)))
     threads = workers()
@@ -75,3 +65,17 @@ def bake(fields: Formula, voxel: float, within: Formula) -> SampledField:
         raise fail("E097", f"the field of these samples is {what} at ({coordinates(place)})",
                    hint="look for a division by zero, or a root or logarithm of a negative number there")  # fmt: skip
     return SampledField.from_array(values, origin.tolist(), voxel)
+
+
+def region(within: Formula, what: str) -> Box:
+    """The box of the solid that `what` is found within. Errors: E091 where it has no end, E092 where it is empty."""
+    box = part_box(within)
+    if (box is None or unbounded_axes(box)) and (end := reach(within)) is not None:
+        raise fail("E091", f"the region `within` of {what} lies more than 100 m from the origin, as far as "
+                   f"{end:,.0f} mm", hint=WORLD)  # fmt: skip
+    if box is None or min(box.size) <= 0:
+        raise fail("E092", f"the region `within` of {what} holds no material", hint="solid is negative: check its sign")
+    if axes := unbounded_axes(box):
+        raise fail("E091", f"the region `within` of {what} has no end along {axes}",
+                   hint="intersect it with a shape: `... & cylinder(75, 300)`")  # fmt: skip
+    return box

@@ -7,6 +7,7 @@ something or wait for ever; what was read is remembered for as long as the file 
 from __future__ import annotations
 
 import os
+import re
 import stat
 import threading
 import time
@@ -40,14 +41,19 @@ _read: OrderedDict[Key, Data] = OrderedDict()
 
 
 def remembered(
-    path: str, ending: str, what: str, span: Span | None, read: Callable[[BinaryIO, int], Some], part: str = ""
+    path: str,
+    ending: str | tuple[str, ...],
+    what: str,
+    span: Span | None,
+    read: Callable[[BinaryIO, int], Some],
+    part: str = "",
 ) -> Some:
     """What `read` makes of a file and its size, or made of it before, for as long as the file stays the same.
 
-    `ending` is that of its name, `what` says in words what the file should be, and `part` which part of it is read.
-    Errors: E130 where it cannot be read, E131 for another ending, and those of `read`.
+    `ending` is that of its name, or those it may have, `what` says in words what the file should be, and `part` which
+    part of it is read. Errors: E130 where it cannot be read, E131 for another ending, and those of `read`.
     """
-    found = _looked_at(path, ending, what, span)
+    found = _asked(path, ending, what, span)
     key: Key = (os.path.abspath(path), part, ending, *_stamp(found))
     with alone(key):
         with _lock:
@@ -59,6 +65,13 @@ def remembered(
         if time.time() - max(found.st_mtime, found.st_ctime) > _TICK:
             _remember(key, data)
         return data
+
+
+def looked_at(path: str, ending: str, what: str, span: Span | None, look: Callable[[BinaryIO, int], None]) -> None:
+    """Have `look` look at a file and its size, of which nothing is remembered. Errors: those of `remembered`."""
+    found = _asked(path, (ending,), what, span)
+    with _opened(path, found, span) as file:
+        look(file, found.st_size)
 
 
 def forget() -> None:
@@ -82,31 +95,34 @@ def _bytes(data: Data) -> int:
     return data.values.nbytes if isinstance(data, SampledField) else data.starts.nbytes * 7 // 3
 
 
-def _looked_at(path: str, ending: str, what: str, span: Span | None) -> os.stat_result:
+def _asked(path: str, ending: str | tuple[str, ...], what: str, span: Span | None) -> os.stat_result:
     """What the system says of a file that may be read; it is not opened."""
+    endings = (ending,) if isinstance(ending, str) else ending
     try:
         found = os.stat(path)
     except (FileNotFoundError, NotADirectoryError, ValueError):  # the latter for a NUL in the name
-        raise _missing(path, ending, span) from None
+        raise _missing(path, endings, span) from None
     except OSError as error:
         raise _unreadable(path, error, span) from None
+    listed = " or ".join(filter(None, (", ".join(endings[:-1]), endings[-1])))
     for is_kind, name in _KINDS:
         if is_kind(found.st_mode):
-            raise fail("E130", f"`{path}` is {name}, not {what}", span, hint=f"name a file that ends in {ending}")
+            raise fail("E130", f"`{path}` is {name}, not {what}", span, hint=f"name a file that ends in {listed}")
     if not stat.S_ISREG(found.st_mode):
-        raise fail("E130", f"`{path}` is no file", span, hint=f"name a file that ends in {ending}")
-    if Path(path).suffix.lower() != ending:
+        raise fail("E130", f"`{path}` is no file", span, hint=f"name a file that ends in {listed}")
+    if Path(path).suffix.lower() not in endings:
         has = f"ends in `{Path(path).suffix}`" if Path(path).suffix else "has no ending"
-        raise fail("E131", f"`{path}` {has}, where {what} ends in `{ending}`", span, hint=f"name a {ending} file")
+        marked = re.sub(r"\.\w+", lambda m: f"`{m[0]}`", listed)
+        raise fail("E131", f"`{path}` {has}, where {what} ends in {marked}", span, hint=f"name a {listed} file")
     return found
 
 
-def _missing(path: str, ending: str, span: Span | None) -> PoreError:
+def _missing(path: str, endings: tuple[str, ...], span: Span | None) -> PoreError:
     where, name = os.path.split(path)
     near = None
     with suppress(OSError, ValueError):
         listed = sorted(n for n in os.listdir(where or ".") if not n.startswith("."))[:10_000]
-        alike = [n for n in listed if n.lower().endswith(ending)]
+        alike = [n for n in listed if n.lower().endswith(endings)]
         near = suggest(name, alike) or next((n for n in alike if Path(n).stem == name), None)
     if near is not None:
         return fail("E130", f"there is no file `{path}`", span, hint=f"did you mean `{os.path.join(where, near)}`?")

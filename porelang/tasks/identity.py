@@ -68,7 +68,7 @@ def _identity(
         return f"?{depth - m.value}"  # by how many searches lie between
 
     tape = lower(n.args)
-    known[n] = _digest(_code(), n.op, value, *_roots(tape, slot))
+    known[n] = _digest(code_digest(), n.op, value, *_roots(tape, slot))
     return known[n]
 
 
@@ -103,8 +103,8 @@ def _digest(*parts: str) -> str:
 
 
 @cache
-def _code() -> str:
-    """A digest of the code: what another version of it found is not this version's."""
+def code_digest() -> str:
+    """A digest of the code that finds results: what another version of it found is not this version's."""
     digest = hashlib.sha256(f"{__version__}, NumPy {np.__version__}".encode())
     for part in _CODE:
         where = resources.PACKAGE / part

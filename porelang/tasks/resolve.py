@@ -33,7 +33,7 @@ from porelang.tasks.numbers.places import Line
 from porelang.tasks.numbers.roots import answer_of, checked, root_of
 from porelang.tasks.numbers.trends import one_way, trend
 from porelang.tasks.reach import Reach
-from porelang.tasks.run import READERS, RUN
+from porelang.tasks.run import LOOKERS, READERS, RUN
 
 #: What `solve` says where a number within its error has several answers, or none for a jump.
 _SEVERAL = ("E098", "E099")
@@ -89,7 +89,7 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
     Errors: those of the task, at the place in the program that asks for it.
     """
     try:
-        if n.op in READERS:
+        if n.op in READERS or n.op == "bound":
             return cast(Data, bindings[n]) if n in bindings else _read(n)
         guessed = n.depends >= UNKNOWN  # it reads what a `solve` tries: the answer of the search is kept, not this
         bindings = {m: v for m, v in bindings.items() if _settled(m) or (guessed and m.op == "unknown")}
@@ -103,8 +103,19 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
                 store.put(key, found, label=_label(n, places), disk=not guessed)
         return found
     except PoreError as error:
-        place = places.get(n)
-        raise PoreError([replace(d, span=d.span or place) for d in error.diagnostics]) from None
+        raise _told_at(error, places.get(n)) from None
+
+
+def look(n: Node, places: Places) -> None:
+    """Say what is plainly wrong with the file that a task takes long to read. Errors: as those of `find`."""
+    try:
+        LOOKERS[n.op](n)
+    except PoreError as error:
+        raise _told_at(error, places.get(n)) from None
+
+
+def _told_at(error: PoreError, place: Span | None) -> PoreError:
+    return PoreError([replace(d, span=d.span or place) for d in error.diagnostics])
 
 
 def _read(n: Node) -> Data:
@@ -113,12 +124,14 @@ def _read(n: Node) -> Data:
 
 
 def _settled(m: Node) -> bool:
-    """Whether a slot holds what the design has: a setting or a file, and no number that somebody moves."""
-    return m.op == "param" or m.op in READERS
+    """Whether a slot holds what the design has: a setting, data or a file, and no number that somebody moves."""
+    return m.op in ("param", "bound") or m.op in READERS
 
 
 def _content(bindings: Bindings, n: Node) -> str:
     """The digest of what a task has read from outside; of what no branch that is taken reads, that it has not."""
+    if n.op == "bound":
+        return cast(Data, bindings[n]).digest
     if n.op not in READERS:
         return ""
     return cast(Data, bindings[n]).digest if n in bindings else "not read"

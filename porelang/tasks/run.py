@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import Literal, TypeVar
 
-from porelang.data import Data, Reduced
+from porelang.data import Data, Reduced, Triple
 from porelang.diagnostics import PoreError, fail
 from porelang.formula import Formula
 from porelang.ir import Node, node
 from porelang.store import Result
 from porelang.tasks.bake import bake
 from porelang.tasks.frame import read_frame
-from porelang.tasks.load import read_grid
+from porelang.tasks.readers import read_grid
+from porelang.tasks.shape import corners_of, look_at_shape, read_shape
 
-Read = TypeVar("Read", bound=Data)
+Read = TypeVar("Read")
 
 
 def _field(asked: Formula, i: int) -> Formula:
@@ -94,6 +95,38 @@ def _sample(asked: Formula) -> Result:
     return bake(asked.with_roots(*(asked.roots[i] for i in fields)), _number(asked, voxel), _field(asked, within))
 
 
+#: What `cells` of a phase may be, in the order of the numbers that say which in the graph.
+FITS: tuple[Literal["each", "whole", "longest"], ...] = ("each", "whole", "longest")
+
+
+def _phase(asked: Formula) -> Result:
+    from porelang.tasks.phase.asked import phase_of
+    from porelang.tasks.phase.find import Fit
+
+    roots, several = asked.roots, {8: 1, 10: 3, 11: 1, 13: 3}[len(asked.roots)]  # periods; three more are a direction
+    free, volume, how, *counts = (_number(asked, several + 1 + i) for i in range(6))
+    way = asked.with_roots(*roots[several + 7 :]) if len(roots) > several + 7 else None
+    fit = None if how == 0 else Fit(FITS[int(how) - 1], _cells(counts))
+    return phase_of(asked.with_roots(*roots[:several]), _field(asked, several), bool(free), bool(volume), way, fit)
+
+
+def _cells(counts: Sequence[float]) -> Triple:
+    """How many cells a phase is to have along the axes. Errors: E149."""
+    for n in counts:
+        if n < 0 or n != round(n):
+            raise fail("E149", f"{n:g} cells cannot be had", hint="give whole numbers; 0 leaves a side as it comes")
+    x, y, z = counts
+    return x, y, z
+
+
+def _blur(asked: Formula) -> Result:
+    from porelang.tasks.blur import blurred
+
+    *fields, sigma, voxel, within = range(len(asked.roots))
+    several = asked.with_roots(*(asked.roots[i] for i in fields))
+    return blurred(several, _number(asked, sigma), _number(asked, voxel), _field(asked, within))
+
+
 #: Each takes a formula of the task's arguments, fully bound. `solve` is not here: it asks tasks itself (`resolve`).
 RUN: Mapping[str, Callable[[Formula], Result]] = {
     "porosity": _porosity,
@@ -105,19 +138,28 @@ RUN: Mapping[str, Callable[[Formula], Result]] = {
     "to_porosity": _to_porosity,
     "shell_to_porosity": _shell_to_porosity,
     "sample": _sample,
+    "blur": _blur,
+    "phase": _phase,
 }
+
+
+#: What calls a file with so many numbers at each node.
+_CALLED = {1: "load", 3: "load_vector", 6: "load_tensor"}
+_COUNTED = {1: "one", 3: "three", 6: "six"}
 
 
 def _load(n: Node) -> Data:
     assert isinstance(n.value, tuple)
-    shown, path, name, components = n.value
-    grid = _as_named(str(shown), str(path), lambda where: read_grid(where, str(name)))
-    if grid.components != components:
-        has = "one number" if grid.components == 1 else f"{grid.components} numbers"
-        wants = "`load` takes one" if components == 1 else "`load_vector` takes three"
-        apart = "save its components under names of their own"
-        other = {1: "write `load`", 3: "write `load_vector`"}.get(grid.components, apart)
-        raise fail("E133", f"`{name}` of `{shown}` has {has} at each node, and {wants}", hint=other)
+    shown, path, name, components, *more = n.value
+    voxel, masked = (float(more[0]), bool(more[1])) if more else (0.0, False)
+    grid = _as_named(str(shown), str(path), lambda where: read_grid(where, str(name), voxel=voxel, masked=masked))
+    if grid.components - masked != components:
+        held = grid.components - masked
+        has = "one number" if held == 1 else f"{held} numbers"
+        wanted = f"{_COUNTED[int(components)]} {'is' if components == 1 else 'are'} wanted"
+        hint = f"`{_CALLED[held]}` takes {_COUNTED[held]}"
+        hint += ", as does a param that is a `vector`" if held == 3 else ""
+        raise fail("E133", f"`{name}` of `{shown}` has {has} in each place, where {wanted}", hint=hint)
     return grid
 
 
@@ -125,6 +167,19 @@ def _frame(n: Node) -> Data:
     assert isinstance(n.value, tuple)
     shown, path = n.value
     return _as_named(str(shown), str(path), read_frame)
+
+
+def _mesh(n: Node) -> Data:
+    assert isinstance(n.value, tuple)
+    shown, path, *numbers, part = n.value
+    error, margin, unit = (float(number) or None for number in numbers)
+    found = _as_named(str(shown), str(path), lambda where: read_shape(where, error, margin, unit))
+    return found if part == "distance" else corners_of(found)
+
+
+def _look_at_mesh(n: Node) -> None:
+    assert isinstance(n.value, tuple)
+    _as_named(str(n.value[0]), str(n.value[1]), look_at_shape)
 
 
 def _as_named(shown: str, path: str, read: Callable[[str], Read]) -> Read:
@@ -143,4 +198,6 @@ def _as_named(shown: str, path: str, read: Callable[[str], Read]) -> Read:
 
 
 #: What comes from files: each read is remembered by its reader, and known by the digest of what was in it.
-READERS: Mapping[str, Callable[[Node], Data]] = {"load": _load, "frame": _frame}
+READERS: Mapping[str, Callable[[Node], Data]] = {"load": _load, "frame": _frame, "mesh": _mesh}
+#: Of files that take long to read: what is plainly wrong with one is said without.
+LOOKERS: Mapping[str, Callable[[Node], None]] = {"mesh": _look_at_mesh}

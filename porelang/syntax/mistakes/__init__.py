@@ -19,6 +19,7 @@ RULES: tuple[Callable[[Failure], Diagnostic | None], ...] = (
     statements.name_missing,
     statements.equal_missing,
     statements.assignment,
+    statements.kind_and_range,
     expressions.comparison,
     statements.check,
     statements.parameters,

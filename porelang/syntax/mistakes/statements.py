@@ -172,6 +172,15 @@ def _after_parameters(f: Failure, name: str) -> Diagnostic:
     return f.error("E012", f"`def {name}` needs `=` before its body", "`=` expected", form, f.insert(" ="))
 
 
+def kind_and_range(f: Failure) -> Diagnostic | None:
+    """`param w: length = 5mm in 1mm..9mm`."""
+    if f.head.type != "PARAM" or f.found.type != "IN" or f.within or len(f.tokens) < 4 or f.tokens[2].type != "COLON":
+        return None
+    kind = Span(f.found.span.source, f.tokens[1].span.end, f.tokens[3].span.end)
+    hint = "leave the kind out: the unit of its default says it; a param with a kind takes data"
+    return f.error("E013", "a param with a range has no kind", "a range follows", hint, Edit(kind, ""))
+
+
 def param_range(f: Failure) -> Diagnostic | None:
     if f.head.type != "PARAM" or f.within or f.value_wanted or f.at < 4:
         return None

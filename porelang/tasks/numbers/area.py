@@ -27,6 +27,7 @@ ACCURACY = 1e-3
 #: Pairs of lines differ little or by a whole crossing: their spread has longer tails than that of points.
 _DEVIATIONS = 4
 _CHEAP, _MOST = 300_000, 1_500_000  # pieces of lines; beyond the most, the error says what was reached
+_MOST_WORK = 200_000_000  # operations enclosed by linear forms: about 20 s of a processor
 
 
 def area(solid: Formula, accuracy: float = ACCURACY) -> Reduced:
@@ -43,7 +44,9 @@ def area(solid: Formula, accuracy: float = ACCURACY) -> Reduced:
         doubt += 2 * sum(f.touches for f in found)  # a touch may be a wall, whose two sides count 1 each at most
         spread = _DEVIATIONS * math.sqrt(sum(f.variance for f in found))
         pieces = 6 * len(where.undecided)
-        finest = max(1, int(math.sqrt(_MOST / pieces)))
+        # what lines of this formula take is known when some have been followed
+        work = sum(f.work for f in found)
+        finest = max(1, int(min(math.sqrt(_MOST / pieces), m * math.sqrt(_MOST_WORK / max(work, 1)))))
         wanted = math.ceil(1.1 * m * math.sqrt(spread / (accuracy * value))) if value > 0 else finest
         enough = accuracy if pieces * wanted**2 <= _CHEAP else 3 * accuracy
         if spread <= enough * value or m >= finest:

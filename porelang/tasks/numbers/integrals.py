@@ -43,6 +43,7 @@ MEAN_ACCURACY = 2e-4
 _PILOT = 1  # strata along a cell's side, to begin with
 _MOST = 30_000_000  # samples; beyond it the error says what was reached
 _MOST_PIECES = 2_000_000
+_MOST_WORK = 200_000_000  # operations enclosed along lines by linear forms
 _CELLS_OF_LINES = 20_000
 _SHORTEST = 1e-9  # mm: what is left of lines then is far less than a wall of atoms
 MOST_VALUES = 8_000_000  # samples whose values are kept
@@ -112,6 +113,8 @@ def _by_lines(solid: Formula, where: Region, relative: float, goal: float) -> Re
         error += sum(f.touched + f.doubtful for f in found)
         pieces = 6 * len(where.undecided) * (2 * m) ** 2
         if error <= max(goal, relative * value) or pieces > _MOST_PIECES:
+            return Reduced(value, error)
+        if sum(f.work for f in found) > _MOST_WORK / 4:
             return Reduced(value, error)
         m *= 2
 

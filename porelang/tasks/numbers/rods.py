@@ -16,8 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.bounds import Points, slopes
+from porelang.analysis.bounds import LONGEST, Points, slopes
 from porelang.analysis.enclose import boxes, enclose
+from porelang.analysis.linear import has_rules, linear
 from porelang.backends.numpy import NumpyField
 from porelang.formula import Formula
 from porelang.interval import Interval
@@ -31,6 +32,7 @@ from porelang.tasks.numbers.region import Region, seed
 SHORTEST = 1e-6  # mm, or `_HALVINGS` halvings of the lines through a part that is tiny itself
 _HALVINGS = 10
 _BEFORE_A_CUT = 2  # halvings of a piece that changes its sign, before it is cut at a crossing, where slopes are proven
+_CLOSER = 3  # halvings more, where linear forms prove slopes (of a lattice's true distance from a tenth of a mm on)
 _WORTH = 0.05  # of the pieces that are left: slopes that prove less are not asked for again
 _MOST = 8  # open parts of a piece, on average
 _AT_ONCE = 8192
@@ -46,6 +48,7 @@ class Crossings:
 
     `ends_inside` says of each piece whether its far end lies in the solid. `open_` counts the parts of pieces, each of
     `open_length` mm, that may hold a wall for all that is proven; `early` if halving ended before they were short.
+    `work` is how many operations were enclosed by linear forms.
     """
 
     points: Points
@@ -56,6 +59,7 @@ class Crossings:
     open_: int
     open_length: float
     early: bool
+    work: int = 0
 
 
 class Rods:
@@ -66,6 +70,7 @@ class Rods:
         self.slopes = slopes(solid.root)
         self.sloped = solid.with_roots(solid.root, *self.slopes)
         self.along = [solid.with_roots(solid.root, s) for s in self.slopes]
+        self.ruled = all(has_rules(f.tape) and len(f.tape) <= LONGEST for f in self.along)
         self.field = NumpyField(solid, "f64", 1)
         self.slope = NumpyField(solid.with_roots(*self.slopes), "f64", 1)
 
@@ -99,15 +104,20 @@ class Rods:
         unproven, early = 0, False
         most = max(_MOST * len(at_low), _AT_ONCE)
         halvings = max(_HALVINGS, math.ceil(math.log2(length / shortest)))
-        slopes = True
+        slopes, closely, work = True, False, 0
         for halving in range(halvings + 1):
             if not len(low):
                 break
-            # slopes of which the first halvings prove nothing are hardly proven by more, and are the longer formulas
-            one_way, none, jumps = self._proven(low, high, axis, slopes)
-            slopes = halving < _HALVINGS and bool(np.count_nonzero(one_way) >= _WORTH * np.count_nonzero(~none))
-            last = halving == halvings or len(low) > most
             changes = at_low != at_high
+            if closely:  # a slope is worth it where there is a crossing
+                one_way, none, jumps = self._closely(low, high, axis, changes)
+                work += len(low) * len(self.solid.tape)
+            else:
+                # slopes of which the first halvings prove nothing are hardly proven by more: they are longer formulas
+                one_way, none, jumps = self._proven(low, high, axis, slopes)
+                slopes = halving < _HALVINGS and bool(np.count_nonzero(one_way) >= _WORTH * np.count_nonzero(~none))
+                closely = self.ruled and not slopes
+            last = halving == halvings or len(low) > most
             once = changes & (one_way | last)
             meet(once, jumps[once])
             open_ = ~none & ~one_way & (not last)
@@ -115,7 +125,8 @@ class Rods:
                 unproven = int(np.count_nonzero(~none & ~one_way & ~changes))
                 length /= 2**halving
                 early = halving < halvings
-            cut = np.flatnonzero(open_ & changes) if halving >= _BEFORE_A_CUT or not slopes else line[:0]
+            ripe = halving >= _BEFORE_A_CUT + _CLOSER * closely or not (slopes or closely)
+            cut = np.flatnonzero(open_ & changes) if ripe else line[:0]
             at, before, after = self._apart(low[cut], high[cut], at_low[cut], axis, length / 2 ** (halvings + 1))
             held = ((self.field.at(before) < 0) == at_low[cut]) & ((self.field.at(after) < 0) == at_high[cut])
             cut, at, before, after = cut[held], at[held], before[held], after[held]
@@ -140,7 +151,7 @@ class Rods:
             at_low, at_high = np.concatenate([at_low, at_middle]), np.concatenate([at_middle, at_high])
             line = np.concatenate([line, line])
         met, inside, line, jumps = (np.concatenate([f[k] for f in found]) for k in range(4))
-        return Crossings(met, line, inside, jumps, ends_inside, unproven, length, early)
+        return Crossings(met, line, inside, jumps, ends_inside, unproven, length, early, work)
 
     def _apart(
         self, low: Points, high: Points, inside: NDArray[np.bool_], axis: int, short: float
@@ -165,6 +176,19 @@ class Rods:
             jumps[some] = value.jumps
         for some in _batches(np.flatnonzero(~none)) if slopes else ():
             value, slope = enclose(self.along[axis], boxes(low[some], high[some]))
+            one_way[some] = _one_way(slope.range) & ~value.jumps
+        return one_way, none, jumps
+
+    def _closely(
+        self, low: Points, high: Points, axis: int, changes: NDArray[np.bool_]
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+        """What `_proven` tells, by linear forms: slopes are looked at where the field changes its sign alone."""
+        one_way, none, jumps = self._proven(low, high, axis, False)
+        for some in _batches(np.flatnonzero(~none & ~changes)):
+            value = linear(self.solid, boxes(low[some], high[some]))[0]
+            none[some] = ((value.range.lo >= 0) | (value.range.hi < 0)) & ~value.range.nan
+        for some in _batches(np.flatnonzero(~none & changes)):
+            value, slope = linear(self.along[axis], boxes(low[some], high[some]))
             one_way[some] = _one_way(slope.range) & ~value.jumps
         return one_way, none, jumps
 
@@ -207,7 +231,8 @@ class Met:
     both together. `most` is the most that was counted of a line, `doubtful` what was counted though it may be wrong.
 
     `touches` counts the parts of lines of which nothing was proven when halving ended early, `touched` sums the lengths
-    of all of which nothing was proven; both stand for areas as the others do.
+    of all of which nothing was proven; both stand for areas as the others do. `work` is how many operations were
+    enclosed by linear forms.
     """
 
     total: float
@@ -217,6 +242,7 @@ class Met:
     touched: float
     most: float
     doubtful: float
+    work: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -265,6 +291,7 @@ def along(field: Field, axis: int, m: int, count: Count, shortest: float = SHORT
 
     parallel_for(meet, range(len(parts)), workers())
     sums, varied, uncounted, touches, touched, doubtful = *np.zeros((2, len(columns) * lines)), 0, 0, 0.0, 0.0
+    work = 0
     for (rows, _), found in zip(parts, done, strict=True):
         assert found is not None
         met, counted = found
@@ -273,6 +300,7 @@ def along(field: Field, axis: int, m: int, count: Count, shortest: float = SHORT
         touches += met.open_ * met.early
         touched += met.open_ * met.open_length
         doubtful += counted.doubtful
+        work += met.work
         line = (column[rows, None] * lines + np.arange(lines)).reshape(-1)
         sums += np.bincount(line, counted.pieces, len(sums))
         sums += np.bincount(line[met.piece], np.where(unknown, 0.0, counted.crossings), len(sums))
@@ -283,7 +311,7 @@ def along(field: Field, axis: int, m: int, count: Count, shortest: float = SHORT
     total, without, open_, length, wrong = (
         stands_for * n for n in (float(sums.sum()), uncounted, touches, touched, doubtful)
     )
-    return Met(total, stands_for**2 * squares, without, open_, length, float(sums.max(initial=0.0)), wrong)
+    return Met(total, stands_for**2 * squares, without, open_, length, float(sums.max(initial=0.0)), wrong, work)
 
 
 def _one_way(r: Interval) -> NDArray[np.bool_]:

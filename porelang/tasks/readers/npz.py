@@ -9,11 +9,8 @@ from __future__ import annotations
 
 import io
 import math
-import struct
 import zipfile
-import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, BinaryIO
 
@@ -21,59 +18,25 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from porelang.data import FARTHEST, LARGEST_VALUE, MOST_COUNTED, NEAREST, SampledField, Triple
-from porelang.diagnostics import PoreError, fail, suggest
+from porelang.data import MOST_COUNTED, SampledField, Triple
 from porelang.progress import tell
-from porelang.source import Span
-from porelang.tasks.datafile import remembered
+from porelang.tasks.readers.asked import BROKEN, LARGEST, Asked, floats, layered, lower, placed, usable
+from porelang.tasks.readers.grid import Grid
 
-#: Bytes of an array in memory.
-LARGEST = 2_000_000_000
 #: Bytes of a zip's directory, which is read at once: over ten thousand arrays.
 _DIRECTORY = 1_000_000
 _HEADER = 70_000  # bytes: more than the longest header of version 1
 _CHUNK = 1 << 20
-_BROKEN = (
-    zipfile.BadZipFile,
-    zlib.error,
-    EOFError,
-    struct.error,
-    ValueError,
-    TypeError,
-    OverflowError,
-    NotImplementedError,
-    RuntimeError,
-    LookupError,
-    SyntaxError,
-)
-_WRITE = "write it with numpy.savez(path, {name}=values, origin=[0, 0, 0], spacing=0.5), lengths in mm"
 _NO_NUMBERS = {"O": "Python objects", "S": "text", "U": "text", "c": "complex numbers", "V": "records"}
 _NO_NUMBERS |= {"M": "dates", "m": "times"}
 
 
-@dataclass(frozen=True, slots=True)
-class _Asked:
-    """What was asked for and where, for what is said of it."""
-
-    path: str
-    name: str
-    span: Span | None
-
-    def fail(self, code: str, message: str, hint: str = "") -> PoreError:
-        return fail(code, message, self.span, hint=hint or _WRITE.format(name=self.name))
-
-
-def read_grid(path: str, name: str, span: Span | None = None) -> SampledField:
-    """The array `name` of a .npz file, with the `origin` and `spacing` (mm) that stand beside it.
+def read(asked: Asked, file: BinaryIO, size: int) -> Grid:
+    """The array of a .npz file, with the `origin` and `spacing` (mm) that stand beside it.
 
     The array is (nx, ny, nz), or (nx, ny, nz, k) with k = 1, 3 (a vector) or 6 (a symmetric tensor) numbers a node.
-    Errors: E130-E135, placed at `span`.
+    Errors: E131-E135.
     """
-    asked = _Asked(path, name, span)
-    return remembered(path, ".npz", "a file of arrays", span, partial(_read, asked), name)
-
-
-def _read(asked: _Asked, file: BinaryIO, size: int) -> SampledField:
     try:
         with zipfile.ZipFile(_Bounded(file)) as archive:
             members = _members(asked, archive, size)
@@ -83,10 +46,10 @@ def _read(asked: _Asked, file: BinaryIO, size: int) -> SampledField:
             values = _values(asked, archive, members[asked.name])
     except OSError:
         raise
-    except _BROKEN as error:
-        raise asked.fail("E131", f"`{asked.path}` is damaged or no .npz file: {_lower(error)}") from None
-    _placed(asked, values, origin, spacing)
-    return SampledField(values, origin, spacing)
+    except BROKEN as error:
+        raise asked.fail("E131", f"`{asked.path}` is damaged or no .npz file: {lower(error)}") from None
+    placed(asked, values.shape, origin, spacing)
+    return Grid(SampledField(values, origin, spacing))
 
 
 class _Bounded:
@@ -106,15 +69,11 @@ class _Bounded:
         return found
 
 
-def _members(asked: _Asked, archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
+def _members(asked: Asked, archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
     """The entries of the three arrays that are needed."""
     found = {info.filename.removesuffix(".npy"): info for info in archive.infolist() if info.filename.endswith(".npy")}
-    listed = ", ".join(f"`{_shown(n)}`" for n in list(found)[:12]) + (", ..." if len(found) > 12 else "")
-    held = f"it holds {listed}" if found else "it holds no arrays"
     if asked.name not in found:
-        near = suggest(asked.name, [n for n in found if n not in ("origin", "spacing")])
-        hint = f"did you mean `{_shown(near)}`? {held}" if near else held
-        raise asked.fail("E132", f"`{asked.path}` holds no array `{_shown(asked.name)}`", hint)
+        raise asked.no_array(found)
     missing = [n for n in ("origin", "spacing") if n not in found]
     if missing:
         raise asked.fail("E132", f"`{asked.path}` does not say where its grid lies: no `{'` and no `'.join(missing)}`")
@@ -132,46 +91,25 @@ def _members(asked: _Asked, archive: zipfile.ZipFile, size: int) -> dict[str, zi
     return found
 
 
-def _values(asked: _Asked, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[Any]:
+def _values(asked: Asked, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[Any]:
     """The values at the nodes: (nx, ny, nz, components), finite, float32 or float64, not to be written."""
     array = _array(asked, archive, info, asked.name, LARGEST, _shaped)
     if array.ndim == 3:
         array = array[..., None]
-    with np.errstate(over="ignore"):  # of long doubles, which are then not finite
-        array = np.ascontiguousarray(array, np.float32 if _single(array.dtype) else np.float64)
-    bad = ~np.isfinite(array)
-    if bad.any():
-        where = tuple(int(v) for v in np.argwhere(bad)[0][:3])
-        count = int(bad.sum())
-        are = (
-            "1 value is not a finite number, at"
-            if count == 1
-            else f"{count:,} values are not finite numbers, the first at"
-        )
-        hint = "fill them before they are written: numpy.nan_to_num, or the nearest value that is known"
-        raise asked.fail("E134", f"`{asked.name}` in `{asked.path}`: {are} node {where}", hint)
-    if (largest := max(float(array.max()), -float(array.min()))) > LARGEST_VALUE:
-        hint = "shaders and float32 have no room for more: store it in a larger unit"
-        raise asked.fail(
-            "E134", f"`{asked.name}` in `{asked.path}` goes to {largest:.2g}, beyond {LARGEST_VALUE:g}", hint
-        )
-    array.setflags(write=False)
+    array = floats(array)
+    usable(asked, array, "node")
     return array
 
 
-def _shaped(asked: _Asked, name: str, shape: tuple[int, ...]) -> None:
+def _shaped(asked: Asked, name: str, shape: tuple[int, ...]) -> None:
     """Errors: E133 where a shape is none of a grid."""
     if len(shape) not in (3, 4) or (len(shape) == 4 and shape[3] not in (1, 3, 6)):
         hint = "it is (nx, ny, nz), or (nx, ny, nz, 3) for vectors and (nx, ny, nz, 6) for symmetric tensors"
         raise asked.fail("E133", f"`{name}` in `{asked.path}` has the shape {shape}, which is no grid", hint)
-    for axis, count in zip("xyz", shape[:3], strict=True):
-        if count < 2:
-            nodes = "1 node" if count == 1 else "no nodes"
-            hint = f"two nodes at least along each axis: repeat the layer for what does not change along {axis}"
-            raise asked.fail("E133", f"`{name}` in `{asked.path}` has {nodes} along {axis}: its shape is {shape}", hint)
+    layered(asked, shape[:3])
 
 
-def _triple(asked: _Asked, archive: zipfile.ZipFile, info: zipfile.ZipInfo, name: str) -> Triple:
+def _triple(asked: Asked, archive: zipfile.ZipFile, info: zipfile.ZipInfo, name: str) -> Triple:
     """`origin` or `spacing`: three numbers; for the spacing one will do."""
     array = _array(asked, archive, info, name, 1000, partial(_small, many=name == "origin")).astype(np.float64)
     x, y, z = (float(v) for v in np.broadcast_to(array, (3,)))
@@ -180,34 +118,19 @@ def _triple(asked: _Asked, archive: zipfile.ZipFile, info: zipfile.ZipInfo, name
     return x, y, z
 
 
-def _small(asked: _Asked, name: str, shape: tuple[int, ...], many: bool) -> None:
+def _small(asked: Asked, name: str, shape: tuple[int, ...], many: bool) -> None:
     if shape not in ([(3,)] if many else [(3,), (), (1,)]):
         what = "three numbers" if many else "one number or three"
         raise asked.fail("E133", f"`{name}` in `{asked.path}` has the shape {shape}, not that of {what}")
 
 
-def _placed(asked: _Asked, values: NDArray[Any], origin: Triple, spacing: Triple) -> None:
-    """Errors: E134 where a grid has no size, or lies where there are no parts."""
-    shown = ", ".join(f"{v:g}" for v in spacing)
-    if min(spacing) <= 0:
-        hint = "it must be above 0: for an axis that runs backwards flip the array (numpy.flip)"
-        raise asked.fail("E134", f"`spacing` in `{asked.path}` is ({shown})", hint)
-    if min(spacing) < NEAREST:
-        raise asked.fail("E134", f"`spacing` in `{asked.path}` is ({shown}), below a nanometre", "lengths are in mm")
-    for axis, start, step, count in zip("xyz", origin, spacing, values.shape, strict=False):
-        end = start + step * (count - 1)
-        if max(abs(start), abs(end)) > FARTHEST:
-            text = f"the grid of `{asked.path}` goes from {start:g} to {end:g} mm along {axis}"
-            raise asked.fail("E134", text, f"parts lie within {FARTHEST:,.0f} mm of the origin: lengths are in mm")
-
-
 def _array(
-    asked: _Asked,
+    asked: Asked,
     archive: zipfile.ZipFile,
     info: zipfile.ZipInfo,
     name: str,
     most: int,
-    examine: Callable[[_Asked, str, tuple[int, ...]], None],
+    examine: Callable[[Asked, str, tuple[int, ...]], None],
 ) -> NDArray[Any]:
     """An array of numbers in the archive, in its shape, of `most` bytes at most as float32 or float64."""
     try:
@@ -237,8 +160,8 @@ def _array(
             _fill(member, flat)
     except OSError:
         raise
-    except _BROKEN as error:
-        raise asked.fail("E131", f"`{name}` in `{asked.path}` is damaged: {_lower(error)}") from None
+    except BROKEN as error:
+        raise asked.fail("E131", f"`{name}` in `{asked.path}` is damaged: {lower(error)}") from None
     return flat.reshape(shape[::-1]).T if fortran else flat.reshape(shape)
 
 
@@ -283,14 +206,3 @@ def _number_hint(kind: np.dtype[Any]) -> str:
     if kind.kind == "c":
         return "write its real part, its imaginary part or its absolute value"
     return "write an array of floats"
-
-
-def _lower(error: BaseException) -> str:
-    """The text of another's error, on one line, to stand after a colon."""
-    text = " ".join(str(error).split()) or type(error).__name__
-    return _shown(text[:1].lower() + text[1:])
-
-
-def _shown(text: str) -> str:
-    text = "".join(c if c.isprintable() else "?" for c in text)
-    return text if len(text) <= 120 else text[:117] + "..."

@@ -1,0 +1,162 @@
+"""A length that meets a raw lattice: refused, with the edit that makes mm of the lattice (docs/decisions/0015).
+
+The values of a lattice are raw: `gyroid(10)` runs from -1.5 to 1.5. What is added to it or compared with it is a number
+of those units, and 0.4mm is none: whoever writes a unit means it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+from porelang.diagnostics import Diagnostic, Edit, Label
+from porelang.elaborate.bare import doubt, short, value_of
+from porelang.elaborate.context import Context
+from porelang.elaborate.natures import nature
+from porelang.elaborate.values import Function, Given, ListValue, Poison, Scalar, Value
+from porelang.ir import order, within
+from porelang.source import Span
+from porelang.units import LENGTH
+
+#: Operations that want both sides in one unit. A solid may be cut by `z - 2mm`: that is another solid.
+_MEETING = frozenset({"add", "sub", "lt", "le", "eq"})
+_CUTTING = frozenset({"min", "max"})
+#: Operations of lengths that give one.
+_KEEPING = frozenset({"add", "sub", "min", "max", "neg", "abs", "at", "ensure", "select"})
+#: `f * b to a`: of a function that adds to its argument a.
+_ADDS = re.compile(r"(\w+) \* (\w+) to (\w+)")
+#: The function that makes mm of it.
+LIFT = "metric"
+_FOLDED = re.compile(r"abs\((\w+)\)")
+
+
+def length_on_lattice(
+    ctx: Context, op: str, numbers: Sequence[Value], places: Sequence[Span], span: Span
+) -> Poison | None:
+    """Refuse a sum or a comparison of a raw lattice and a length, and doubt one with what was made of a length by a
+    number of which the unit is not known; None where nothing is refused."""
+    if len(numbers) != 2 or op not in _MEETING | _CUTTING:
+        return None
+    one, other = numbers
+    for field, length, at, lies in ((one, other, places[1], places[0]), (other, one, places[0], places[1])):
+        if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
+            continue
+        if not _is_length(ctx, length) or (op in _CUTTING and length.node.axes) or not _is_raw(ctx, field):
+            continue
+        place = ctx.users_place(span)
+        if place is span:
+            return _told(ctx, at, _lift([lies]), length.dimension == LENGTH)
+        given = list(ctx.given_at.get(place, {}).values())
+        said = _length_among(ctx, given)
+        sure = length.dimension == LENGTH or (said is not None and _is_known(said))
+        return _told(ctx, place if said is None else said.span, _lifted(ctx, given), sure)
+    return None
+
+
+def call_on_lattice(ctx: Context, function: Function, given: Mapping[str, Given]) -> Poison | None:
+    """Refuse the call of a function that says by `Adds:` what it adds to a lattice, if that is a length."""
+    fact = _ADDS.fullmatch(function.definition.fact("Adds") or "") if function.definition is not None else None
+    if fact is None or fact[3] not in given or not _is_raw(ctx, given[fact[3]].value):
+        return None
+    said = _length_among(ctx, [given[name] for name in fact.groups()[:2] if name in given])
+    return None if said is None else _told(ctx, said.span, _lifted(ctx, given.values()), _is_known(said))
+
+
+def note_length(ctx: Context, numbers: Sequence[Value], made: Value) -> None:
+    """Note the product of a length and a number that varies or is set, without a known unit: a length, most likely."""
+    if len(numbers) != 2 or not isinstance(made, Scalar) or made.dimension is not None or made.node.op != "mul":
+        return
+    for one, other in (numbers, (numbers[1], numbers[0])):
+        if not (isinstance(one, Scalar) and isinstance(other, Scalar)) or other.dimension is not None:
+            continue
+        if _is_length(ctx, one) and nature(ctx.natures, other.node) is None and ctx.constant(other.node) is None:
+            ctx.lengths[made.node] = True
+
+
+def _length_among(ctx: Context, given: Sequence[Given]) -> Given | None:
+    """The first argument that is a length; else the first that was made of one."""
+    numbers = [g for g in given if isinstance(g.value, Scalar) and not _is_raw(ctx, g.value)]
+    made = [g for g in numbers if isinstance(g.value, Scalar) and _is_length(ctx, g.value)]
+    return next((g for g in made if _is_known(g)), made[0] if made else None)
+
+
+def _is_known(given: Given) -> bool:
+    return isinstance(given.value, Scalar) and given.value.dimension == LENGTH
+
+
+def _is_length(ctx: Context, value: Scalar) -> bool:
+    """Whether a number is a length, as far as is known, or was made of one."""
+    if value.dimension is not None or not ctx.lengths:
+        return value.dimension == LENGTH
+    known = ctx.lengths
+    for n in order([value.node], lambda n: () if n in known else within(n)):
+        if n not in known:
+            parts = n.args[1:] if n.op == "select" else n.args[:1] if n.op == "at" else n.args
+            scaled = n.op in ("mul", "div") and any(a.op == "const" for a in n.args)
+            known[n] = (n.op in _KEEPING or scaled) and any(known.get(a, False) for a in parts)
+    return known[value.node]
+
+
+def _is_raw(ctx: Context, value: Value) -> bool:
+    """Whether a value is a raw lattice, or a list with one; a lattice that was multiplied by a length is none."""
+    if isinstance(value, ListValue):
+        return any(_is_raw(ctx, v) for v in value.items)
+    if not isinstance(value, Scalar) or not value.node.axes or value.dimension not in (None, LENGTH):
+        return False
+    found = nature(ctx.natures, value.node)
+    return found is not None and found.raw and not (found.scaled and value.dimension == LENGTH)
+
+
+def _lifted(ctx: Context, given: Iterable[Given]) -> Edit | None:
+    """The arguments of a call with each raw lattice made a distance."""
+    spans = {g.span: isinstance(g.value, ListValue) for g in given if _is_raw(ctx, g.value)}
+    return _lift(sorted(spans, key=lambda s: s.start), [s for s, is_list in spans.items() if is_list])
+
+
+def _lift(spans: Sequence[Span], lists: Sequence[Span] = ()) -> Edit | None:
+    """One edit that wraps the texts of places in `metric(...)`; None where there are none, or not in one text."""
+    if not spans or any(s.source is not spans[0].source or s.source.prelude for s in spans):
+        return None
+    source, text, end = spans[0].source, "", value_of(spans[0]).start
+    for s in spans:
+        value = value_of(s)
+        folded = _FOLDED.fullmatch(value.text)
+        if s in lists:
+            wrapped = f"[for f in {value.text}: {LIFT}(f)]"
+        elif folded:  # of a distance without a sign the surface is no place where it changes
+            wrapped = f"abs({LIFT}({folded[1]}))"
+        else:
+            wrapped = f"{LIFT}({_without_brackets(value.text)})"
+        text += source.text[end : value.start] + wrapped
+        end = value.end
+    return Edit(Span(source, value_of(spans[0]).start, end), text)
+
+
+def _without_brackets(text: str) -> str:
+    """A text without the parentheses that enclose all of it."""
+    depth = 0
+    for i, c in enumerate(text):
+        depth += (c == "(") - (c == ")")
+        if depth == 0:
+            return text[1:-1].strip() if c == ")" and i == len(text) - 1 and text[0] == "(" else text
+    return text
+
+
+def _told(ctx: Context, said: Span, edit: Edit | None, sure: bool) -> Poison | None:
+    value = value_of(said)
+    lifted = f"`{short(edit.text)}`" if edit is not None else f"`{LIFT}(...)` of the lattice"
+    other = "a raw number, without a unit" if sure else "`bare(...)` of the length, if raw units are meant"
+    porous = "for a porosity there are `to_porosity` and `shell_to_porosity`"
+    told = Diagnostic(
+        "E145" if sure else "W212",
+        f"`{short(value.text)}` is {'' if sure else 'made of '}a length, and the values of a raw lattice are not in mm",
+        value,
+        "meets a raw lattice, whose values have no unit",
+        () if edit is None else (Label(edit.span, f"its distance in mm is {lifted}"),),
+        f"write {lifted}, whose values are mm; or {other}; {porous}",
+        edit,
+    )
+    if not sure:
+        doubt(ctx, told.code, told.message, value, told.label, told.hint, told.others, edit)
+        return None
+    return ctx.error(told.code, told.message, value, told.label, told.others, told.hint, edit)

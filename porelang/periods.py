@@ -1,0 +1,149 @@
+"""Lattices with a field as `w`: how long their cells really are within the part.
+
+A lattice of the period w(p) is a wave of p / w(p), whose length is not w: it is 1 / |grad(x / w)|, and drifts from w
+with the distance from the origin. What is said of one is what its cells are at a place of the part.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.analysis.sampled import inside_of, sampler
+from porelang.data import coordinates
+from porelang.diagnostics import Diagnostic, Edit
+from porelang.elaborate.bare import value_of
+from porelang.elaborate.results import Elaborated, Suspicion
+from porelang.formula import Bindings
+from porelang.ir import Node, const, node, order, within
+
+#: By how much cells may miss the period that is asked for before it is said, and as many of the points looked at.
+OFF = 0.25
+FEW = 8
+#: A cell so many times as long as it should be has no length to be told.
+ENDLESS = 20.0
+
+
+def drifting(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    """A warning where cells of a lattice are not as long as `w` says, with the place where they miss it most."""
+    lattice, *rest = s.nodes
+    periods, turns = rest[:3], rest[3:]
+    rates = [node("sqrt", sum((g * g for g in (node("d", u, value=a) for a in range(3))), const(0.0))) for u in turns]
+    for output in found.outputs.values():
+        if len(output.nodes) != 1:
+            continue
+        way = _way_to(lattice, output.nodes[0])
+        if way is None:
+            continue
+        around = _around(way)
+        points = None if around is None else inside_of(around, bindings)
+        if points is None:
+            points = inside_of(output.nodes[0], bindings)
+        at = sampler([_seen(way, n) for n in (*periods, *rates)], bindings)
+        if points is None or at is None or not len(points):
+            continue
+        values = np.stack(at(points))
+        asked, real = values[:3], 1 / np.maximum(values[3:], 1e-12)
+        if not (asked > 0).all():  # that is another fault, and is told
+            return None
+        off = np.nan_to_num(np.abs(np.log(real / asked)), posinf=0.0)
+        if (off.max(axis=0) > np.log(1 + OFF)).sum() < FEW:
+            return None
+        axis, i = (int(v) for v in np.unravel_index(int(np.argmax(off)), off.shape))
+        moved = any(n.op == "at" for n, _ in way)  # the solid lies elsewhere, seen from the lattice
+        solid = None if around is None or moved else _name_of(around, found, s)
+        cell = "xyz"[axis], float(asked[axis, i]), float(real[axis, i])
+        return _told(s, points[i], cell, solid, moved)
+    return None
+
+
+def _told(
+    s: Suspicion, place: NDArray[np.float64], cell: tuple[str, float, float], solid: str | None, moved: bool
+) -> Diagnostic:
+    span, (axis, asked, real) = s.argument or s.span, cell
+    text = value_of(s.argument).text if s.argument is not None else "..."
+    if real > ENDLESS * asked:
+        are = f"more than {ENDLESS:g} times as long as the {asked:.3g} mm that are asked for"
+    else:
+        are = f"{real:.3g} mm long, and {asked:.3g} mm are asked for"
+    call = f"phase=phase({' '.join(text.split())}, {solid or '...'})"
+    hint = f"write `{call}`: its cells have the size that is asked for, and it says how nearly"
+    if solid is None:
+        which = "that it fills, as that lies before the lattice is moved" if moved else "that it fills"
+        hint = f"write `{call}` with the solid {which}: its cells have the size that is asked for"
+    hint += "; or `phase=p / w` for just this"
+    edit = Edit(span, call) if solid is not None and s.argument is not None else None
+    return Diagnostic(
+        "W228",
+        f"cells of `{s.name}` are not as long as `w` says: at ({coordinates(place, 3)}) they are {are}",
+        span,
+        f"along {axis}; where a period varies, cells drift from it with the distance from the origin",
+        (),
+        hint,
+        edit,
+        "warning",
+    )
+
+
+def _name_of(around: Node, found: Elaborated, s: Suspicion) -> str | None:
+    """How the text may name the solid that a lattice fills: a let above it, or what it is cut with beside it."""
+    if s.argument is None or "phase" in {*found.lets, *found.params}:
+        return None
+    source, before = s.span.source, s.span.source.text[: s.span.start]
+    for name, value in found.lets.items():
+        if value.node is around and re.search(rf"^let\s+{re.escape(name)}\s*=", before, re.MULTILINE):
+            return name
+    for cut in found.suspicions:
+        beside = cut.argument
+        if cut.what == "apart" and beside is not None and cut.nodes[1] is around and beside.source is source:
+            between = source.text[min(s.span.end, beside.start) : max(s.span.end, beside.start)]
+            if beside.start > s.span.end and not re.search(r"\n\s*(let|out|def|check)\b|=>|[{}]", between):
+                return " ".join(beside.text.split())
+    return None
+
+
+#: From a solid down to a lattice in it: each node on the way, and which of its arguments is next.
+_Way = list[tuple[Node, int]]
+
+
+def _way_to(lattice: Node, root: Node) -> _Way | None:
+    """How a lattice is found in a solid; None where it is not, or only in what moves another field."""
+
+    def below(n: Node) -> tuple[Node, ...]:
+        return n.args[:1] if n.op == "at" else within(n)
+
+    holds: set[Node] = set()
+    for n in order([root], below):  # arguments come first
+        if n is lattice or any(a in holds for a in below(n)):
+            holds.add(n)
+    way: _Way = []
+    here = root
+    if root not in holds:
+        return None
+    while here is not lattice:
+        i = next(i for i, a in enumerate(below(here)) if a in holds)
+        way.append((here, i))
+        here = here.args[i]
+    return way
+
+
+def _seen(way: _Way, field: Node) -> Node:
+    """A field of a lattice's own place as it is seen where the solid is: moved, turned and bent as the lattice is."""
+    for n, _ in reversed(way):
+        if n.op == "at":
+            field = node("at", field, *n.args[1:])
+    return field
+
+
+def _around(way: _Way) -> Node | None:
+    """What a lattice is cut with on the way; None where that is nothing."""
+    solid: Node | None = None
+    for n, i in reversed(way):
+        if n.op == "max":
+            other = n.args[1 - i]
+            solid = other if solid is None else node("max", solid, other)
+        elif n.op == "at" and solid is not None:
+            solid = node("at", solid, *n.args[1:])
+    return solid

@@ -1,0 +1,62 @@
+"""A phase for a period and a part that are formulas."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.backends.numpy import NumpyField
+from porelang.data import SampledField
+from porelang.formula import Formula
+from porelang.tasks.bake import region
+from porelang.tasks.phase.find import Fit, find
+from porelang.tasks.phase.got import Field
+
+
+def phase_of(
+    period: Formula,
+    within: Formula,
+    free: bool,
+    volume: bool = False,
+    direction: Formula | None = None,
+    cells: Fit | None = None,
+) -> SampledField:
+    """The phase, in turns, for a field of periods in mm, over the box of a solid; its facts are those of `Got`.
+
+    `period` has one root, or three for the axes of the cells; `free` lets cells turn, or they stand along a
+    `direction` (three roots, of any length but 0); `volume` gives up shape for size, `cells` says how many there are.
+    Errors: E091 and E092 of the solid, and those of `find`.
+    """
+    box = region(within, "this phase")
+    bits = [root.axes for root in period.roots]
+    apart = len(bits) == 3 and all(bits[a] & ~(1 << a) == 0 for a in range(3)) and direction is None
+    solid = _values(within)
+    way = None if direction is None else _unit(_values(direction))
+    return find(_values(period), lambda x, y, z: solid(x, y, z)[0], box.lo, box.hi, free, volume, way, apart, cells)[0]
+
+
+def _values(fields: Formula) -> Field:
+    """The roots of a formula at points, (roots, ...)."""
+    evaluated = NumpyField(fields, "f64")
+
+    def at(x: NDArray[Any], y: NDArray[Any], z: NDArray[Any]) -> NDArray[np.float64]:
+        points = np.stack(np.broadcast_arrays(x, y, z), -1)
+        values = np.asarray(evaluated.at(points.reshape(-1, 3)), np.float64)
+        return np.moveaxis(values.reshape(*points.shape[:-1], -1), -1, 0)
+
+    return at
+
+
+def _unit(direction: Field) -> Field:
+    """A field of directions with the length 1; x where it has none."""
+
+    def at(x: NDArray[Any], y: NDArray[Any], z: NDArray[Any]) -> NDArray[np.float64]:
+        values = direction(x, y, z)
+        size = np.sqrt((values**2).sum(0))
+        known = np.isfinite(size) & (size > 1e-12)
+        instead = np.array([1.0, 0, 0]).reshape(3, *(1,) * (values.ndim - 1))
+        return np.where(known, values, instead) / np.where(known, size, 1.0)
+
+    return at

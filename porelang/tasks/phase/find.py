@@ -1,0 +1,246 @@
+"""Finds the phase of a lattice in a box: from a coarse grid to finer ones, and kept fine enough for its smallest cell.
+
+The phase is much smoother than the lattice that it drives: solved with 32 cells along the longest side and
+interpolated from there, its periods are those of a solution with 128, in a tenth of the time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.data import LARGEST_VALUE, NEAREST, SampledField, Triple, coordinates
+from porelang.diagnostics import fail
+from porelang.ops.grid import lookup_cubic
+from porelang.tasks.phase.got import Field, Fold, Got, got
+from porelang.tasks.phase.grids import on_grid
+from porelang.tasks.phase.poisson import OUTSIDE
+from porelang.tasks.phase.turning import Wanted, first_fold, turned
+
+Values = NDArray[np.float64]
+#: Cells along the longest side on each grid that is solved on, and at least along each side.
+LEVELS = (16, 32)
+FEWEST = 4
+#: Of the longest side: so much more than the box is found on each side, for what reaches beyond the part.
+MARGIN = 1 / 16
+#: Points in a cell of the finer grid, along each axis, where it is looked at what was got.
+LOOKED = 3
+#: Of the box's sides: so far from its faces a cell that reaches beyond it is looked at.
+EDGE = 1e-3
+#: Nodes of what is kept: 1.5 GB.
+MOST_NODES = 64_000_000
+
+
+def find(
+    period: Field,
+    inside: Field,
+    low: Triple,
+    high: Triple,
+    free: bool,
+    volume: bool = False,
+    direction: Field | None = None,
+    apart: bool = False,
+    cells: Fit | None = None,
+) -> tuple[SampledField, Got]:
+    """The phase (3 components, in turns, 0 at the place nearest to the origin) over a box, and what it got.
+
+    `period` is in mm: one number at each point, or three (3, ...) for the axes of the cells; `inside` is negative
+    within the part. `free` lets cells turn, or they stand along a `direction` (3, ...); `volume` gives up shape for
+    size. With `apart` each of the three periods varies along its own axis alone: the phase is known in closed form.
+    `cells` says how many there are to be along the sides of the box; then they begin at its lower end.
+    Errors: E092 where the box holds no part, E096 for cells so small that too many samples are needed, E147 where the
+    period is none, E148 where cells would fold.
+    """
+    of = _for_axes(period)
+    sides = np.array(high) - np.array(low)
+    margin = MARGIN * float(sides.max())
+    corner, sides = np.array(low) - margin, sides + 2 * margin
+
+    def grid(level: int) -> tuple[Values, Wanted]:
+        counts = _counts(sides, float(sides.max()) / level)
+        spacing = sides / counts
+        return spacing, replace(
+            _wanted(of, inside, (low, high), corner, spacing, counts, direction), free=free, volume=volume
+        )
+
+    found: SampledField | None = None
+    spacing, wanted = grid(LEVELS[-1])
+    for level in () if apart else LEVELS:
+        spacing, wanted = grid(level)
+        nodes = [corner[a] + spacing[a] * np.arange(wanted.period.shape[a + 1] + 1) for a in range(3)]
+        start = on_grid(found, nodes) if found is not None else _even(wanted, nodes)
+        if found is not None and first_fold(start, wanted) is not None:
+            start = _even(wanted, nodes)
+        found = _sampled(turned(wanted, start), corner, spacing)
+    coarse, least = wanted.period.shape[1:], _smallest(wanted)
+    counts = np.maximum(_counts(sides, least / 2), coarse)
+    if math.prod(int(n) + 1 for n in counts) > MOST_NODES:
+        raise fail("E096", f"cells of {least:.3g} mm need {math.prod(int(n) + 1 for n in counts):.2g} samples here",
+                   hint="ask for larger cells, or for a smaller part `within`")  # fmt: skip
+    nodes = [corner[a] + sides[a] * np.arange(counts[a] + 1) / counts[a] for a in range(3)]
+    kept = on_grid(found, nodes) if found is not None else _integrals(of, nodes, low, high)
+    phase = _sampled(kept, corner, sides / counts)
+    phase = _anchored(phase, of, low, high) if cells is None else _fitted(phase, cells, low, high)
+    at = [low[a] + (high[a] - low[a]) * (np.arange(LOOKED * coarse[a]) + 0.5) / (LOOKED * coarse[a]) for a in range(3)]
+    told = got(phase, of, inside, (at[0], at[1], at[2]), free, direction)
+    if isinstance(told, Fold):
+        raise fail("E148", f"the cells of this phase would fold at ({coordinates(told.place)})",
+                   hint="their period changes too fast there: blur it, or give it less range")  # fmt: skip
+    if told is None:
+        raise _empty()
+    return SampledField(phase.values, phase.origin, phase.spacing, told.facts), told
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """How many cells there are to be along the sides of a box: so many along each (0: as it comes), as many as are
+    nearest (`whole`), or so many along its longest side, with one factor for all three (`longest`)."""
+
+    how: Literal["each", "whole", "longest"]
+    counts: Triple
+
+
+def _fitted(phase: SampledField, fit: Fit, low: Triple, high: Triple) -> SampledField:
+    """A phase whose periods are all changed by a factor, so that so many cells lie between the middles of two sides."""
+    ends = []
+    for axis in range(3):
+        at = [np.array([a, b]) if i == axis else np.array([(a + b) / 2] * 2)
+              for i, (a, b) in enumerate(zip(low, high, strict=True))]  # fmt: skip
+        x, y, z = at
+        ends.append(lookup_cubic(phase, x, y, z, (axis, 0, 0, 0)))
+    first, found = np.array([e[0] for e in ends]), np.array([e[1] - e[0] for e in ends])
+    if fit.how == "whole":
+        factors = np.maximum(np.round(found), 1) / found
+    elif fit.how == "longest":
+        longest = int(np.argmax(np.array(high) - np.array(low)))
+        factors = np.full(3, fit.counts[longest] / found[longest])
+    else:
+        factors = np.array([n / f if n else 1.0 for n, f in zip(fit.counts, found, strict=True)])
+    return SampledField.from_array((phase.values - first) * factors, phase.origin, phase.spacing)
+
+
+def _for_axes(period: Field) -> Field:
+    """A field of periods as one that gives three everywhere (3, ...)."""
+
+    def at(x: Values, y: Values, z: Values) -> Values:
+        shape = np.broadcast_shapes(x.shape, y.shape, z.shape)
+        return np.broadcast_to(np.asarray(period(x, y, z), np.float64), (3, *shape))
+
+    return at
+
+
+def _integrals(period: Field, nodes: Sequence[Values], low: Triple, high: Triple) -> Values:
+    """The phase of which each component is the integral of 1 / w along its axis: by Gauss's rule between the nodes."""
+    points, weights = np.polynomial.legendre.leggauss(24)
+    middle = [np.array([(a + b) / 2]) for a, b in zip(low, high, strict=True)]
+    along = []
+    for axis, ends in enumerate(nodes):
+        half = np.diff(ends) / 2
+        inner = np.clip(ends[:-1, None] + half[:, None] * (1 + points), low[axis], high[axis]).reshape(-1)
+        asked = period(*(inner if a == axis else middle[a] for a in range(3)))[axis]
+        _check(asked, ~((asked >= NEAREST) & (asked <= LARGEST_VALUE)), [inner if a == axis else middle[a] + 0 * inner
+                                                                         for a in range(3)])  # fmt: skip
+        steps = half * (weights / asked.reshape(-1, len(points))).sum(1)
+        along.append(np.concatenate([[0.0], np.cumsum(steps)]))
+    return np.stack(np.meshgrid(*along, indexing="ij"))
+
+
+def _counts(sides: Values, spacing: float) -> NDArray[np.int64]:
+    return np.maximum(np.ceil(sides / spacing - 1e-9).astype(np.int64), FEWEST)
+
+
+def _wanted(
+    period: Field,
+    inside: Field,
+    box: tuple[Triple, Triple],
+    corner: Values,
+    spacing: Values,
+    counts: NDArray[np.int64],
+    direction: Field | None = None,
+) -> Wanted:
+    """What is asked for in the cells; beyond the part, where its field may be anything, a period like those within.
+
+    A cell that reaches beyond the box of the part is looked at within it: a plate may be thinner than a cell.
+    """
+    ends = [corner[a] + spacing[a] * np.arange(counts[a] + 1) for a in range(3)]
+    low, high = (np.array(box[0]), np.array(box[1]))
+    thin = EDGE * (high - low)
+    near = [np.clip(ends[a], low[a] + thin[a], high[a] - thin[a]) for a in range(3)]
+    between = [np.clip(ends[a][:-1] + spacing[a] / 2, low[a] + thin[a], high[a] - thin[a]) for a in range(3)]
+    nodes, centres = np.meshgrid(*near, indexing="ij"), np.meshgrid(*between, indexing="ij")
+    overlaps = [np.diff(np.clip(ends[a], low[a], high[a])) for a in range(3)]
+    overlap = np.ones(tuple(counts))
+    for a, of_axis in enumerate(overlaps):
+        overlap *= (of_axis / of_axis.max()).reshape([-1 if b == a else 1 for b in range(3)])
+    at_corners = np.broadcast_to(inside(*nodes), nodes[0].shape) < 0
+    central = np.broadcast_to(inside(*centres), centres[0].shape) < 0
+    share = 8.0 * central  # of each cell that lies within: at its centre and its corners
+    for i, j, k in np.ndindex(2, 2, 2):
+        x, y, z = (slice(1, None) if n else slice(None, -1) for n in (i, j, k))
+        share += at_corners[x, y, z]
+    share *= overlap / 16
+    within, central = share > 0, central & (overlap > 0)
+    if not within.any():
+        raise _empty()
+    asked = np.array(period(*centres))
+    right = (asked >= NEAREST) & (asked <= LARGEST_VALUE)
+    for of, wrong in zip(asked, central & ~right, strict=True):
+        _check(of, wrong, centres)
+    for c, fits in enumerate(right):
+        good = asked[c][within & fits]
+        if not good.size:
+            raise _empty()
+        asked[c] = np.where(fits, asked[c], np.exp(np.log(good).mean())).clip(good.min(), good.max())
+    steps: Triple = (float(spacing[0]), float(spacing[1]), float(spacing[2]))
+    way = None if direction is None else direction(*centres)
+    return Wanted(asked, np.maximum(share, OUTSIDE), _about(within), steps, direction=way)
+
+
+def _check(asked: Values, wrong: NDArray[np.bool_], at: Sequence[Values]) -> None:
+    """Refuse periods that are none. Errors: E147."""
+    if wrong.any():
+        first = int(np.argmax(wrong))
+        place = coordinates(float(c.reshape(-1)[first]) for c in at)
+        raise fail("E147", f"the period that is asked for is {asked.reshape(-1)[first]:.3g} mm at ({place})",
+                   hint="a period is a length above 0 everywhere within the part")  # fmt: skip
+
+
+def _about(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The cells and those about them: the cubic between the nodes of a cell reads theirs."""
+    for axis in range(3):
+        wide = np.pad(cells, [(int(a == axis),) * 2 for a in range(3)])
+        wide = np.moveaxis(wide, axis, 0)
+        cells = np.moveaxis(wide[:-2] | wide[1:-1] | wide[2:], 0, axis)
+    return cells
+
+
+def _empty() -> Exception:
+    return fail("E092", "the region `within` of this phase holds no material", hint="solid is negative: check its sign")
+
+
+def _smallest(wanted: Wanted) -> float:
+    return float(wanted.period[:, wanted.within].min())
+
+
+def _even(wanted: Wanted, nodes: Sequence[Values]) -> Values:
+    """Cells of one size, which fold nowhere."""
+    mean = np.exp(np.log(wanted.period[:, wanted.within]).mean(axis=1))
+    return np.asarray(np.stack(np.meshgrid(*nodes, indexing="ij")) / mean[:, None, None, None])
+
+
+def _sampled(phi: Values, corner: Values, spacing: Values) -> SampledField:
+    return SampledField.from_array(np.moveaxis(phi, 0, -1), corner.tolist(), spacing.tolist())
+
+
+def _anchored(phase: SampledField, period: Field, low: Triple, high: Triple) -> SampledField:
+    """Moved so that it is q / w at the place q of the box that is nearest to the origin: a constant w gives p / w."""
+    x, y, z = (np.array([min(max(0.0, a), b)]) for a, b in zip(low, high, strict=True))
+    asked = [w if w >= NEAREST else math.inf for w in period(x, y, z)[:, 0].tolist()]
+    here = [float(lookup_cubic(phase, x, y, z, (c, 0, 0, 0))[0]) for c in range(3)]
+    move = [float(q[0]) / w - u for q, w, u in zip((x, y, z), asked, here, strict=True)]
+    return SampledField.from_array(phase.values + np.array(move), phase.origin, phase.spacing)

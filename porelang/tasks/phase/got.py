@@ -1,0 +1,162 @@
+"""What a phase got of what was asked for: periods, stretch, turns and folds, from the Jacobian of what is looked up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.data import SampledField, Triple
+from porelang.progress import checkpoint
+from porelang.tasks.phase.grids import on_grid
+from porelang.tasks.phase.turning import determinant, rotations
+
+Values = NDArray[np.float64]
+#: A field of x, y and z in mm, as arrays that broadcast.
+Field = Callable[[Values, Values, Values], Values]
+#: A cell of this volume, against a cube of its size, is as good as folded: between the points looked at it may be.
+FLAT = 0.02
+#: Of so many points spread among them it is looked at how cells are turned: that varies slowly.
+TURNED = 60_000
+#: What is doubted: the stretch of 5 % of the cells, and by how much 5 % of them miss their number per mm.
+STRETCHED, MISSED = 1.15, 0.10
+#: A direction that 5 % of the cells miss by more, in degrees.
+ASKEW = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class Got:
+    """Of the points looked at within a part: periods in mm, angles in degrees.
+
+    `off` is by how much the number of cells per mm along an axis of the cells misses 1 / w, relative to it; `stretch`
+    how much longer a cell is than wide, against what was asked for (the largest by the smallest singular value of w
+    times the Jacobian); `turn` the angle by which cells are turned from the axes of the part. `askew` is by how much
+    the cells miss the direction that they were to stand along. `turned` and `directed` are 1 where cells may turn, and
+    where a direction is given.
+    """
+
+    asked_least: float
+    asked_most: float
+    least: float
+    most: float
+    off_median: float
+    off_95: float
+    off_most: float
+    stretch_95: float
+    stretch_most: float
+    turn_median: float
+    turn_most: float
+    turned: float = 1.0
+    directed: float = 0.0
+    askew_95: float = 0.0
+    askew_most: float = 0.0
+
+    @property
+    def facts(self) -> tuple[float, ...]:
+        """As numbers, in the order of the fields above."""
+        return tuple(float(v) for v in astuple(self))
+
+    def __str__(self) -> str:
+        asked, found = _range(self.asked_least, self.asked_most), _range(self.least, self.most)
+        turn = f"turned by up to {self.turn_most:.0f} degrees" if self.turn_most >= 0.5 else "not turned"
+        if self.directed:
+            turn = f"within {self.askew_95:.0f} degrees of the direction given (95 %), {self.askew_most:.0f} at most"
+        return f"asked {asked} mm, got {found}; stretch at most {self.stretch_most:.2f}; {turn}; no folds"
+
+
+def told(facts: Sequence[float]) -> tuple[str, str, str]:
+    """The note of a phase, what is doubtful about it ("" where nothing is), and a hint, from its facts."""
+    of = Got(*facts)
+    wrong, hint = [], "let cells turn: leave `orientation` out" if not of.turned and not of.directed else ""
+    if of.off_95 > MISSED:
+        wrong.append(f"one cell in twenty misses its size by {100 * of.off_95:.0f} % or more")
+    if of.stretch_95 > STRETCHED:
+        wrong.append(f"one in twenty is {of.stretch_95:.2f} times as long as it should be against its width, or more")
+    if of.askew_95 > ASKEW:
+        wrong.append(f"one in twenty lies {of.askew_95:.0f} degrees or more off the direction given")
+        hint = "directions that turn quickly need cells that differ: blur them, or make the cells larger"
+    hint = hint or "let the period vary more slowly, or by less; or `crossfade` lattices of one period each"
+    return str(of), "; ".join(wrong), hint
+
+
+def _range(low: float, high: float) -> str:
+    one, other = f"{low:.1f}", f"{high:.1f}"
+    if low < 1:
+        one, other = f"{low:.3g}", f"{high:.3g}"
+    return one if one == other else f"{one}..{other}"
+
+
+@dataclass(frozen=True, slots=True)
+class Fold:
+    """A place within the part where a phase folds: its cells would be turned inside out there."""
+
+    place: Triple
+
+
+def got(
+    phase: SampledField,
+    period: Field,
+    inside: Field,
+    centres: tuple[Values, Values, Values],
+    free: bool = True,
+    direction: Field | None = None,
+) -> Got | Fold | None:
+    """What a phase got at the points of a grid of `centres` that lie within the part; None if no point does.
+
+    `period` gives (3, n), `inside` is negative within. Every point is looked at for folds.
+    """
+    x, y, z = np.meshgrid(*centres, indexing="ij")
+    keep = np.asarray(inside(x, y, z)) < 0
+    at = (x[keep], y[keep], z[keep])
+    if not len(at[0]):
+        return None
+    checkpoint()
+    slopes = np.stack(
+        [on_grid(phase, centres, (int(a == 0), int(a == 1), int(a == 2)))[:, keep] for a in range(3)], axis=1
+    )
+    asked = np.broadcast_to(np.asarray(period(*at), np.float64), (3, len(at[0])))
+    numbers = np.sqrt((slopes**2).sum(1))  # cells per mm along each axis of the cells
+    off = np.abs(numbers * asked - 1)
+    slopes = slopes * asked[:, None]
+    size = np.sqrt((slopes**2).sum((0, 1)) / 3)
+    folded = ~(determinant(slopes) > FLAT * size**3)
+    if folded.any():
+        n = int(np.argmax(folded))
+        return Fold((float(at[0][n]), float(at[1][n]), float(at[2][n])))
+    checkpoint()
+    stretch = _stretch(slopes)
+    few = max(1, len(asked[0]) // TURNED)
+    turns = rotations(np.ascontiguousarray(slopes[..., ::few]))
+    turn = _degrees((turns[0, 0] + turns[1, 1] + turns[2, 2] - 1) / 2)
+    found = [
+        *(asked.min(), asked.max(), 1 / numbers.max(), 1 / numbers.min()),
+        *(np.median(off), np.quantile(off, 0.95), off.max()),
+        *(np.quantile(stretch, 0.95), stretch.max(), np.median(turn), turn.max()),
+        float(free),
+    ]
+    if direction is not None:
+        askew = _degrees(np.abs((turns[0] * direction(*(c[::few] for c in at))).sum(0)))
+        found += [1.0, np.quantile(askew, 0.95), askew.max()]
+    return Got(*(float(v) for v in found))
+
+
+def _stretch(slopes: Values) -> Values:
+    """The largest by the smallest singular value of matrices (3, 3, n), by the roots of a cubic as cosines."""
+    xx, yy, zz, xy, xz, yz = (
+        (slopes[:, a] * slopes[:, b]).sum(0) for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    )
+    mean = (xx + yy + zz) / 3
+    a, b, c = xx - mean, yy - mean, zz - mean
+    size = np.sqrt((a * a + b * b + c * c + 2 * (xy * xy + xz * xz + yz * yz)) / 6)
+    volume = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz)
+    angle = np.arccos(np.clip(volume / np.maximum(2 * size**3, 1e-300), -1, 1)) / 3
+    largest = mean + 2 * size * np.cos(angle)
+    middle = mean + 2 * size * np.cos(angle - 2 * np.pi / 3)
+    smallest = np.maximum(determinant(slopes) ** 2 / (largest * middle), 1e-300)  # a difference would lose its figures
+    return np.asarray(np.sqrt(largest / smallest))
+
+
+def _degrees(cosine: Values) -> Values:
+    return np.asarray(np.degrees(np.arccos(np.clip(cosine, -1, 1))))

@@ -1,0 +1,248 @@
+"""A phase whose Jacobian is as near a rotation over w as can be: the local-global iteration.
+
+Minimises the sum over cells of m |w grad(phi) - R|^2 over the phase phi (three numbers, in turns) and rotations R of
+the cells (O. Sorkine, M. Alexa, As-rigid-as-possible surface modeling, SGP 2007), w being one period, or one for each
+axis of the cells: the rotations nearest to w grad(phi) are found cell by cell, the phase for given rotations by a
+Poisson equation with the weights m w^2. Cells may keep the axes of the part (R is 1), turn freely, or stand along a
+direction (the first row of R is it, or its opposite, whichever is nearer). To keep volume rather than shape, most of
+the weight is on |w grad(phi) - D|^2, D being the nearest matrix of the determinant 1. Neither step can raise the sum.
+Momentum (Y. Nesterov, 1983) carries it there in some 30 steps; it begins again where the sum rises, for
+without that it diverges (B. O'Donoghue, E. Candes, Adaptive restart for accelerated gradient schemes, 2015).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.progress import tell
+from porelang.tasks.phase.poisson import Poisson, along, poisson, pull, solve, to_cells
+
+Values = NDArray[np.float64]
+#: Steps of the iteration on one grid, and what the sum falls by in one when it is done.
+STEPS = 40
+DONE = 1e-5
+#: Of the residual of a Poisson equation: the next step asks for another one anyway.
+PRECISION = 1e-3
+#: With `volume`, the share of the weight that shape keeps.
+SHAPE = 0.2
+#: A step that would fold a cell is halved so often before it is not taken at all.
+HALVINGS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """What is asked for in the cells of a grid of nodes: `period` in mm (3, cells), for each axis of the cells,
+    `weights`, and which lie `within` the part.
+
+    With `free` cells may turn; or they stand along a `direction` (3, cells), of length 1; else they keep the axes of
+    the part. With `volume` their shape gives way to their size.
+    """
+
+    period: Values
+    weights: Values
+    within: NDArray[np.bool_]
+    spacing: tuple[float, float, float]
+    free: bool = True
+    volume: bool = False
+    direction: Values | None = None
+
+
+def turned(wanted: Wanted, start: Values, steps: int = STEPS) -> Values:
+    """The phase (3, nx, ny, nz) at the nodes, in turns, from a `start` that has no folds; nor has what is returned.
+
+    Of cells that may turn the mean rotation is taken out.
+    """
+    equations = _equations(wanted)
+    if not wanted.free and wanted.direction is None and not wanted.volume:
+        return _unfolded(wanted, start, _fitted(wanted, equations, np.eye(3)[:, :, None, None, None], start, 1e-6))
+    phi, last = start, start
+    target, size = _targets(wanted, phi)
+    sum_ = _sum(wanted, phi, target, size)
+    speed = 1.0
+    for step in range(steps):
+        tell(step, steps)
+        faster = (1 + math.sqrt(1 + 4 * speed * speed)) / 2
+        ahead = phi + (speed - 1) / faster * (phi - last)
+        new = _stepped(wanted, equations, ahead, phi)
+        found = _sum(wanted, new, *_targets(wanted, new))
+        if found > sum_ and speed > 1:
+            faster = 1.0
+            new = _stepped(wanted, equations, phi, phi)
+            found = _sum(wanted, new, *_targets(wanted, new))
+        if found > sum_:
+            break
+        fallen, last, phi, sum_, speed = sum_ - found, phi, new, found, faster
+        if fallen <= DONE * found:
+            break
+    return phi if wanted.direction is not None or not wanted.free else _upright(wanted, phi)
+
+
+def _upright(wanted: Wanted, phi: Values) -> Values:
+    """A phase turned so that its cells are not turned on average; only where the cells' three periods are the same."""
+    if np.ptp(wanted.period, axis=0).max() > 0:
+        return phi
+    mean = np.einsum("abxyz,xyz->ab", rotations(_stretched(wanted, phi)), wanted.weights)
+    u, _, v = np.linalg.svd(mean)
+    back = (u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v).T
+    return np.asarray(np.einsum("ab,bxyz->axyz", back, phi))
+
+
+def jacobian(phi: Values, spacing: Sequence[float]) -> Values:
+    """The derivative (3, 3, cells) of a phase at the nodes, of each component along each axis, the mean over cells."""
+    return np.stack([to_cells(along(phi, a, spacing[a]), a) for a in range(3)], axis=1)
+
+
+def determinant(matrices: Values) -> Values:
+    """Of matrices (3, 3, ...)."""
+    (a, b, c), (d, e, f), (g, h, i) = matrices
+    return np.asarray(a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g))
+
+
+def cofactors(matrices: Values) -> Values:
+    """Of matrices (3, 3, ...): the inverse, transposed, times the determinant."""
+    (a, b, c), (d, e, f), (g, h, i) = matrices
+    out = np.empty_like(matrices)
+    out[0, 0], out[0, 1], out[0, 2] = e * i - f * h, f * g - d * i, d * h - e * g
+    out[1, 0], out[1, 1], out[1, 2] = c * h - b * i, a * i - c * g, b * g - a * h
+    out[2, 0], out[2, 1], out[2, 2] = b * f - c * e, c * d - a * f, a * e - b * d
+    return out
+
+
+def rotations(matrices: Values) -> Values:
+    """The nearest rotations to matrices (3, 3, ...); of what is folded or nearly flat, none: the identity.
+
+    Newton's iteration for the polar factor, with scaling (N. Higham, Computing the polar decomposition, 1986).
+    """
+    size = np.sqrt((matrices**2).sum((0, 1)))
+    flat = ~(determinant(matrices) > 1e-6 * size**3)
+    identity = np.eye(3).reshape(3, 3, *(1,) * (matrices.ndim - 2))
+    found = np.where(flat, identity, matrices)
+    for _ in range(30):
+        other = cofactors(found)
+        other /= (found[0] * other[0]).sum(0)
+        scale = np.sqrt(np.sqrt(_square(other) / _square(found)))
+        new = (0.5 * scale) * found + (0.5 / scale) * other
+        moved = float(np.abs(new - found).max())
+        found = new
+        if moved < 1e-5:  # the next step would move it by the square of that
+            break
+    return found
+
+
+def _square(matrices: Values) -> Values:
+    flat = matrices.reshape(9, -1)
+    return np.asarray(np.einsum("kn,kn->n", flat, flat)).reshape(matrices.shape[2:])
+
+
+def first_fold(phi: Values, wanted: Wanted) -> tuple[int, int, int] | None:
+    """A cell within the part where the phase folds at one of its corners or in the mean; None where there is none."""
+    folded = wanted.within & _folds(phi, wanted.spacing)
+    if not folded.any():
+        return None
+    i, j, k = (int(v) for v in np.argwhere(folded)[0])
+    return i, j, k
+
+
+def _folds(phi: Values, spacing: Sequence[float]) -> NDArray[np.bool_]:
+    slopes = [along(phi, a, spacing[a]) for a in range(3)]
+    folds = determinant(jacobian(phi, spacing)) <= 0
+    low, high = slice(None, -1), slice(1, None)
+    for corner in np.ndindex(2, 2, 2):
+        side = [high if c else low for c in corner]
+        at = [slopes[a][(slice(None), *(slice(None) if b == a else side[b] for b in range(3)))] for a in range(3)]
+        folds |= determinant(np.stack(at, axis=1)) <= 0
+    return np.asarray(folds)
+
+
+def _stretched(wanted: Wanted, phi: Values) -> Values:
+    return wanted.period[:, None] * jacobian(phi, wanted.spacing)
+
+
+def _targets(wanted: Wanted, phi: Values) -> tuple[Values, Values | float]:
+    """What w grad(phi) is to be in each cell, the nearest that is wanted to what it is, and the square of its size."""
+    now = _stretched(wanted, phi)
+    if wanted.direction is not None:
+        turn = standing(now, wanted.direction)
+    elif wanted.free:
+        turn = rotations(now)
+    else:
+        turn = np.broadcast_to(np.eye(3)[:, :, None, None, None], now.shape)
+    if not wanted.volume:
+        return turn, 3.0
+    full = filled(now, turn)
+    return SHAPE * turn + (1 - SHAPE) * full, SHAPE * 3.0 + (1 - SHAPE) * (full**2).sum((0, 1))
+
+
+def standing(matrices: Values, direction: Values) -> Values:
+    """The nearest rotations to matrices (3, 3, ...) among those whose first row is a direction, or its opposite."""
+    first = np.where((matrices[0] * direction).sum(0) < 0, -direction, direction)
+    aside = np.where(np.abs(first[0]) < 0.6, np.array([1.0, 0, 0])[(slice(None), *(None,) * (first.ndim - 1))],
+                     np.array([0, 1.0, 0])[(slice(None), *(None,) * (first.ndim - 1))])  # fmt: skip
+    one = np.cross(first, aside, axis=0)
+    one /= np.sqrt((one**2).sum(0))
+    two = np.cross(first, one, axis=0)
+    a, b = ([(row * e).sum(0) for e in (one, two)] for row in matrices[1:])
+    along, across = a[0] + b[1], a[1] - b[0]
+    size = np.hypot(along, across)
+    along, across = (np.where(size > 0, v / np.where(size > 0, size, 1), d) for v, d in ((along, 1.0), (across, 0.0)))
+    return np.stack([first, along * one + across * two, along * two - across * one])
+
+
+def filled(matrices: Values, instead: Values) -> Values:
+    """The nearest matrices of the determinant 1 to matrices (3, 3, ...), by Newton's steps onto that surface; of what
+    is folded or nearly flat, others."""
+    size = np.sqrt((matrices**2).sum((0, 1)))
+    flat = ~(determinant(matrices) > 1e-3 * size**3)
+    found = np.where(flat, instead, matrices)
+    for _ in range(6):
+        slope = cofactors(found)
+        found = found + (1 - determinant(found)) / (slope**2).sum((0, 1)) * slope
+    return np.where(determinant(found) > 0.5, found, instead)
+
+
+def _sum(wanted: Wanted, phi: Values, target: Values, size: Values | float) -> float:
+    """What is minimised: over the four edges of each cell along each axis; `size` is the square of the targets'."""
+    total = wanted.weights * size
+    for axis in range(3):
+        slope = along(phi, axis, wanted.spacing[axis])
+        square, mean = to_cells(slope**2, axis), to_cells(slope, axis)
+        here = wanted.period**2 * square - 2 * wanted.period * target[:, axis] * mean
+        total = total + wanted.weights * here.sum(0)
+    return float(total.sum())
+
+
+def _stepped(wanted: Wanted, equations: Sequence[Poisson], ahead: Values, phi: Values) -> Values:
+    """The phase for the targets nearest to `ahead`, as far towards it from `phi` as nothing folds."""
+    return _unfolded(wanted, phi, _fitted(wanted, equations, _targets(wanted, ahead)[0], ahead, PRECISION))
+
+
+def _equations(wanted: Wanted) -> list[Poisson]:
+    """One for the three components of the phase, or one for each where their periods differ."""
+    same = np.ptp(wanted.period, axis=0).max() == 0
+    return [poisson(wanted.weights * w**2, wanted.spacing) for w in (wanted.period[:1] if same else wanted.period)]
+
+
+def _fitted(wanted: Wanted, equations: Sequence[Poisson], target: Values, start: Values, precision: float) -> Values:
+    gradients = [np.broadcast_to(target[:, a], wanted.period.shape) / wanted.period for a in range(3)]
+    if len(equations) == 1:
+        return solve(equations[0], pull(equations[0], gradients), start, precision)[0]
+    return np.concatenate(
+        [solve(e, pull(e, [g[c : c + 1] for g in gradients]), start[c : c + 1], precision)[0]
+         for c, e in enumerate(equations)]
+    )  # fmt: skip
+
+
+def _unfolded(wanted: Wanted, phi: Values, new: Values) -> Values:
+    """As far from `phi`, which has no folds, towards `new` as there are none."""
+    part = 1.0
+    for _ in range(HALVINGS):
+        tried = phi + part * (new - phi)
+        if first_fold(tried, wanted) is None:
+            return tried
+        part /= 2
+    return phi

@@ -1,0 +1,132 @@
+"""Tetrahedra with values, sampled on a regular grid: exactly what they say at each node, and by how much lookups err.
+
+Nodes within tetrahedra have barycentric coordinates in one. The field of those at the border goes on for two steps, so
+that what is looked up inside is made of what is inside; farther out, a node has the value of the nearest that is known.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import astuple
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.data import MOST_COUNTED, SampledField
+from porelang.ops.grid import lookup
+from porelang.parallel import parallel_for, workers
+from porelang.progress import tell
+from porelang.tasks.readers.asked import Asked
+from porelang.tasks.readers.cells import Cells
+from porelang.tasks.readers.got import Got
+from porelang.tasks.readers.grid import Grid
+
+Array = NDArray[Any]
+#: The spacing unless it is given: of the median edge of the tetrahedra so much, but no more nodes than that.
+OF_EDGE = 0.5
+NODES = 4_000_000
+#: Nodes that a spacing may make: 2 GB of one component.
+MOST_NODES = 250_000_000
+#: Steps about the border in which distances to it are exact, and the field goes on.
+REACH = 2.0
+_EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
+_LOOKED_AT = 200_000  # tetrahedra whose edges are measured
+_SLABS = 4  # for each thread
+
+
+def rasterised(asked: Asked, cells: Cells, voxel: float) -> Grid:
+    """The grid over the box of the cells and a layer more, its nodes on the faces of that box.
+
+    Errors: E152 for a voxel that makes too many nodes.
+    """
+    from porelang.tasks.readers import raster_loops as loops
+
+    used = np.unique(cells.tetrahedra)
+    low, high = cells.points[used].min(axis=0), cells.points[used].max(axis=0)
+    size = high - low
+    step = voxel or _found(cells, size)
+    counts = np.maximum(np.ceil(size / step - 1e-9), 1)
+    components = cells.values.shape[1]
+    if np.prod(counts + 3) * (components + 1) > MOST_NODES or counts.max() > MOST_COUNTED - 3:
+        enough = max((float(np.prod(size)) * (components + 1) / MOST_NODES) ** (1 / 3), size.max() / MOST_COUNTED)
+        text = f"a voxel of {step:g} mm makes {np.prod(counts + 3):.2g} nodes of the cells of `{asked.path}`"
+        raise asked.fail("E152", text, f"take one of {1.1 * enough:.2g} mm or more, or leave `voxel` out")
+    spacing = size / counts
+    origin = low - spacing
+    nx, ny, nz = (int(n) + 3 for n in counts)
+    values = np.ascontiguousarray(cells.values, np.float64)
+    out = np.zeros((nx, ny, nz, components))
+    inside = np.zeros((nx, ny, nz), np.bool_)
+    tetrahedra = np.ascontiguousarray(cells.tetrahedra, np.int64)
+    u = (cells.points - origin) / spacing
+    _in_slabs(nx, 0, lambda a, b: loops.fill(u, tetrahedra, values, cells.in_cells, a, b, inside, out))
+    faces, owner = border(cells.points, tetrahedra)
+    reach = REACH * float(spacing.max())
+    square = np.full(inside.shape, np.inf)
+    nearest = np.full(inside.shape, -1, np.int32)
+    points = np.ascontiguousarray(cells.points, np.float64)
+    _in_slabs(nx, 1, lambda a, b: loops.near(points, faces, origin, spacing, reach, a, b, square, nearest))
+    known = np.zeros(inside.shape, np.bool_)
+    _in_slabs(nx, 2, lambda a, b: loops.extend(
+        points, tetrahedra, faces, owner, values, cells.in_cells, origin, spacing, a, b, inside, nearest, known, out
+    ))  # fmt: skip
+    if not known.all():
+        from scipy.ndimage import distance_transform_edt
+
+        at = distance_transform_edt(~known, spacing, return_distances=False, return_indices=True)
+        unknown = ~known
+        out[unknown] = out[tuple(i[unknown] for i in at)]
+    depth = np.minimum(np.sqrt(square, out=square), reach, out=square)
+    np.negative(depth, out=depth, where=inside)
+    grid = SampledField.from_array(out, origin.tolist(), spacing.tolist())
+    return Grid(SampledField(grid.values, grid.origin, grid.spacing, astuple(_got(cells, grid, step))), depth)
+
+
+def _found(cells: Cells, size: Array) -> float:
+    """The spacing for tetrahedra of such edges, in a box of such a size."""
+    some = cells.tetrahedra[:: max(1, len(cells.tetrahedra) // _LOOKED_AT)]
+    edges = [np.linalg.norm(cells.points[some[:, a]] - cells.points[some[:, b]], axis=1) for a, b in _EDGES]
+    return float(max(OF_EDGE * np.median(edges), (np.prod(size) / NODES) ** (1 / 3)))
+
+
+def _in_slabs(layers: int, part: int, work: Callable[[int, int], None]) -> None:
+    """Work on all layers, some at a time, on all threads."""
+    threads = workers()
+    width = math.ceil(layers / (_SLABS * threads))
+    starts = list(range(0, layers, width))
+    for i in range(0, len(starts), threads):
+        tell(part * len(starts) + i, 3 * len(starts))
+        parallel_for(lambda a: work(a, min(a + width, layers)), starts[i : i + threads], threads)
+
+
+def border(points: Array, tetrahedra: Array) -> tuple[Array, Array]:
+    """The faces (f, 3) that only one tetrahedron has, and which that is (f,).
+
+    Points at the same place are one: programs write a point once for each cell, or for each part of a mesh.
+    """
+    order = np.lexsort(points.T)
+    here = points[order]
+    new = np.ones(len(points), np.int64)
+    new[1:] = (here[1:] != here[:-1]).any(axis=1)
+    number = np.empty(len(points), np.int64)
+    number[order] = np.cumsum(new) - 1
+    faces = tetrahedra[:, [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]]].reshape(-1, 3)
+    merged = np.sort(number[faces], axis=1)
+    a, b, c = merged.T
+    order = np.lexsort((c, a * (int(number.max()) + 1) + b))
+    listed = merged[order]
+    same = np.zeros(len(faces) + 1, np.bool_)
+    same[1:-1] = (listed[1:] == listed[:-1]).all(axis=1)
+    alone = order[~same[1:] & ~same[:-1]]
+    return np.ascontiguousarray(faces[alone]), alone // 4
+
+
+def _got(cells: Cells, grid: SampledField, step: float) -> Got:
+    x, y, z = (np.ascontiguousarray(c) for c in cells.places.T)
+    error = np.zeros(len(x))
+    for k in range(grid.components):
+        error = np.maximum(error, np.abs(lookup(grid, x, y, z, (k, 0, 0, 0)) - cells.known[:, k]))
+    worst, most = float(np.quantile(error, 0.95)), float(error.max())
+    return Got(cells.count, cells.left, step, worst, most, float(cells.known.min()), float(cells.known.max()))

@@ -1,0 +1,195 @@
+"""Data for params that take some: from Python and from the command line."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import porelang
+from porelang.cli import main
+from porelang.cli.parsing import parse
+from porelang.data import SampledField
+from porelang.diagnostics import Diagnostic, PoreError
+
+DATA = Path(__file__).parent / "data"
+TEXT = """param w = 8mm in 4mm..12mm
+param n = 2 in 1..4
+param stress: field = 3MPa "von Mises"
+param flow: vector = [1mm, 0, 0]
+let body = cube(20)
+out s = stress
+out v = flow
+out parts = union([for i in range(n): translate(sphere(2mm + stress / 1MPa * 1mm), [9 * i, 0, 0])])
+out part = gyroid(w) |> shell(0.8) |> thicken(-stress / 40MPa, 0.4) & body
+"""
+Q = np.random.default_rng(3).uniform(-9, 9, (300, 3))
+BOX: Any = {"within": ((-10, -10, -10), (10, 10, 10))}
+
+
+def program() -> porelang.Program:
+    return porelang.compile(TEXT)
+
+
+def affine(p: Any) -> Any:
+    return p @ np.array([1.0, 2, 3])
+
+
+def told(bind: Callable[[], object]) -> Diagnostic:
+    with pytest.raises(PoreError) as error:
+        bind()
+    (found,) = error.value.diagnostics
+    assert found.hint
+    return found
+
+
+def test_what_is_not_bound_has_its_default() -> None:
+    made = program()
+    assert set(made.data) == {"stress", "flow"}
+    assert repr(made.data["stress"]) == '<param stress: field in N/mm^2 "von Mises">'
+    assert "stress" not in made.params
+    assert (made.field("s")(Q) == 3).all()
+    assert (made.field("v")(Q) == [1, 0, 0]).all()
+
+
+def test_a_function_is_sampled(backend: str) -> None:
+    made = program().bind(stress=affine, flow=lambda p: p * 2, voxel="1.5mm", **BOX)
+    options: dict[str, Any] = {"backend": backend, "dtype": "f32"} if backend == "glsl" else {}
+    tolerance = 1e-4 if backend == "glsl" else 1e-12
+    np.testing.assert_allclose(made.field("s", **options)(Q), affine(Q), atol=tolerance)
+    np.testing.assert_allclose(made.field("v", **options)(Q), 2 * Q, atol=tolerance)
+    named = program().bind(stress=affine, voxel=1, within="body")
+    np.testing.assert_allclose(named.field("s")(Q), affine(Q), atol=1e-12)
+
+
+def test_an_array_spans_its_box() -> None:
+    axis = np.linspace(-10, 10, 11)
+    values = affine(np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1))
+    made = program().bind(stress=values, **BOX)
+    np.testing.assert_allclose(made.field("s")(Q), affine(Q), atol=1e-12)
+    assert made.field("s")([[99.0, 99, 99]])[0] == 60  # beyond its ends it goes on as there
+
+
+def test_samples_are_taken_as_they_are() -> None:
+    grid = SampledField.from_array(np.arange(8.0).reshape(2, 2, 2), (0, 0, 0), 1.0)
+    made = program().bind({"stress": grid})
+    assert made.field("s")([[0.5, 0.5, 0.5]])[0] == 3.5
+    again = made.bind(flow=np.ones((2, 2, 2, 3)), within=((0, 0, 0), (1, 1, 1)))
+    assert again.field("s")([[0.5, 0.5, 0.5]])[0] == 3.5  # what else is bound stays
+    assert (again.field("v")(Q) == 1).all()
+    assert (made.field("v")(Q) == [1, 0, 0]).all()
+    other = made.bind(stress=SampledField.from_array(np.full((2, 2, 2), 7.0), (0, 0, 0), 1.0))
+    assert [d.values[0, 0, 0, 0] for d in other.held.values()] == [7]
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_settings_variants_and_pickles_keep_what_is_bound(n: int) -> None:
+    """A param that counts compiles the program anew; so does a pickle."""
+    where = ((-10, -10, -10), (30, 10, 10))
+    made = program().bind(stress=lambda p: p[:, 0] / 10, voxel=1, within=where)
+    for other in (made, pickle.loads(pickle.dumps(made))):
+        found = other.design(n=n)
+        value = found.field("parts")([[9.0 * (n - 1), 0, 0]])[0]
+        assert abs(value + 2) < 1e-9
+        np.testing.assert_allclose(pickle.loads(pickle.dumps(found)).field("s")(Q), Q[:, 0] / 10, atol=1e-12)
+    assert len(made.mesh("part", voxel=1.0, force=True).faces) > 1000
+
+
+def test_numbers_from_bound_fields_are_kept_by_what_is_bound() -> None:
+    text = "param f: field = 1\nlet m = mean(f, sphere(5))\nout part = sphere(m)"
+    where: Any = {"voxel": 1, "within": ((-6,) * 3, (6,) * 3)}
+    first = porelang.compile(text).bind(f=lambda p: p[:, 0] + 2, **where)
+    second = first.bind(f=lambda p: p[:, 0] + 4, **where)
+    assert porelang.compile(text).number("m").value == 1
+    for made, mean in ((first, 2), (second, 4), (first, 2)):
+        found = made.number("m")
+        assert abs(found.value - mean) <= found.error < 0.05
+
+
+def bind(**more: Any) -> Callable[[], object]:
+    return lambda: program().bind(**{**BOX, **more})
+
+
+WRONG: dict[str, tuple[Callable[[], object], str, str]] = {
+    "no such param": (bind(stres=affine, voxel=1), "no param `stres`", "`stress`"),
+    "a number": (bind(w=affine, voxel=1), "`w` is a number", "--set w="),
+    "no voxel": (bind(stress=affine), "no samples", "voxel"),
+    "no box": (bind(stress=affine, voxel=1, within=None), "where it lies", "within"),
+    "a flat box": (bind(stress=affine, voxel=1, within=((0, 0, 0), (1, 1, 0))), "`within` is", "lower"),
+    "a number as box": (bind(stress=affine, voxel=1, within=3), "`within` is 3", "corners"),
+    "no length": (bind(stress=affine, voxel="1deg"), "no length", "unit"),
+    "voxel 0": (bind(stress=affine, voxel=0), "0 mm", "above 0"),
+    "too fine": (bind(stress=affine, voxel=0.001), "samples", "would do"),
+    "a vector": (bind(stress=lambda p: p, voxel=1), "gives (", "one number"),
+    "a number for vectors": (bind(flow=affine, voxel=1), "gives (", "three"),
+    "it raises": (bind(stress=lambda p: p[:, 7], voxel=1), "IndexError", "a row each"),
+    "no numbers": (bind(stress=lambda p: "a", voxel=1), "ValueError", "a row each"),
+    "nan": (bind(stress=lambda p: np.log(p[:, 0] + 11), voxel=1), "at (-11", "division"),
+    "a shape": (bind(stress=np.zeros((2, 2))), "(2, 2)", "(nx, ny, nz)"),
+    "texts": (bind(stress=np.full((2, 2, 2), "a")), "not numbers", "SampledField"),
+    "an array with voxel": (bind(stress=np.zeros((2, 2, 2)), voxel=1), "own", "leave"),
+    "nan in an array": (bind(stress=np.full((2, 2, 2), np.nan)), "finite", "give"),
+    "three of an array": (bind(stress=np.zeros((2, 2, 2, 3))), "3 numbers", "`field`"),
+    "large": (bind(stress=np.full((2, 2, 2), 1e38)), "1e+38", "unit"),
+    "far": (bind(stress=np.zeros((2, 2, 2)), within=((0, 0, 0), (1, 1, 1e6))), "reaches", "100 m"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_cannot_be_bound_is_told(case: str) -> None:
+    wrong, words, way_out = WRONG[case]
+    with np.errstate(all="ignore"):
+        found = told(wrong)
+    assert found.code == "E155"
+    assert words in found.message
+    assert way_out in found.hint
+    assert found.span is not None or case == "no such param"
+
+
+def test_other_refusals() -> None:
+    assert told(lambda: program().design(stress=3)).code == "E083"
+    assert "--bind stress=" in told(lambda: program().design(stress=3)).hint
+    assert told(bind(stress=affine, voxel=1, within="nothing")).code == "E100"
+    endless = porelang.compile("param s: field = 0\nout part = gyroid(3) + s")
+    assert told(lambda: endless.bind(s=affine, voxel=1, within="part")).code == "E091"
+
+
+# ---- the command line
+
+
+def test_a_file_is_bound_by_a_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(DATA / "ascii.vtu", "result.vtu")
+    Path("part.pore").write_text("param stress: field = 0MPa\nout part = stress / 1MPa + x")
+    Path("points.csv").write_text("1,1,1\n3,0.5,0.25\n")
+    good = ["--bind", "stress=result.vtu:von_mises"]
+    assert main(["eval", "part.pore", "--points", "points.csv", *good, "--json"]) == 0
+    values = json.loads(capsys.readouterr().out)["values"]
+    np.testing.assert_allclose(values, [7, 7.75], atol=1e-6)
+    assert main(["check", "part.pore", *good]) == 0
+    for words, code in (
+        (["--bind", "stress=result.vtu:nothing"], "E132"),
+        (["--bind", "stress=result.vtu:slope"], "E133"),
+        (["--bind", "stres=result.vtu:von_mises"], "E155"),
+        (["--bind", "stress=none.vtu:a"], "E130"),
+        ([*good, "--bind", "stress=result.vtu:slope"], "E155"),
+    ):
+        capsys.readouterr()
+        assert main(["check", "part.pore", *words]) == 1, words
+        assert code in "".join(capsys.readouterr())
+    capsys.readouterr()
+    assert main(["check", "part.pore", "--bind", "stress=result.vtu"]) == 2
+    assert "NAME=FILE:ARRAY" in "".join(capsys.readouterr())
+
+
+def test_what_is_bound_may_have_colons_and_spaces() -> None:
+    options = parse(["mesh", "a.pore", "-o", "a.stl", "--bind", "s=C:/data/r.vtu:a b"])
+    assert options.bindings == [("s", "C:/data/r.vtu", "a b")]

@@ -1,0 +1,223 @@
+"""Lattices with a phase as programs: measured on the zero crossings of the lattice itself, and what is said of them."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from test_phase import PERIODS, cylinder, inner
+
+import porelang
+from porelang.checks import drifts_of_data
+from porelang.cli import main
+from porelang.program import Design
+
+Values = NDArray[Any]
+CYLINDER = "let part = cylinder(75mm, 300mm)\n"
+
+
+def design(w: str, more: str = "") -> Design:
+    asked = f"{CYLINDER}let u = phase({w}, part{more})\nout turns = u\n"
+    return porelang.compile(f"{asked}out raw = gyroid(phase=u)\nout lattice = gyroid(phase=u) & part\n").design()
+
+
+@cache
+def along_z() -> Design:
+    return design("25mm + z / 10")
+
+
+@pytest.fixture(scope="module")
+def random(tmp_path_factory: pytest.TempPathFactory) -> Design:
+    """The random field of that study, as a file of samples every 5 mm."""
+    folder = tmp_path_factory.mktemp("random")
+    axes = [np.arange(-end, end + 1, 5.0) for end in (80, 80, 155)]
+    values = PERIODS["random"](*np.meshgrid(*axes, indexing="ij"))
+    np.savez(folder / "w.npz", w=values, origin=[a[0] for a in axes], spacing=5.0)
+    return design(f'load("{folder / "w.npz"}", "w", smooth=true)')
+
+
+def periods_of(design: Design, axis: int, count: int) -> tuple[Values, Values]:
+    """How far two rises of a gyroid through 0 are apart, across the wave, and the middles of them (n, 3).
+
+    It is looked at along curves on which its other two phases are whole turns: there it is the sine of the third alone.
+    """
+    turns, lattice = design.field("turns"), design.field("raw")
+    points = inner(PERIODS["10..40 along z"], count).T
+    others = [a for a in range(3) if a != axis]
+
+    def onto(points: Values, wanted: Values) -> Values:
+        for _ in range(4):
+            slopes = np.stack([(turns(points + 0.01 * e) - turns(points - 0.01 * e)) / 0.02 for e in np.eye(3)], -1)
+            off = wanted - turns(points)
+            points = points + np.clip(np.linalg.solve(slopes, off[..., None])[..., 0], -8, 8)
+        return points
+
+    start = turns(points)
+    start[:, others] = np.round(start[:, others])
+    steps = np.linspace(-1.05, 1.05, 64)
+    curve, here = [], points
+    for step in steps:  # each from the one before
+        wanted = start.copy()
+        wanted[:, axis] += step
+        here = onto(here, wanted)
+        curve.append(here)
+    line = np.stack(curve, 1)
+    values = lattice(line.reshape(-1, 3)).reshape(line.shape[:2])
+    chords, middles = [], []
+    for value, path in zip(values, line, strict=True):
+        up = np.flatnonzero((value[:-1] < 0) & (value[1:] >= 0))
+        up = up[np.argsort(np.abs(up - 31.5), kind="stable")[:2]]  # about the middle
+        up.sort()
+        ends = [i + value[i] / (value[i] - value[i + 1]) for i in up]
+        on = np.stack([np.interp(np.linspace(*ends, 40), np.arange(len(path)), path[:, a]) for a in range(3)], 1)
+        chords.append(on[-1] - on[0])
+        middles.append(on[20])
+    middle = np.array(middles)
+    normals = np.stack([turns(middle + 0.05 * e)[:, axis] - turns(middle - 0.05 * e)[:, axis] for e in np.eye(3)], 1)
+    return (np.array(chords) * normals).sum(1) / np.linalg.norm(normals, axis=1), middle
+
+
+def check_crossings(design: Design, period: Callable[..., Values], off: float) -> None:
+    errors = []
+    for axis in range(3):
+        lengths, middles = periods_of(design, axis, 500)
+        inside = cylinder(*middles.T) < -period(*middles.T)  # by one cell, as for that study
+        assert inside.sum() > 200
+        errors.append((lengths / period(*middles.T) - 1)[inside])
+    assert np.quantile(np.abs(np.concatenate(errors)), 0.95) < off
+
+
+def test_cells_of_the_lattice_are_as_long_as_asked_for() -> None:
+    check_crossings(along_z(), PERIODS["10..40 along z"], 0.025)
+
+
+def test_cells_of_a_random_period_from_a_file_are_as_long_as_asked_for(random: Design) -> None:
+    check_crossings(random, PERIODS["random"], 0.12)
+
+
+def test_jacobian_of_a_random_period_from_a_file(random: Design) -> None:
+    turns, points = random.field("turns"), inner(PERIODS["random"], 2000).T
+    slopes = np.stack([(turns(points + 0.05 * e) - turns(points - 0.05 * e)) / 0.1 for e in np.eye(3)], -1)
+    assert np.quantile(np.abs(np.linalg.norm(slopes, axis=2) * PERIODS["random"](*points.T)[:, None] - 1), 0.95) < 0.12
+    values = np.linalg.svd(slopes, compute_uv=False)
+    assert np.quantile(values[:, 0] / values[:, 2], 0.95) < 1.2
+    assert (np.linalg.det(slopes) > 0).all()
+
+
+def test_it_says_what_it_got() -> None:
+    (note,) = along_z().notes("lattice")
+    told = r"phase: asked 10\.\d\.\.39\.\d mm, got \d+\.\d\.\.\d+\.\d; stretch at most 1\.\d\d; "
+    assert re.fullmatch(told + r"turned by up to \d\d degrees; no folds", note.message)
+    assert note.span is not None
+    assert note.span.text == "phase(25mm + z / 10, part)"
+
+
+def test_backends_agree_on_it(gpu: object) -> None:
+    points = inner(PERIODS["10..40 along z"], 2000).T
+    exact = along_z().field("raw")(points)
+    drawn = along_z().field("raw", backend="glsl")(points)
+    assert np.abs(exact - drawn).max() < 1e-3
+
+
+# ---- what may be asked for -------------------------------------------------------------------------------------------
+def slopes_of(design: Design, points: Values) -> Values:
+    turns = design.field("turns")
+    return np.stack([(turns(points + 0.05 * e) - turns(points - 0.05 * e)) / 0.1 for e in np.eye(3)], -1)
+
+
+def test_periods_that_vary_along_their_own_axes_are_integrals() -> None:
+    """u = the integral of dz / (25 + z/10) = 10 ln(1 + z/250), and x/15: exact, with a jump too."""
+    points = inner(PERIODS["10..40 along z"], 2000, 0.3).T
+    u = design("[15mm, 20mm, 25mm + z / 10]").field("turns")(points)
+    closed = np.stack([points[:, 0] / 15, points[:, 1] / 20, 10 * np.log1p(points[:, 2] / 250)], 1)
+    assert np.abs(u - closed).max() < 1e-3  # of the cubic between samples: 0.01 mm
+    jump = design("[15mm, 15mm, if z < 20 then 10mm else 30mm]").field("turns")(points)[:, 2]
+    z = points[:, 2]
+    away = np.abs(z - 20) > 15
+    assert np.abs(jump - np.where(z < 20, z / 10, 2 + (z - 20) / 30))[away].max() < 0.02
+
+
+def test_fixed_cells_do_not_turn_and_free_ones_do() -> None:
+    points = inner(PERIODS["10..40 along z"], 2000).T
+    turns = []
+    for more in ("", ', orientation="fixed"'):
+        u, _, v = np.linalg.svd(slopes_of(design("25mm + z / 10", more), points))
+        turns.append(np.degrees(np.arccos(np.clip((np.trace(u @ v, axis1=1, axis2=2) - 1) / 2, -1, 1))).max())
+    assert turns[0] > 15
+    assert turns[1] < turns[0] / 2
+
+
+def test_cells_stand_along_a_direction() -> None:
+    """One that is the same everywhere is followed, by either sign; one that turns slowly nearly."""
+    points = inner(PERIODS["10..40 along z"], 1000).T
+    for way in ("[1, 2, 2]", "[-1, -2, -2]", "if x < 0 then [1, 2, 2] else [-1, -2, -2]"):
+        slopes = slopes_of(design("20mm", f", orientation={way}"), points)
+        assert np.abs(np.abs(20 * slopes[:, 0] @ [1, 2, 2]) / 3 - 1).max() < 1e-3
+        assert np.abs(400 * slopes @ slopes.transpose(0, 2, 1) - np.eye(3)).max() < 2e-3
+    bent = design("20mm", ", orientation=[1, z / 600, 0]")
+    slopes = slopes_of(bent, points)
+    first = slopes[:, 0] / np.linalg.norm(slopes[:, 0], axis=1)[:, None]
+    wanted = np.stack([np.ones(len(points)), points[:, 2] / 600, np.zeros(len(points))], 1)
+    wanted /= np.linalg.norm(wanted, axis=1)[:, None]
+    askew = np.degrees(np.arccos(np.clip(np.abs((first * wanted).sum(1)), 0, 1)))
+    assert np.quantile(askew, 0.95) < 6
+    assert np.abs(np.degrees(np.arctan(points[:, 2] / 600))).max() > 11  # without it they would miss by so much
+    assert "degrees of the direction given" in bent.notes("lattice")[0].message
+
+
+def test_volume_is_kept_at_the_price_of_shape() -> None:
+    points = inner(PERIODS["10..40 along z"], 3000).T
+    w = "15mm + 15mm * hypot(x, y) / 75"  # which cannot be had
+    shape, volume = (slopes_of(design(w, more), points) for more in ("", ', keep="volume"'))
+    asked = 15 + 15 * np.hypot(points[:, 0], points[:, 1]) / 75
+    cells = [np.abs(np.log(np.linalg.det(s) * asked**3)) for s in (shape, volume)]
+    stretch = [(v := np.linalg.svd(s, compute_uv=False))[:, 0] / v[:, 2] for s in (shape, volume)]
+    assert np.quantile(cells[1], 0.9) < 0.7 * np.quantile(cells[0], 0.9)
+    assert np.quantile(stretch[1], 0.9) > np.quantile(stretch[0], 0.9)
+
+
+def test_three_periods_and_a_direction_go_together() -> None:
+    points = inner(PERIODS["10..40 along z"], 1000).T
+    slopes = slopes_of(design("[30mm, 20mm, 15mm]", ", orientation=[1, 1, 0]"), points)
+    assert np.abs(np.linalg.norm(slopes, axis=2) * [30, 20, 15] - 1).max() < 2e-3
+    assert np.abs(np.abs(slopes[:, 0] @ [1, 1, 0]) * 30 / np.sqrt(2) - 1).max() < 2e-3
+
+
+@pytest.mark.parametrize(
+    ("cells", "counts"),
+    [("12", (None, None, 12)), ('"whole"', None), ("[7, 0, 13]", (7, None, 13))],
+)
+def test_a_whole_number_of_cells_fits(cells: str, counts: tuple[int | None, ...] | None) -> None:
+    ends = np.array([[-75.0, 0, 0], [75, 0, 0], [0, -75, 0], [0, 75, 0], [0, 0, -150], [0, 0, 150]])
+    plain, fitted = (design("25mm + z / 10", more).field("turns")(ends) for more in ("", f", cells={cells}"))
+    (was, found) = (np.array([u[2 * a + 1, a] - u[2 * a, a] for a in range(3)]) for u in (plain, fitted))
+    for axis in range(3):
+        if counts is None or counts[axis] is not None:
+            assert found[axis] == pytest.approx(round(was[axis]) if counts is None else counts[axis], abs=1e-9)
+            assert fitted[2 * axis, axis] == pytest.approx(0, abs=1e-9)
+    if cells == "12":  # one factor for all
+        assert found / was == pytest.approx(np.full(3, 12 / was[2]), rel=1e-6)
+    if cells == "[7, 0, 13]":
+        assert found[1] == pytest.approx(was[1], rel=1e-6)
+
+
+# ---- what is said ----------------------------------------------------------------------------------------------------
+def test_what_is_far_from_what_was_asked_is_doubted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "a.pore"
+    file.write_text(f"{CYLINDER}gyroid(phase=phase(15mm + hypot(x, y) / 5, part)) & part\n")
+    assert main(["check", str(file), "--measure", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [(d["severity"], d["code"]) for d in told] == [("note", ""), ("warning", "W229")]
+    assert "one cell in twenty misses its size by" in told[1]["message"]
+
+
+def test_a_phase_is_no_wave_that_drifts(random: Design) -> None:
+    assert drifts_of_data(random, measure=True) == []
+    assert drifts_of_data(along_z(), measure=True) == []

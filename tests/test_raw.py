@@ -1,0 +1,97 @@
+"""A length that meets a raw lattice: refused, and the edit that is shown makes a program of it with walls in mm."""
+
+from __future__ import annotations
+
+import pytest
+
+from porelang.compiler import try_compile
+from porelang.diagnostics import Diagnostic
+from porelang.source import Source
+
+
+def said(text: str) -> list[Diagnostic]:
+    return try_compile(Source("a.pore", text))[1]
+
+
+#: What is written, and what the edit makes of it.
+REFUSED = {
+    "gyroid(10) |> shell(0.4mm) & cube(60mm)": "metric(gyroid(10)) |> shell(0.4mm) & cube(60mm)",
+    "shell(gyroid(10mm), 0.4mm)": "shell(metric(gyroid(10mm)), 0.4mm)",
+    "shell(t=0.4mm, a=gyroid(10))": "shell(t=0.4mm, a=metric(gyroid(10)))",
+    "param w = 30mm in 10mm..60mm\ngyroid(w) |> shell(0.4mm) & cube(60mm)": (
+        "param w = 30mm in 10mm..60mm\nmetric(gyroid(w)) |> shell(0.4mm) & cube(60mm)"
+    ),
+    "param t = 0.4mm in 0.2mm..1mm\ngyroid(8) |> shell(t) & cube(20)": (
+        "param t = 0.4mm in 0.2mm..1mm\nmetric(gyroid(8)) |> shell(t) & cube(20)"
+    ),
+    "offset(diamond(10), 0.3mm) & cube(20)": "offset(metric(diamond(10)), 0.3mm) & cube(20)",
+    "thicken(gyroid(10), 0.3mm) & cube(20)": "thicken(metric(gyroid(10)), 0.3mm) & cube(20)",
+    "gyroid(10) |> thicken(-z / 20, 0.3mm) & cube(20)": "metric(gyroid(10)) |> thicken(-z / 20, 0.3mm) & cube(20)",
+    "multishell(gyroid(10), 0.3mm, 2, 0.2mm) & cube(20)": (
+        "multishell(metric(gyroid(10)), 0.3mm, 2, 0.2mm) & cube(20)"
+    ),
+    "gyroid(10) - 0.3mm & cube(20)": "metric(gyroid(10)) - 0.3mm & cube(20)",
+    "0.3mm - gyroid(10) & cube(20)": "0.3mm - metric(gyroid(10)) & cube(20)",
+    "0.5 * gyroid(10) - 0.3mm & cube(20)": "metric(0.5 * gyroid(10)) - 0.3mm & cube(20)",
+    "max(gyroid(10), 0.3mm) & cube(20)": "max(metric(gyroid(10)), 0.3mm) & cube(20)",
+    "if gyroid(10) < 0.3mm then sphere(10) else cube(9)": "if metric(gyroid(10)) < 0.3mm then sphere(10) else cube(9)",
+    "def wall(f, t: length) = abs(f) - t / 2\nwall(gyroid(10), 0.4mm) & cube(20)": (
+        "def wall(f, t: length) = abs(metric(f)) - t / 2\nwall(gyroid(10), 0.4mm) & cube(20)"
+    ),
+    "(gyroid(10) & sphere(20)) |> shell(0.4mm)": "metric(gyroid(10) & sphere(20)) |> shell(0.4mm)",
+    "conventions.axolotl.gyroid(10) |> shell(0.4mm) & cube(20)": (
+        "metric(conventions.axolotl.gyroid(10)) |> shell(0.4mm) & cube(20)"
+    ),
+    "param k = gyroid in {gyroid, diamond}\nk(10) |> shell(0.4mm) & cube(20)": (
+        "param k = gyroid in {gyroid, diamond}\nmetric(k(10)) |> shell(0.4mm) & cube(20)"
+    ),
+    "translate(gyroid(10), [1, 2, 3]) |> shell(0.4mm) & cube(20)": (
+        "metric(translate(gyroid(10), [1, 2, 3])) |> shell(0.4mm) & cube(20)"
+    ),
+    "twist(gyroid(10), 90deg / 50mm) |> shell(0.4mm) & cube(20)": (
+        "metric(twist(gyroid(10), 90deg / 50mm)) |> shell(0.4mm) & cube(20)"
+    ),
+    "blend(gyroid(10), diamond(10), along=z, r=4mm) |> shell(0.4mm) & cube(20)": (
+        "metric(blend(gyroid(10), diamond(10), along=z, r=4mm)) |> shell(0.4mm) & cube(20)"
+    ),
+    "smooth_union(gyroid(10), sphere(4), 2mm) & cube(9)": "smooth_union(metric(gyroid(10)), sphere(4), 2mm) & cube(9)",
+    "gyroid(10) |> smooth_union(schwarz_p(10), 2mm) & cube(20)": (
+        "metric(gyroid(10)) |> smooth_union(metric(schwarz_p(10)), 2mm) & cube(20)"
+    ),
+    "smooth_union([gyroid(10) & cube(20), sphere(4)], 2mm)": (
+        "smooth_union([for f in [gyroid(10) & cube(20), sphere(4)]: metric(f)], 2mm)"
+    ),
+}
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_a_length_that_meets_a_raw_lattice_is_refused_with_its_way_out(text: str) -> None:
+    (found,) = said(text)
+    assert (found.code, found.severity) == ("E145", "error")
+    assert "mm" in found.message or "`t" in found.message
+    assert found.edit is not None
+    made = text[: found.edit.span.start] + found.edit.text + text[found.edit.span.end :]
+    assert made == REFUSED[text]
+    assert said(made) == []
+
+
+def test_each_place_is_told() -> None:
+    found = said("out a = shell(gyroid(10), 0.4mm) & cube(9)\nout b = shell(diamond(10), 0.4mm) & cube(9)")
+    assert [(d.code, d.span.line) for d in found if d.span] == [("E145", 1), ("E145", 2)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "gyroid(10) |> shell(0.4) & cube(20)",
+        "gyroid(10) |> thicken(-0.3, 1) & cube(20)",
+        "param w = 6mm in 4mm..10mm\ngyroid(w) |> shell(0.4mm * 9.6 / w) & cube(20)",
+        "bare(0.4mm) - abs(gyroid(10)) & cube(20)",
+        "gyroid(10) * 1.5mm |> shell(0.4mm) & cube(20)",
+        "metric(gyroid(10)) |> shell(0.4mm) & cube(20)",
+        "metric(gyroid(10), 3) - 0.3mm & cube(20)",
+        "thicken(sphere(20), gyroid(5), 0.3mm) |> shell(0.4mm)",
+    ],
+)
+def test_a_number_of_the_lattice_and_a_distance_are_taken(text: str) -> None:
+    assert said(text) == []

@@ -1,0 +1,187 @@
+"""What of a mesh is surface, and the distance to it: against closed forms, and trimesh asked for every triangle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from porelang.tasks.shape.distance import Sampled, distances
+from porelang.tasks.shape.soup import merged
+from porelang.tasks.shape.surface import closed
+
+pytestmark = pytest.mark.slow
+
+Some = np.ndarray[Any, np.dtype[np.float64]]
+ERROR = 0.3
+
+
+def sampled(*bodies: trimesh.Trimesh, error: float = ERROR, margin: float = np.nan) -> Sampled:
+    whole = trimesh.util.concatenate(bodies)
+    places, numbers = merged(np.array(whole.vertices, np.float64))
+    faces = numbers[np.array(whole.faces)]
+    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
+    return distances(closed(places, np.ascontiguousarray(faces)), error, margin, lambda done, total: None)
+
+
+def nodes(made: Sampled) -> Some:
+    axes = [o + made.spacing * np.arange(n) for o, n in zip(made.origin, made.values.shape, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+
+
+def block(lo: Any, hi: Any) -> trimesh.Trimesh:
+    return trimesh.creation.box(bounds=[lo, hi])
+
+
+def to_block(p: Some, lo: Any, hi: Any) -> Some:
+    """The distance to a block that may be flat, negative inside."""
+    q = np.abs(p - 0.5 * np.add(lo, hi)) - 0.5 * np.subtract(hi, lo)
+    return np.asarray(np.linalg.norm(np.maximum(q, 0), axis=-1) + np.minimum(q.max(axis=-1), 0))
+
+
+def agrees(made: Sampled, known: Some) -> None:
+    """Exact in the band, right in sign, and beyond the band never too little, nor too much by twice the error."""
+    found = made.values.astype(np.float64)
+    near = np.abs(known) <= 3 * made.spacing
+    assert near.any()
+    assert (~near).any()
+    assert np.abs(found - known)[near].max() < 1e-5
+    assert ((found < 0) == (known < 0))[np.abs(known) > 1e-5].all()
+    excess = np.abs(found) - np.abs(known)
+    assert excess.min() > -1e-5
+    assert excess.max() <= 2 * made.error
+    assert made.lost == 0
+
+
+def test_blocks_that_overlap_or_touch_are_one_body() -> None:
+    """Their ends lie within it, and are no surface: the whole is a block again."""
+    whole = ([0, -3, -3], [16, 3, 3])
+    for first, second in ((10, 6), (8, 8), (16, 4)):
+        made = sampled(block(whole[0], [first, 3, 3]), block([second, -3, -3], whole[1]))
+        agrees(made, to_block(nodes(made), *whole))
+
+
+def cross(p: Some) -> Some:
+    """The distance to two bars that cross, from its faces: all are rectangles."""
+    flat = [([-10, -3, z], [10, 3, z]) for z in (-3, 3)] + [([-3, -10, z], [3, 10, z]) for z in (-3, 3)]
+    for end in (-10, 10):
+        flat += [([end, -3, -3], [end, 3, 3]), ([-3, end, -3], [3, end, 3])]
+        for side in (-3, 3):
+            low, high = min(end, np.sign(end) * 3), max(end, np.sign(end) * 3)
+            flat += [([low, side, -3], [high, side, 3]), ([side, low, -3], [side, high, 3])]
+    bars = np.minimum(to_block(p, [-10, -3, -3], [10, 3, 3]), to_block(p, [-3, -10, -3], [3, 10, 3]))
+    away = np.min([to_block(p, *rectangle) for rectangle in flat], axis=0)
+    return np.where(bars < 0, -away, away)
+
+
+def test_what_crosses_is_cut_where_it_crosses() -> None:
+    """Half of each bar's side walls lies within the other: large triangles are surface in part."""
+    made = sampled(block([-10, -3, -3], [10, 3, 3]), block([-3, -10, -3], [3, 10, 3]))
+    known, found = cross(nodes(made)), made.values
+    near = np.abs(known) <= 3 * made.spacing
+    assert np.abs(found - known)[near].max() < made.spacing / 32
+    assert ((found < 0) == (known < 0))[np.abs(known) > 1e-5].all()
+    assert (np.abs(found) - np.abs(known)).max() <= 2 * made.error
+
+
+def test_foot_of_a_pin_in_a_wall() -> None:
+    """What it covers of the wall is no surface, though that is hardly larger than the triangles looked at first."""
+    wall = block([-6, -6, -6], [6, 6, 0])
+    for x in (-3.0, -1.1, 2.0):
+        made = sampled(wall, block([x - 0.15, 0.95, -3], [x + 0.15, 1.25, 3]))
+        p = nodes(made)
+        away = np.abs(p[..., :2] - [x, 1.1]).max(axis=-1)
+        below = (away < 0.15) & (p[..., 2] < 0) & (p[..., 2] > -2.5 * made.spacing)
+        known = -np.hypot(p[..., 2], 0.15 - away)[below]
+        assert np.abs(made.values[below] - known).max(initial=0) < made.spacing / 32
+
+
+def test_shells_that_are_turned_inwards() -> None:
+    """One that crosses others is turned; one within another is a cavity if they are turned against each other."""
+    bar, beside = block([-10, -3, -3], [10, 3, 3]), block([-3, -10, -3], [3, 10, 3])
+    beside.invert()
+    cavity, core = block([-8, -1, -1], [-6, 1, 1]), block([6, -1, -1], [8, 1, 1])
+    cavity.invert()
+    for turned in (False, True):
+        bodies = [body.copy() for body in (bar, beside, cavity, core)]
+        for body in bodies if turned else ():
+            body.invert()
+        made = sampled(*bodies)
+        p = nodes(made)
+        known = np.maximum(cross(p), -to_block(p, [-8, -1, -1], [-6, 1, 1]))
+        assert ((made.values < 0) == (known < 0))[np.abs(known) > 1e-5].all()
+
+
+def to_triangles(p: Some, mesh: trimesh.Trimesh) -> Some:
+    """How far places (n, 3) are from a mesh, by trimesh, from every triangle."""
+    triangles = np.asarray(mesh.triangles)
+    least = np.full(len(p), np.inf)
+    for triangle in triangles:
+        foot = trimesh.triangles.closest_point(np.broadcast_to(triangle, (len(p), 3, 3)), p)
+        least = np.minimum(least, np.linalg.norm(p - foot, axis=1))
+    return least
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        trimesh.creation.torus(6.0, 2.0, major_sections=24, minor_sections=12),
+        trimesh.creation.icosphere(subdivisions=2, radius=6.0),
+        trimesh.creation.cone(radius=4.0, height=9.0, sections=16),
+        trimesh.creation.annulus(2.0, 5.0, 7.0, sections=20),
+    ],
+    ids=["torus", "ball", "cone", "tube"],
+)
+def test_distance_is_that_to_the_nearest_triangle(mesh: trimesh.Trimesh) -> None:
+    made = sampled(mesh)
+    some = np.random.default_rng(2).choice(made.values.size, 3000, replace=False)
+    known = to_triangles(nodes(made).reshape(-1, 3)[some], mesh)
+    found = np.abs(made.values.reshape(-1)[some].astype(np.float64))
+    near = known <= 3 * made.spacing
+    assert np.abs(found - known)[near].max() < 1e-5
+    assert (found - known).min() > -1e-5
+    assert (found - known).max() <= 2 * made.error
+    assert made.lost == 0
+
+
+def test_twice_the_error_is_not_far_from_what_happens() -> None:
+    """The bound far from the surface is of use: in the middle of a ball values are too large by half of it."""
+    made = sampled(trimesh.creation.icosphere(subdivisions=4, radius=10.0))
+    known = np.linalg.norm(nodes(made), axis=-1) - 10
+    excess = np.abs(made.values) - np.abs(known)
+    assert 0.02 * made.error < made.beyond <= excess.max() + 0.05 < 2 * made.error
+
+
+def test_triangles_without_area_and_those_that_stand_twice() -> None:
+    box = block([-4, -5, -6], [4, 5, 6])
+    corners = np.concatenate([box.vertices, box.vertices, [[0, 5, 6], [4, 5, 6], [-4, 5, 6]]])
+    faces = np.concatenate([box.faces, box.faces[:5] + 8, [[16, 17, 18], [3, 3, 1], [2, 10, 2]]])
+    for some in (faces, np.concatenate([box.faces, box.faces + 8])):
+        made = sampled(trimesh.Trimesh(corners, some, process=False, validate=False))
+        agrees(made, to_block(nodes(made), [-4, -5, -6], [4, 5, 6]))
+
+
+def test_a_sheet_beside_a_body_is_none() -> None:
+    sheet = trimesh.Trimesh([[-3, -3, 9], [3, -3, 9], [3, 3, 9], [-3, 3, 9]], [[0, 1, 2], [0, 2, 3]])
+    made = sampled(block([-4, -5, -6], [4, 5, 6]), sheet)
+    agrees(made, to_block(nodes(made), [-4, -5, -6], [4, 5, 6]))
+
+
+def test_sign_of_a_ball_of_which_triangles_are_missing() -> None:
+    """One in ten, each a hole of its own or together: flat rims are closed as they were, others nearly."""
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=10.0)
+    ball.update_faces(np.random.default_rng(5).random(len(ball.faces)) > 0.1)
+    made = sampled(ball)
+    known = np.linalg.norm(nodes(made), axis=-1) - 10
+    assert ((made.values < 0) == (known < 0))[np.abs(known) > 0.3].all()
+    assert (np.abs(made.values - known)[np.abs(known) < 3 * made.spacing]).max() < 0.3
+
+
+def test_walls_and_gaps_that_samples_miss_are_told_of() -> None:
+    for thickness, lost in ((0.1, True), (1.0, False)):
+        wall = sampled(block([0, 0, 0], [thickness, 20, 20]), error=0.5)
+        assert (wall.lost > 0.5) == lost
+        slit = sampled(block([0, 0, 0], [5, 20, 20]), block([5 + thickness, 0, 0], [9, 20, 20]), error=0.5)
+        assert (slit.lost > 0.1) == lost
