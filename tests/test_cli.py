@@ -406,7 +406,7 @@ def test_glsl_prints_a_shader(pore: Pore) -> None:
         ("gyroid(30)", ["(F)(C)(W)(F)"]),
         ("gyroid([10, 20, 30])", ["(F)(C_X, C_Y, C_Z)(W)(F)"]),
         ("gyroid(10 + hypot(x, y))", ["(F)(F)(W)(F)"]),
-        ("gyroid(phase=p / 10)", ["(F)(V)(W)(F)"]),
+        ("gyroid(phase=p / 10)", ["(F)(C)(W)(F)"]),
         ("param k = gyroid in {gyroid, diamond}\nk(10)", ["(F)(C)(T)(F)", "(F)(C)(W)(F)"]),
         ("let s = sphere(40) / 9\ngyroid(9) |> thicken(s, 0.3)", ["(F)(C)(W)(F)", "(F_A)(F_B)(D)(F)"]),
         ("gyroid(9) |> thicken(0.3)", ["(F)(C)(W)(F)", "(F)(C)(D)(F)"]),

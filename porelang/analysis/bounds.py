@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.enclose import EXACT, F32, Enclosure, Precision, boxes, enclose, enclose_all
-from porelang.analysis.linear import has_rules, linear
+from porelang.analysis.linear import SHORT, has_rules, linear
 from porelang.backends.numpy import every_position
 from porelang.formula import Formula
 from porelang.interval import INF, Interval
@@ -56,7 +56,7 @@ def box_test(formula: Formula, precision: Precision = F32) -> BoxTest:
     """
     sloped: list[Formula] = []
     close = len(formula.tape) <= LONGEST
-    ruled = close and has_rules(formula.tape)
+    ruled = close and len(formula.tape) > SHORT and has_rules(formula.tape)
 
     def natural(lo: Points, hi: Points) -> tuple[Values, Values]:
         r = enclose(formula, boxes(lo, hi), precision)[0].range

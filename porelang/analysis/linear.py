@@ -55,6 +55,10 @@ class Form:
         return self.known.range
 
 
+#: Operations: of what is shorter the centred form is as close, and plain ranges over smaller boxes are cheaper.
+SHORT = 80
+
+
 def has_rules(tape: Tape) -> bool:
     """Whether each operation that runs at points has a rule here, or one value over most boxes."""
     return all(tape.ops[i] in _RULES or tape.ops[i] in _LEVEL or tape.kinds[i] == "bool" for i in tape.field)

@@ -6,7 +6,7 @@ PorePrincipal pore_principal(float xx, float yy, float zz, float xy, float yz, f
     bool bad = false;
     for (int n = 0; n < 6; n++) {
         bad = bad || pore_is_nan(part[n]) || pore_is_nan(pore_nought * part[n]);
-        size = max(size, abs(part[n]));
+        size = abs(part[n]) > size ? abs(part[n]) : size;
     }
     if (bad) {
         float none = pore_nan();

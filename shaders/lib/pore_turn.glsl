@@ -4,9 +4,9 @@ bool pore_turn(inout float a[3], inout float b[3], inout vec3 v[3], int p, int q
     precise float g = b[r] + b[r];
     if (!(abs(g) > 1.4210855e-14)) return false;
     precise float h = a[q] - a[p];
-    precise float root = sqrt(h * h + g * g);
+    precise float root = pore_sqrt(h * h + g * g);
     precise float t = h >= 0.0 ? g / (h + root) : g / (h - root);
-    precise float c = 1.0 / sqrt(t * t + 1.0);
+    precise float c = 1.0 / pore_sqrt(t * t + 1.0);
     precise float s = t * c;
     precise float shift = t * b[r];
     precise float low = a[p] - shift;

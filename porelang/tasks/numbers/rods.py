@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from porelang.analysis.bounds import LONGEST, Points, slopes
 from porelang.analysis.enclose import boxes, enclose
-from porelang.analysis.linear import has_rules, linear
+from porelang.analysis.linear import SHORT, has_rules, linear
 from porelang.backends.numpy import NumpyField
 from porelang.formula import Formula
 from porelang.interval import Interval
@@ -70,7 +70,8 @@ class Rods:
         self.slopes = slopes(solid.root)
         self.sloped = solid.with_roots(solid.root, *self.slopes)
         self.along = [solid.with_roots(solid.root, s) for s in self.slopes]
-        self.ruled = all(has_rules(f.tape) and len(f.tape) <= LONGEST for f in self.along)
+        ruled = all(has_rules(f.tape) and len(f.tape) <= LONGEST for f in self.along)
+        self.ruled = ruled and len(self.solid.tape) > SHORT
         self.field = NumpyField(solid, "f64", 1)
         self.slope = NumpyField(solid.with_roots(*self.slopes), "f64", 1)
 
