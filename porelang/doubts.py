@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from porelang import doubts_of_frames as frames
 from porelang.analysis.box import Box, part_box
 from porelang.analysis.enclose import EXACT, at_points, enclose
-from porelang.analysis.sampled import MOST, about_the_origin, inside_of, number, sampler
+from porelang.analysis.sampled import MOST, about_the_origin, depth_of, inside_of, number, sampler
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.elaborate.bare import value_of
 from porelang.elaborate.results import Elaborated, ParamInfo, Suspicion
 from porelang.formula import Bindings, Formula
 from porelang.interval import interval
-from porelang.ir import SLOTS, Node, X, Y, Z, node, order, param, substitute, within
+from porelang.ir import SLOTS, Node, X, Y, Z, node, order, param, substitute, unmoved, within
 from porelang.periods import drifting
 from porelang.rewrites import flatten
 from porelang.settings import off_step
@@ -42,7 +42,7 @@ CLOSE = 400
 def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
     """A warning for each suspicion that values bear out, and for each name that nothing reads."""
     whole = {n for output in found.outputs.values() for n in output.nodes}  # of what is empty as a whole more is said
-    looked_at = [s for s in found.suspicions if s.what != "apart" or not _is_whole(s, whole)]
+    looked_at = [s for s in found.suspicions if not _is_whole(s, whole)]
     out: list[Diagnostic] = []
     spent = cuts = 0
     for s in looked_at:
@@ -60,7 +60,9 @@ def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
 
 
 def _is_whole(s: Suspicion, roots: Collection[Node]) -> bool:
-    return s.name == "&" and node("max", *s.nodes) in roots
+    if s.what == "empty":
+        return s.nodes[0] in [unmoved(root) for root in roots]
+    return s.what == "apart" and s.name == "&" and node("max", *s.nodes) in roots
 
 
 def idle_cuts(found: Elaborated, settings: Mapping[str, float]) -> list[Diagnostic]:
@@ -216,10 +218,9 @@ def _empty(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
     defaults = {name: info.default for name, info in found.params.items()}
     if not all(_holds_nothing(made, values) for values in (defaults, *_ends(s, found, defaults))):
         return None
-    points, at = inside_of(body, bindings), sampler([body], bindings)
-    if points is None or at is None or not len(points):
+    deep = depth_of(body, bindings)
+    if deep is None:
         return None
-    deep = -float(at(points)[0].min())
     return _warning(
         "W227",
         f"`{' '.join(s.span.text.split())}` leaves nothing{_with(s.nodes, found.params)}",
@@ -236,7 +237,10 @@ def _holds_nothing(solid: Node, settings: Mapping[str, float]) -> bool:
     if at is None or bool((at(about_the_origin())[0] < 0).any()) or inside_of(solid, bindings) is not None:
         return False
     flat = flatten(solid)
-    return len(order(flat)) <= CLOSE and part_box(Formula(flat, bindings)) is None
+    if len(order(flat)) > CLOSE:
+        return False
+    box = part_box(Formula(flat, bindings))
+    return box is None or min(box.size) <= 0  # a ball without its radius is a point, where it is 0
 
 
 def _gap(a: Box | None, b: Box | None) -> str:

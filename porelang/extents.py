@@ -10,7 +10,7 @@ import numpy as np
 
 from porelang.analysis.backwards import UNIVERSE
 from porelang.analysis.box import Box, Extent, Points, extent_of, reach, unbounded_axes
-from porelang.analysis.sampled import seen, unending
+from porelang.analysis.sampled import depth_of, seen, unending
 from porelang.backends.numpy import NumpyField
 from porelang.data import WORLD
 from porelang.diagnostics import Diagnostic, Label, PoreError, fail
@@ -23,8 +23,8 @@ _ROOM = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """That a part as a whole is one solid cut by another: the operator, `\\` or `&`, its place and that of the second,
-    and the flat root of the first."""
+    """That a part as a whole is one solid cut by another, or one that an inward offset took a layer off: the operator,
+    `\\`, `&` or `offset`, its place and that of the second, and the flat root of the first."""
 
     operator: str
     span: Span
@@ -45,6 +45,8 @@ def part_extent(name: str, formula: Formula, span: Span, cut: Callable[[], Cut |
         raise _empty(name, formula, span, cut())
     box = extent.outer
     if min(box.size) <= 0:
+        if (made := cut()) is not None and made.operator == "offset":
+            raise _empty(name, formula, span, made)
         flat = ", ".join(axis for axis, size in zip("xyz", box.size, strict=True) if size <= 0)
         raise fail("E103", f"`{name}` holds no material: it has no thickness along {flat}", span, hint="give it some")
     if unbounded_axes(box):
@@ -115,6 +117,13 @@ def _empty(name: str, formula: Formula, span: Span, cut: Cut | None) -> PoreErro
         said = f"`{name}` holds no material: what is cut away is all of it"
         hint = "make the second smaller, or swap the two"
         return fail("E103", said, cut.span, label="the second solid covers the first", others=others, hint=hint)
+    if cut is not None and cut.operator == "offset":
+        deep = depth_of(cut.first.root, cut.first.bindings)
+        if deep is not None:
+            said = f"`{name}` holds no material: the offset takes away all of it"
+            label = f"no point lies more than about {deep:.3g} mm below the surface of what it is taken off"
+            hint = f"take away less than {deep:.3g} mm, or check the unit"
+            return fail("E103", said, cut.span, label=label, hint=hint)
     spread = np.random.default_rng(1)
     points = np.concatenate([spread.uniform(-r, r, (4000, 3)) for r in (10, 100, 1000)])
     found = NumpyField(formula).at(points)

@@ -233,6 +233,13 @@ def within(n: Node) -> tuple[Node, ...]:
     return () if n.op in TASKS else n.args
 
 
+def unmoved(n: Node) -> Node:
+    """What a node is that is seen from elsewhere: moved, turned or scaled."""
+    while n.op == "at":
+        n = n.args[0]
+    return n
+
+
 #: Nodes as rows, arguments first: operation, value, and the rows of its arguments.
 Rows = tuple[tuple[str, Value, tuple[int, ...]], ...]
 

@@ -41,13 +41,18 @@ from porelang.program import Design, Program
 _COARSER = 1.5
 #: Samples among which is counted, where no voxel is given: three times as many as along the sides of a cube.
 COUNTED = 6_000_000
+#: What is counted at a voxel.
+COUNTS = ("solid_components", "void_components", "open_void_fraction", "euler")
 #: What the envelope is called where the part has none of its own.
 BOUNDS = "the bounds"
+#: And where it has: a body that nothing but cuts is done to is that body; a lattice or spheres are within the others.
+CUT, INTERSECTED = "the shape that is cut", "the shapes that the part is intersected with"
 #: Points of the part's box, and the share of them where a field is infinite that is none.
 _LOOKS, _INFINITE = 4096, 0.5
 #: Samples that miss more than this of the part's volume do not show how it hangs together.
 _MISSED = 0.1
 _WAVES = frozenset({"sin", "cos", "sin_turns", "cos_turns"})
+_COPIES = frozenset({"round", "floor"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +82,11 @@ def measure(
     """The report of an output: lengths in mm, areas in mm^2, volumes in mm^3.
 
     The envelope is the solid `within` (an output or a let), else the shapes with an end that the part is intersected
-    with, all together, else the box of the bounds; `envelope` says which. With `within`, volume and porosity are those
+    with, all together, or the one that it is cut out of, else the box of the bounds, as of several bodies that are cut;
+    `envelope` says which. With `within`, volume and porosity are those
     of the part inside it, area and counts of surfaces those of the whole. Errors: those of a mesh, E110
-    also where the field is infinite in most of its box, E109 for an unknown `within`.
+    also where the field is infinite in most of its box, E109 for an unknown `within`. Where the voxel is too coarse for
+    a count, `voxel_for_wall` is the one that the thinnest walls ask for; else it is None.
     """
     part = design.of(name)
     box = checked_bounds(bounds) if bounds is not None else design.bounds(name)
@@ -92,8 +99,8 @@ def measure(
         raise fail("E103", f"`{design.program.output(name)}` holds no material within the bounds",
                    hint="solid is negative: widen --bounds")  # fmt: skip
     _refuse_infinite(design, name, extent.outer)
-    if voxel is None and resolution is None:
-        voxel = chosen(Solid(part, box), COUNTED).voxel
+    choice = chosen(Solid(part, box), COUNTED) if voxel is None and resolution is None else None
+    voxel = choice.voxel if choice is not None else voxel
     h = chosen_voxel(max(box.size), voxel, resolution)
     formulas = [design.formula(r) for r in (root, envelope)]
     dtype = number_type(formulas[0], extent.outer, h, backend, dtype)
@@ -124,7 +131,7 @@ def measure(
     # what the box of the bounds may be too large by is an error of all that is relative to it
     loose = 1 - extent.inner.volume / extent.outer.volume if extent.inner is not None else 1.0
     loose = loose if called == BOUNDS and bounds is None else 0.0
-    return {
+    report: dict[str, Any] = {
         "bounds": [list(extent.outer.lo), list(extent.outer.hi)],
         "voxel": h,
         "volume": inside.value,
@@ -153,7 +160,12 @@ def measure(
         },
         "reduced": {text: _told(design.number(n)) for n, text in design.program.numbers.items() if n in read},
         "numbers": {text: _told(design.valued(n)) for text, n in _made_of(design.program, read).items()},
+        "voxel_for_wall": None,
     }
+    if any(math.isinf(report["error"][count]) for count in COUNTS):
+        choice = choice or chosen(Solid(part, box))
+        report["voxel_for_wall"] = choice.wanted if choice.wall is not None and choice.wanted < h else None
+    return report
 
 
 def _made_of(program: Program, read: set[Node]) -> dict[str, Node]:
@@ -230,16 +242,46 @@ def _envelope(design: Design, part: Formula, within: str | None, box: Box) -> tu
     if within is not None:
         return _named(design.program, within), within
     shapes = _shapes(part, part.root)
-    # A union may be the infill itself, spheres in a box, and so may what has waves: each is the envelope only where
-    # nothing else is, and a union with waves is none, but a lattice in its skin.
-    plain = [n for n in shapes if not _waves(n)] or [n for n in shapes if n.op != "min"]
-    plain = [n for n in plain if n.op != "min"] or plain
+    infill = any(_waves(n) for n in _members(part.root))
+    # Several bodies may be the infill itself, spheres in a box, and so may what has waves: each is the envelope only
+    # where nothing else is. Several bodies with waves are none, but a lattice in its skin; and several bodies that are
+    # cut are the part, unless it is a lattice within them.
+    whole = [n for n in shapes if not _several(part, n)]
+    plain = [n for n in whole if not _waves(n)] or [n for n in shapes if not _waves(n) and infill] or whole
     if not plain:
         return block(box), BOUNDS
     chosen = plain[0]
     for n in plain[1:]:
         chosen = node("max", chosen, n)
-    return chosen, "the shapes that the part is intersected with"
+    cut = all(n in plain or n.op == "neg" for n in _members(part.root))
+    return chosen, CUT if cut and len(plain) == 1 else INTERSECTED
+
+
+def _members(n: Node) -> list[Node]:
+    """What a solid is the intersection of, cuts included."""
+    return [m for a in n.args for m in _members(a)] if n.op == "max" else [n]
+
+
+def _several(part: Formula, n: Node) -> bool:
+    """Whether a shape is several bodies: a union of solids with an end, also one that is blended or offset, or copies
+    in a row."""
+    todo, seen = [n], {n}
+    while todo:
+        m = todo.pop()
+        if m.op in _COPIES and m.axes:
+            return True
+        if m.op == "min" and len([a for a in m.args if a.axes and _ends(part, a)]) > 1:
+            return True
+        if m.op != "neg":  # what is cut out of a body may be several
+            todo += [a for a in below(m) if a not in seen]
+            seen.update(below(m))
+    return False
+
+
+def _ends(part: Formula, n: Node) -> bool:
+    """Whether a node is a solid with an end."""
+    box = part_box(part.with_roots(n)) if kind(n) == "real" else None
+    return box is not None and not unbounded_axes(box)
 
 
 def _shapes(part: Formula, n: Node) -> list[Node]:
@@ -256,8 +298,7 @@ def _shapes(part: Formula, n: Node) -> list[Node]:
         return []
     if not n.axes or kind(n) != "real":
         return []
-    box = part_box(part.with_roots(n))
-    return [n] if box is not None and not unbounded_axes(box) else []
+    return [n] if _ends(part, n) else []
 
 
 def _waves(n: Node) -> bool:

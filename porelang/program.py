@@ -30,7 +30,7 @@ from porelang.extents import Cut, part_extent
 from porelang.formula import Bindings, Formula
 from porelang.html import brief, table, title
 from porelang.interval import interval
-from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, node, order, param, within
+from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, node, order, param, unmoved, within
 from porelang.once import alone
 from porelang.ops import TASK_TABLE
 from porelang.rewrites import Graph, flatten
@@ -512,8 +512,10 @@ class Design(Doors):
         return self._extents[chosen]
 
     def _cut(self, output: Output) -> Cut | None:
-        """Of an output that is one solid cut by another, which, and where that is written."""
+        """Of an output that is one solid cut by another, or an inward offset, which, and where that is written."""
         for s in self.program.elaborated.suspicions:
+            if s.what == "empty" and s.nodes[0] in [unmoved(n) for n in output.nodes]:
+                return Cut(s.name, s.span, s.argument, self.formula(*flatten(s.nodes[1])))
             if s.what == "apart" and node("max", *s.nodes) in output.nodes:
                 return Cut(s.name, s.span, s.argument, self.formula(*flatten(s.nodes[0])))
         return None

@@ -1,8 +1,9 @@
 """What other commands would refuse of a program: no output, no surface, no end, no material.
 
 `pore check` says so before. A field that is no part is nothing wrong: it is evaluated, and drawn within bounds that are
-given. So of a program without a named output only that one is looked at which commands take by themselves, and only
-what is decided quickly is said; the rest is found with `--measure`.
+given.
+So ends are looked at of that output only which commands take by themselves, material also of other short ones that are
+solids, and only what is decided quickly is said; the rest is found with `--measure`.
 """
 
 from __future__ import annotations

@@ -436,3 +436,23 @@ def test_what_is_nowhere_negative_is_empty_and_not_far_away(radius: float) -> No
         porelang.compile(f'check volume({text}) > 1, "a"\nsphere(1)').reduced()
     with pytest.raises(porelang.PoreError, match="E092"):
         porelang.compile(f"sample(x, voxel=1, within={text}) & sphere(1)").bounds()
+
+
+@pytest.mark.parametrize(
+    ("text", "deep"),
+    [
+        ("offset(sphere(5mm), -5mm)", 5),  # a point, where the field is 0
+        ("offset(sphere(5mm), -6mm)", 5),
+        ("translate(offset(sphere(5mm), -6mm), [1, 0, 0])", 5),
+        ("offset(torus(20, 4), -4.5)", 4),
+        ("offset(box([80, 40, 6]), -8mm)", 3),
+    ],
+)
+def test_a_part_that_its_offset_takes_away_is_told_at_the_offset_and_once(text: str, deep: float) -> None:
+    program = porelang.compile(text)
+    assert [d.code for d in program.warnings] == []
+    with pytest.raises(porelang.PoreError) as refused:
+        program.bounds()
+    (found,) = refused.value.diagnostics
+    assert (found.code, found.span.text) == ("E103", text[text.index("offset") :].split(", [1")[0])
+    assert f"take away less than {deep} mm" in found.hint

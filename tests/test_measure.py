@@ -14,9 +14,12 @@ import porelang
 from porelang.cli import main
 from porelang.data import figures
 from porelang.diagnostics import PoreError
-from porelang.measure import measure
+from porelang.ir import node
+from porelang.measure import CUT, INTERSECTED, _envelope, measure
 from porelang.mesh.made import make
 from porelang.mesh.part import grid_of, surface_of
+from porelang.mesh.walls import takes
+from porelang.pieces import MOST_NODES
 from porelang.program import Design
 from porelang.refusals import refusals
 
@@ -139,6 +142,55 @@ def test_a_lattice_in_its_skin_with_holes_is_no_envelope_of_itself() -> None:
     assert found["envelope"] == "the bounds"
     void = 16**3 / 2 + math.pi * 4 * (2 * 2 + 16 / 2)  # half of what the skin holds, and of the hole what was solid
     assert found["porosity"] == pytest.approx(void / 8000, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "called", "volume"),
+    [
+        # a block with holes has its block, however many holes
+        ("cube(20) \\ (cylinder(1, 30) | translate(cylinder(1, 30), [5, 0, 0]))", CUT, 8000),
+        ("cylinder(5, 10) \\ cylinder(4, 10)", CUT, math.pi * 250),
+        # several bodies with holes are the part: as a union, blended, offset, moved, in a row
+        ("(box([10, 10, 1]) | translate(box([10, 10, 1]), [0, 0, 9])) \\ cylinder(1, 30)", "the bounds", 1000),
+        ("offset(box([8, 8, 1]) | translate(box([8, 8, 1]), [0, 0, 7]), 1) \\ cylinder(1, 30)", "the bounds", 1000),
+        ("smooth_union(cube(10), translate(cube(10), [10, 0, 0]), 0.1) \\ cylinder(1, 30)", "the bounds", 2000),
+        ("repeat(cube(2), [8, 8, 8], counts=[2, 2, 2]) \\ cylinder(1, 30)", "the bounds", 1000),
+        ("(box([10, 10, 1]) | box([1, 1, 10])) & plane([0, 0, 1], 5)", "the bounds", 1000),
+        # infill within something: that is the envelope, of one body or of several
+        ("gyroid(5) & (cube(10) | translate(cube(10), [9, 0, 0]))", INTERSECTED, 1900),
+        ("(gyroid(5) | shell(sphere(9), 1)) & cube(20)", INTERSECTED, 8000),
+        ("cube(20) \\ cylinder(2, 30) & gyroid(5)", INTERSECTED, 8000),
+        ("repeat(sphere(2), [6, 6, 6], counts=[3, 3, 3]) & cube(18)", INTERSECTED, 5832),
+    ],
+)  # fmt: skip
+def test_what_a_designer_takes_for_the_envelope(text: str, called: str, volume: float) -> None:
+    """Of `(front | walls | back) \\ holes` it was the union itself: an acoustic panel came with a porosity of 0.3 %."""
+    design = porelang.compile(text).design()
+    root, found = _envelope(design, design.of(None), None, design.bounds(None))
+    assert found == called
+    assert design.number(node("volume", root)).value == pytest.approx(volume, rel=2e-2)
+
+
+def test_a_voxel_is_proposed_for_what_is_not_known(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "ball.pore"
+    path.write_text("shell(sphere(9mm), 0.4mm)")
+    assert main(["measure", str(path), "--voxel", "0.5mm"]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    proposed = re.search(r"use --voxel (\S+)mm", last)
+    assert proposed is not None, last
+    assert float(proposed[1]) == pytest.approx(0.4 / 2.5, rel=0.15)
+    assert main(["measure", str(path), "--voxel", f"{proposed[1]}mm"]) == 0
+    told = capsys.readouterr().out
+    assert "not known" not in told
+    assert "use --voxel" not in told
+    assert re.search(r"pieces of void +2\n", told)
+
+
+def test_what_a_voxel_takes_is_said_of_many_samples() -> None:
+    assert takes(np.array([80.0, 80, 80]), 0.2) == ""  # 64 million
+    assert takes(np.array([80.0, 80, 80]), 0.1) == "that takes some 520 million samples"
+    assert "take a part of it, with --bounds" in takes(np.array([80.0, 80, 80]), 0.05)
+    assert "take a part of it, with --bounds" in takes(np.array([80.0, 80, 80]), 0.1, MOST_NODES)
 
 
 def test_bounds_cut_the_part_and_its_envelope() -> None:

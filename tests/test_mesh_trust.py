@@ -91,6 +91,18 @@ def test_closed_voids_stay_and_bubbles_of_an_open_gap_are_filled():
     assert found.surface.check() == []
 
 
+def test_pieces_hold_their_material_without_the_voids_in_them():
+    """Closed tubes were told with what is in them. A ball in a hollow one, and a void that another hides."""
+    text = """let tube = cylinder(5, 20) \\ cylinder(4, 18)
+    let holes = sphere(3) | translate(sphere(1.5), [6, 0, 0])
+    let hollow = translate((sphere(8) \\ holes) | sphere(2), [0, 30, 0])
+    tube | translate(tube, [12, 0, 0]) | hollow"""
+    pieces = made(text, voxel=0.25).facts["solid_pieces"]
+    tube, ball = np.pi * (25 * 20 - 16 * 18), 4 / 3 * np.pi
+    exact = [ball * (8**3 - 3**3 - 1.5**3), tube, tube, ball * 2**3]
+    assert [p["volume"] for p in pieces] == pytest.approx(exact, rel=0.02)
+
+
 def test_a_piece_of_crumbs_alone_keeps_one():
     """A dumbbell by itself, its neck thinner than a voxel: of its two ends one stays, whatever else there is."""
     ends = "translate(sphere(0.3), [12.315, -0.185, -0.185]), translate(sphere(0.29), [13.815, -0.185, -0.185])"

@@ -214,7 +214,7 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         ("--within",),
         {
             "metavar": "NAME",
-            "help": "the envelope: an output or a let (default: the shapes a part is intersected with, or its bounds)",
+            "help": "the envelope: an output or a let (default: shapes a part is cut from or to, or its bounds)",
         },
     ),
     "folder": (

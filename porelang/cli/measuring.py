@@ -6,13 +6,18 @@ import math
 from argparse import Namespace
 from typing import Any
 
+import numpy as np
+
 from porelang.checks import broken_checks, undecided_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
 from porelang.data import coordinates, figures
 from porelang.diagnostics import to_lists
+from porelang.measure import COUNTS
 from porelang.measure import measure as measured
+from porelang.mesh.walls import rounded, takes
+from porelang.pieces import MOST_NODES
 
 _WORDS = {
     "volume": ("volume", "mm3"),
@@ -71,17 +76,33 @@ def _text(path: str, found: dict[str, Any]) -> str:
             lines.append(f"  {name:<16} {told}")
     lines.extend(f"  {text} = {figures(r['value'], r['error'])}" for text, r in found["reduced"].items())
     lines.append(f"  counted at a voxel of {found['voxel']:.4g} mm; certain is what one 1.5 times as large counts too")
+    if any(not math.isfinite(found["error"][count]) for count in COUNTS):
+        lines.append(f"  {_finer(found)}")
     return "\n".join(lines)
+
+
+def _finer(found: dict[str, Any]) -> str:
+    """The voxel at which what is not known may be counted, and what it takes."""
+    voxel = found["voxel_for_wall"]
+    if voxel is None:
+        return "to count what is not known use a smaller --voxel: a few to the thinnest wall and gap"
+    lo, hi = np.array(found["bounds"])
+    much = takes(hi - lo, voxel, MOST_NODES)
+    return f"to count what is not known use --voxel {rounded(voxel)}mm, as the thinnest walls ask{much and f'; {much}'}"
 
 
 def _with_error(value: float, error: float, unit: str) -> str:
     """A number with its error; a count is certain or it is not."""
     if not math.isfinite(error):
-        counted = f" ({value} are counted)" if isinstance(value, int) and value else ""
+        counted = f" ({_counted(value)})" if isinstance(value, int) and value else ""
         return f"not known: the voxel is too coarse{counted}"
     if isinstance(value, int):
-        return f"{value}" if not error else f"not certain at this voxel ({value} are counted)"
+        return f"{value}" if not error else f"not certain at this voxel ({_counted(value)})"
     return f"{figures(value, error)} {unit}".rstrip()
+
+
+def _counted(value: int) -> str:
+    return f"{value} {'is' if value == 1 else 'are'} counted"
 
 
 def _largest(found: list[dict[str, Any]], several: int, what: str, least: int) -> str:
@@ -93,9 +114,10 @@ def _largest(found: list[dict[str, Any]], several: int, what: str, least: int) -
     shown = "; ".join(_piece(p) for p in certain[:_SHOWN])
     hidden = len(certain) - _SHOWN
     more = f"; and {hidden} smaller {'one' if hidden == 1 else 'ones'} (--json lists them)" if hidden > 0 else ""
-    doubt = f"; {unsure} more are not certain at this voxel" if unsure else ""
+    doubt = f"; {unsure} more {'is' if unsure == 1 else 'are'} not certain at this voxel" if unsure else ""
     rest = several - len(found)
-    doubt += f"; and {rest} yet smaller ones that are only counted" if rest > 0 else ""
+    ones = "one that is" if rest == 1 else "ones that are"
+    doubt += f"; and {rest} yet smaller {ones} only counted" if rest > 0 else ""
     return f"{len(certain)}{what}: {shown}{more}{doubt}"
 
 

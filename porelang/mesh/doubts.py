@@ -18,7 +18,7 @@ from porelang.mesh.lost import lost
 from porelang.mesh.missed import Missed, far_and_long, missed
 from porelang.mesh.solid import Flags, Floats, Solid
 from porelang.mesh.surface import Surface
-from porelang.mesh.walls import MOST_TRIANGLES, TO_A_WALL, thinnest, thinnest_walls, triangles
+from porelang.mesh.walls import A_PART, MOST_TRIANGLES, TO_A_WALL, rounded, takes, thinnest, thinnest_walls, triangles
 from porelang.program import Design
 from porelang.source import Span
 from porelang.tasks.numbers.integrals import volume
@@ -29,8 +29,6 @@ ACCURACY = 2e-3
 #: Less than this share of the cells of a mesh, and no further beyond its ends than so many voxels, is nothing that
 #: anyone misses: wherever two surfaces meet at a sharp angle something runs out between the samples.
 MISSED, SHORT = 0.02, 2.0
-MOST_SAMPLES = 1e9  # of a voxel that is proposed without a word about it
-A_PART = "take a part of it, with --bounds"
 #: Of a voxel that is too coarse, for other reasons than the walls: what is proposed instead.
 FINER = 0.45
 
@@ -83,13 +81,13 @@ def _cause(part: Solid, coarse: Coarse, held: float, true: Reduced, off: float) 
     if found is not None and found.wall > TO_A_WALL * coarse.voxel:  # chords err by the square of the voxel
         voxel = coarse.voxel * min(FINER, FINER * 2 * (COARSE / off) ** 0.5)
         label = f"triangles of {coarse.voxel:.3g} mm {'cut off' if held < true.value else 'fill'} what is curved"
-        return "the voxel is too coarse", label, f"use --voxel {_round(voxel)}mm{_takes(part, voxel)}"
+        return "the voxel is too coarse", label, f"use --voxel {rounded(voxel)}mm{_takes(part, voxel)}"
     label = f"{'walls' if held < true.value else 'gaps'} no wider than a voxel or two are lost or torn"
     hint = "use a smaller --voxel, a few to the thinnest wall"
     if found is not None:
         walls = f"the thinnest walls are about {found.wall:.2g} mm thick, as at {place(found.at)}"
         finer = _finer(found.wall, coarse.voxel)
-        hint = f"use --voxel {_round(finer)}mm: {walls}{_takes(part, finer)}"
+        hint = f"use --voxel {rounded(finer)}mm: {walls}{_takes(part, finer)}"
     return "the voxel is too coarse", label, hint
 
 
@@ -106,11 +104,11 @@ def layer_doubts(
     if wall is None or wall <= TO_A_WALL * size:
         label = "what is thinner than a pixel or a layer is lost or torn"
         if wall is not None:
-            finer = _round(_finer(wall, size))
+            finer = rounded(_finer(wall, size))
             hint = f"use --step {finer}mm --voxel {finer}mm: the thinnest walls are about {wall:.2g} mm thick"
     else:
         label = f"pixels of {pixel:.3g} mm and layers of {step:.3g} mm are coarse steps round what is curved"
-        hint = f"use --step {_round(FINER * step)}mm --voxel {_round(FINER * pixel)}mm"
+        hint = f"use --step {rounded(FINER * step)}mm --voxel {rounded(FINER * pixel)}mm"
     return [Diagnostic("W202", f"the layers hold {numbers}", _span(design, name), label, hint=hint, severity="warning")]
 
 
@@ -150,15 +148,9 @@ def _finer(wall: float, voxel: float) -> float:
 
 
 def _takes(part: Solid, voxel: float) -> str:
-    """That a voxel (mm) is finer than anybody waits for, and what to do instead."""
-    samples = float(np.prod((part.hi - part.lo) / voxel + 2))
-    return f"; that takes {samples:.1g} samples: {A_PART}" if samples > MOST_SAMPLES else ""
-
-
-def _round(length: float) -> str:
-    """A length with two figures, not rounded up."""
-    step = 10.0 ** (np.floor(np.log10(length)) - 1)
-    return f"{np.floor(length / step * (1 + 1e-9)) * step:.2g}"
+    """What a voxel (mm) takes that is proposed, where that is much."""
+    told = takes(part.hi - part.lo, voxel)
+    return f"; {told}" if told else ""
 
 
 def lost_doubts(
@@ -193,7 +185,7 @@ def lost_doubts(
     hint = "use a smaller --voxel, a few to the thinnest wall or gap"
     if widths:
         finer = _finer(min(widths), grid.spacing)
-        hint = f"use --voxel {_round(finer)}mm{_takes(part, finer)}"
+        hint = f"use --voxel {rounded(finer)}mm{_takes(part, finer)}"
     return [
         Diagnostic(
             "W205",
@@ -298,5 +290,5 @@ def explained(error: PoreError, grid: Grid, part: Solid) -> PoreError:
     return fail(
         "E111",
         f"the walls are thinner than the voxel, and no sample meets them: {between}",
-        hint=f"use --voxel {_round(voxel)}mm{much}",
+        hint=f"use --voxel {rounded(voxel)}mm{much}",
     )

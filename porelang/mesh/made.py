@@ -17,6 +17,7 @@ from porelang.field import Backend, Bounds, checked_bounds, number_type, roundin
 from porelang.mesh.crossed import crossed
 from porelang.mesh.crumbs import Settled, settle
 from porelang.mesh.doubts import Coarse, crossed_doubts, explained, hopeless, lost_doubts, torn_doubts, volume_doubts
+from porelang.mesh.enclosed import material
 from porelang.mesh.mend import kept_sound
 from porelang.mesh.part import grid_of, refine, surface_of
 from porelang.mesh.solid import Solid
@@ -109,13 +110,14 @@ def make(
 def _found(settled: Settled, choice: Chosen | None, voxel: float) -> dict[str, Any]:
     """The pieces of a mesh, what was taken out of it, and its voxel."""
     pieces = settled.surface.pieces
-    order = np.argsort(-np.abs(pieces.volume))
+    holds = material(settled.surface)  # of a solid without the voids in it
+    order = np.argsort(-np.abs(holds))
     solids = [int(i) for i in order if pieces.volume[i] >= 0]
     voids = [int(i) for i in order if pieces.volume[i] < 0]
 
     def told(which: list[int]) -> list[dict[str, Any]]:
         return [
-            {"volume": abs(float(pieces.volume[i])), "bounds": [pieces.low[i].tolist(), pieces.high[i].tolist()]}
+            {"volume": abs(float(holds[i])), "bounds": [pieces.low[i].tolist(), pieces.high[i].tolist()]}
             for i in which[:LISTED]
         ]
 

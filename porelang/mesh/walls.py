@@ -16,6 +16,8 @@ RESOLUTION = 128  # samples along the longest side, where nothing asks for more
 TO_A_WALL = 2.5  # voxels: fewer than two may miss a wall, and three cost twice as much
 AFFORDABLE = 16_000_000  # samples: seconds, and a file of some 100 MB
 MOST_TRIANGLES = 5_000_000  # a flat part has many for its samples: a file of 250 MB
+MANY_SAMPLES, MOST_SAMPLES = 1e8, 1e9  # half a minute or more, and more than anybody waits for
+A_PART = "take a part of it, with --bounds"
 POINTS = 1 << 16  # at which the surface is estimated
 STARTS = 4096  # places from which the surface is looked for
 STEPS, SCAN = 5, 40
@@ -47,6 +49,22 @@ def chosen(part: Solid, affordable: float = AFFORDABLE) -> Chosen:
     finest = float(np.prod(size) / affordable) ** (1 / 3)
     finest = max(finest, math.sqrt(triangles(part, wall / 4) / MOST_TRIANGLES))
     return Chosen(max(wanted, min(usual, finest)), wall, wanted)
+
+
+def takes(size: Floats, voxel: float, most: float = MOST_SAMPLES) -> str:
+    """How many samples a voxel (mm) takes of a box of a size (3,), mm, and above the `most` what to do instead; "" for
+    so few that they are nothing to speak of."""
+    samples = float(np.prod(size / voxel + 2))
+    if samples <= MANY_SAMPLES:
+        return ""
+    many = f"some {float(f'{samples:.2g}') / 1e6:,.0f} million" if samples < 1e10 else f"{samples:.1g}"
+    return f"that takes {many} samples{f': {A_PART}' if samples > most else ''}"
+
+
+def rounded(length: float) -> str:
+    """A length with two figures, not rounded up."""
+    step = 10.0 ** (np.floor(np.log10(length)) - 1)
+    return f"{np.floor(length / step * (1 + 1e-9)) * step:.2g}"
 
 
 def triangles(part: Solid, near: float) -> float:
