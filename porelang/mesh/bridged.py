@@ -36,7 +36,7 @@ class Bridged:
     @property
     def told(self) -> str:
         """What the mesh has made of them, with a place."""
-        share = f"in {self.share:.0%} of the places that were looked at, as at {place(self.at)}"
+        share = f"in many places, as at {place(self.at)}"
         if self.solid:
             return f"walls about {self.width:.2g} mm thick have holes {share}"
         return f"gaps about {self.width:.2g} mm wide are bridged {share}"
