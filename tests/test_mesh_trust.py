@@ -538,6 +538,80 @@ def test_the_voxel_makes_no_more_triangles_than_a_file_may_hold():
     assert found.wanted == pytest.approx(0.02, rel=0.03)
 
 
+BASKET = """let bowl = (sphere(30mm) \\ sphere(28.5mm)) & plane([0,0,1], 0mm)
+let slots = ring(translate(box([20mm,0.4mm,60mm]), [15mm,0,-20mm]), 36)
+bowl \\ (slots & plane([0,0,1], -15mm))"""
+
+
+def test_the_voxel_holds_the_gaps_where_nothing_is_asked():
+    """36 slots of 0.4 mm in a dome of 1.5 mm were partly bridged, without a word: the Euler number was -738. By hand it
+    is 2 - 2 * 36 = -70: a dome is a ball, and each slot a handle."""
+    found = made(BASKET)
+    assert found.facts["gap"] == pytest.approx(0.4, rel=1e-6)
+    assert found.facts["wall"] == pytest.approx(1.5, rel=0.03)
+    assert found.facts["voxel_for_wall"] == pytest.approx(0.4 / TO_A_WALL, rel=1e-6)
+    assert found.surface.euler == -70
+    assert codes(found) == []
+
+
+@pytest.mark.parametrize("voxel", [0.469, 0.6])
+def test_gaps_that_are_bridged_in_many_places_are_told(voxel):
+    """Each bridge is shorter than a voxel or two, and the volume is right to 0.6 %."""
+    found = made(BASKET, voxel=voxel)
+    assert codes(found) == ["W205"]
+    told = re.search(r"gaps about 0.4 mm wide are bridged in many places, as at \((.*)\) mm", found.doubts[0].message)
+    at = np.array([float(v) for v in told[1].split(",")])
+    assert 28.4 < np.linalg.norm(at) < 30.1  # in the dome, in the middle of a slot
+    assert at[2] < -14.9
+    turned = np.arctan2(at[1], at[0]) / np.deg2rad(10)
+    assert abs(turned - round(turned)) * np.deg2rad(10) * np.hypot(at[0], at[1]) < 0.05
+    proposed = float(re.search(r"--voxel ([\d.]+)mm", found.doubts[0].hint)[1])
+    assert proposed == pytest.approx(0.4 / TO_A_WALL, rel=0.1)
+
+
+def test_walls_that_have_holes_in_many_places_are_told():
+    """The solid that such gaps are in, turned inside out: 0.4 mm in a voxel of 0.469 mm."""
+    combs = "rotate(union([for i in range(7): translate(box([0.4, 20, 20]), [3*i - 9, 0, 0])]), [0, 0, 1], 20deg)"
+    found = made(f"box([30, 30, 30]) |> translate([0, 0, 24]) | {combs}", voxel=0.469)
+    assert codes(found) == ["W205"]
+    assert "walls about 0.4 mm thick have holes" in found.doubts[0].message
+
+
+@pytest.mark.parametrize(
+    ("text", "gap"),
+    [
+        ("box([20,20,20]) \\ box([0.15,30,30])", 0.15),  # two halves
+        ("cylinder(5, 10) | (cylinder(9, 10) \\ cylinder(5.06, 12))", 0.06),
+        ("box([20,20,2]) | translate(box([20,20,2]), [0,0,2.1])", 0.1),
+        ("box([20,20,20]) \\ box([5,30,30])", None),  # wider than asks for anything
+        ("gyroid(4) & cube(20)", None),  # pores
+        ("shell(gyroid(5mm), 0.6) & sphere(10mm)", None),
+        ("sphere(5) | translate(sphere(5), [10, 0, 0])", None),  # round a point of contact
+        ("sphere(5) | translate(cube(5), [0, 0, 7.4])", None),
+    ],
+)
+def test_the_narrowest_gaps_are_found(text, gap):
+    design = porelang.compile(text).design()
+    found = chosen(Solid(design.of(), design.bounds())).gap
+    assert found == (None if gap is None else pytest.approx(gap, rel=0.03))
+
+
+def test_a_gap_ends_at_the_part_and_not_at_its_box():
+    """A cut next to a face of the bounds leaves void between the part and the box, which has one side."""
+    part = Solid(porelang.compile("box([20,20,20])").design().of(), ((-11, -11, -11), (10.05, 11, 11)))
+    at = np.array([[10.0, 1.0, 2.0]])
+    assert np.isnan(part.walls(at, 1.0, 40, void=True)[0]).all()
+
+
+def test_gaps_that_fill_a_mesh_are_named_and_not_walls():
+    slots = "union([for i in range(9): translate(box([0.2, 30, 30]), [2*i - 7.5, 0, 0])])"
+    told = made(f"box([20,20,20]) \\ {slots} | translate(box([20,20,1]), [0,0,10])", voxel=0.9).doubts[0]
+    assert told.code == "W202"
+    at = re.search(r"--voxel 0.08mm: the narrowest gaps are about 0.2 mm wide, as at \((.*)\) mm", told.hint)[1]
+    x = float(at.split(",")[0])
+    assert abs(abs((x + 7.5 + 1) % 2 - 1) - 0.1) < 1e-6  # on a side of a slot
+
+
 # --- crossings -------------------------------------------------------------------------------------------------------
 
 

@@ -22,6 +22,8 @@ from porelang.mesh.walls import RESOLUTION
 
 #: Pieces and voids that the report names; --json has more.
 TOLD = 4
+#: What a voxel is found from.
+NARROW = (("thinnest walls", "wall"), ("narrowest gaps", "gap"))
 
 
 def mesh(options: Namespace) -> int:
@@ -99,12 +101,12 @@ def _voxel(found: dict[str, Any]) -> str:
     text = f"{found['voxel']:.4g} mm"
     if "wall" not in found:
         return text
-    if found["wall"] is None:
+    if found["wall"] is None and found["gap"] is None:
         return f"{text} (by itself: 1/{RESOLUTION} of the longest side; no walls were found to measure)"
-    wall = f"the thinnest walls are about {found['wall']:.2g} mm"
+    told = " and ".join(f"the {kind} are about {found[key]:.2g} mm" for kind, key in NARROW if found[key] is not None)
     if found["voxel"] <= found["voxel_for_wall"] * (1 + 1e-9):
-        return f"{text} (by itself: {wall})"
-    return f"{text} (by itself, and too coarse: {wall} and want {found['voxel_for_wall']:.2g} mm; give it with --voxel)"
+        return f"{text} (by itself: {told})"
+    return f"{text} (by itself, and too coarse: {told} and want {found['voxel_for_wall']:.2g} mm; give it with --voxel)"
 
 
 def _pieces(count: int, pieces: list[dict[str, Any]]) -> str:

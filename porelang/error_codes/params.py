@@ -121,9 +121,10 @@ PARAMS = (
         "W205",
         "a mesh that lacks something of the part",
         "Something of the part lies between the samples: pins, ribs, walls or gaps thinner than the voxel, or whole\n"
-        "pieces and voids smaller than it, of which the message names a place; or pieces of the mesh hang together\n"
-        "in the part, by necks thinner than the voxel. The field was followed to that place: the part is there. Use\n"
-        "the voxel that the message names, or `--voxel auto`.",
+        "pieces and voids smaller than it, of which the message names a place; or narrow gaps are bridged here and\n"
+        "there, and thin walls have holes; or pieces of the mesh hang together in the part, by necks thinner than the\n"
+        "voxel. The field was followed to that place: the part is there. Use the voxel that the message\n"
+        "names, or `--voxel auto`.",
         "",
         "",
     ),

@@ -12,13 +12,25 @@ from porelang.data import Reduced
 from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.field import Bounds, checked_bounds
 from porelang.ir import node
+from porelang.mesh.bridged import bridged
 from porelang.mesh.crumbs import LITTLE, Settled
 from porelang.mesh.grid import Grid, place
 from porelang.mesh.lost import lost
 from porelang.mesh.missed import Missed, far_and_long, missed
 from porelang.mesh.solid import Flags, Floats, Solid
 from porelang.mesh.surface import Surface
-from porelang.mesh.walls import A_PART, MOST_TRIANGLES, TO_A_WALL, rounded, takes, thinnest, thinnest_walls, triangles
+from porelang.mesh.walls import (
+    A_PART,
+    MOST_TRIANGLES,
+    TO_A_WALL,
+    gaps_at,
+    on_surface,
+    rounded,
+    takes,
+    thinnest,
+    triangles,
+    walls_at,
+)
 from porelang.program import Design
 from porelang.source import Span
 from porelang.tasks.numbers.integrals import volume
@@ -77,7 +89,10 @@ def _cause(part: Solid, coarse: Coarse, held: float, true: Reduced, off: float) 
         told = f"--simplify {coarse.simplified:.4g}mm is {'larger than the part' if larger else 'too coarse'}"
         label = f"without --simplify the mesh holds {coarse.held:.4g} mm3"
         return told, label, "use a smaller --simplify"
-    found = thinnest_walls(part)
+    at, of = on_surface(part), ("thinnest walls", "thick")
+    found = walls_at(part, at)
+    if held > true.value and (gaps := gaps_at(part, at, TO_A_WALL * coarse.voxel)):
+        found, of = gaps, ("narrowest gaps", "wide")
     if found is not None and found.wall > TO_A_WALL * coarse.voxel:  # chords err by the square of the voxel
         voxel = coarse.voxel * min(FINER, FINER * 2 * (COARSE / off) ** 0.5)
         label = f"triangles of {coarse.voxel:.3g} mm {'cut off' if held < true.value else 'fill'} what is curved"
@@ -85,7 +100,7 @@ def _cause(part: Solid, coarse: Coarse, held: float, true: Reduced, off: float) 
     label = f"{'walls' if held < true.value else 'gaps'} no wider than a voxel or two are lost or torn"
     hint = "use a smaller --voxel, a few to the thinnest wall"
     if found is not None:
-        walls = f"the thinnest walls are about {found.wall:.2g} mm thick, as at {place(found.at)}"
+        walls = f"the {of[0]} are about {found.wall:.2g} mm {of[1]}, as at {place(found.at)}"
         finer = _finer(found.wall, coarse.voxel)
         hint = f"use --voxel {rounded(finer)}mm: {walls}{_takes(part, finer)}"
     return "the voxel is too coarse", label, hint
@@ -165,7 +180,8 @@ def lost_doubts(
     short = float(beyond.max(initial=0.0)) > SHORT * grid.spacing
     much = short or walls.sum() * found.each > MISSED * len(raw.vertices) or far_and_long(found, grid)
     pieces = missed(raw, grid, part, found)
-    if not much and not len(pieces.middle) and not pieces.gaps:
+    across = [b for b in bridged(grid, part) if not (much if b.solid else pieces.gaps)]
+    if not much and not len(pieces.middle) and not pieces.gaps and not across:
         return []
     parts, thick = [], found.thick[np.isfinite(found.thick)]
     if short:
@@ -179,9 +195,9 @@ def lost_doubts(
         kind = "the part has material" if found.solid[here] or short else "the part has a gap"
         wide = f", and is about {np.median(thick):.2g} mm thick there" if len(thick) else ""
         parts.append(f"at {place(far)} {kind} where the mesh has none{wide}")
-    parts += _named(pieces)
+    parts += [*_named(pieces), *(b.told for b in across)]
     widths = [*([float(np.median(thick))] if much and len(thick) else []), *pieces.across.tolist()]
-    widths += [gap.width for gap in pieces.gaps]
+    widths += [gap.width for gap in pieces.gaps] + [b.width for b in across]
     hint = "use a smaller --voxel, a few to the thinnest wall or gap"
     if widths:
         finer = _finer(min(widths), grid.spacing)

@@ -57,9 +57,9 @@ def make(
     """The surface of an output on a grid, without crumbs, refined, sound.
 
     The voxel is the one given (mm), or so that `resolution` of them lie along the longest side; where neither is given,
-    or `voxel` is "auto", it is found from the walls. Errors: those of `grid_of` and `surface_of`; E111 where all lies
-    between the samples; E118 where the mesh has lost more than a fifth of the part, unless `force`; E119 where it is
-    not sound.
+    or `voxel` is "auto", it is found from the walls and gaps. Errors: those of `grid_of` and `surface_of`; E111 where
+    all lies between the samples; E118 where the mesh has lost more than a fifth of the part, unless `force`; E119 where
+    it is not sound.
     """
     number = isinstance(simplify, int | float | np.number) and not isinstance(simplify, bool)
     if simplify is not None and not (number and 0 < simplify < math.inf):
@@ -141,5 +141,5 @@ def _found(settled: Settled, choice: Chosen | None, voxel: float) -> dict[str, A
         },
     }
     if choice is not None:
-        facts |= {"wall": choice.wall, "voxel_for_wall": choice.wanted}
+        facts |= {"wall": choice.wall, "gap": choice.gap, "voxel_for_wall": choice.wanted}
     return facts

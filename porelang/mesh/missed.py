@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.ir import node
 from porelang.mesh.grid import Grid
 from porelang.mesh.lost import BLOCK, PARALLEL, STEPS, Lost, followed, undecided
 from porelang.mesh.solid import Solid, onto
@@ -98,13 +97,12 @@ def _gaps(points: Floats, grid: Grid, part: Solid) -> tuple[Gap, ...]:
     """The gaps, longer than rims and fragments are, that hold some points (n, 3) mm in cells without a surface."""
     if len(points) < MANY:
         return ()
-    void = Solid(part.formula.with_roots(node("neg", part.formula.root)), (tuple(part.lo), tuple(part.hi)))
     # followed from the middles of cells they may all be as far from a line of contact, where the width is that of none
     points = np.repeat(points, AROUND, axis=0)
     aside = np.random.default_rng(0).uniform(-grid.spacing, grid.spacing, points.shape)
     points = onto(part, points + aside, STEPS, grid.spacing)
     points = points[np.isfinite(points).all(axis=1)]
-    width, facing, _ = void.walls(points, BLOCK * grid.spacing, SCAN)
+    width, facing, _ = part.walls(points, BLOCK * grid.spacing, SCAN, void=True)
     across = (facing < PARALLEL) & (width < grid.spacing)
     points, width = points[across], width[across]
     groups, found = _joined(points, grid.spacing), []

@@ -67,6 +67,10 @@ class Solid:
         """Which points (n, 3) are solid."""
         return np.asarray(self._field.at(points) < 0) & self.within(points)
 
+    def lacks(self, points: Floats) -> Flags:
+        """Which points (n, 3) of the box are void."""
+        return np.asarray(self._field.at(points) > 0) & self.within(points)
+
     def value(self, points: Floats) -> Floats:
         """The field (n,) at points (n, 3), without the cut."""
         return np.asarray(self._field.at(points))
@@ -87,26 +91,28 @@ class Solid:
         found = np.asarray(self._sloped.at(points))
         return found[:, 0], found[:, 1:]
 
-    def walls(self, points: Floats, reach: float, steps: int) -> tuple[Floats, Floats, Floats]:
+    def walls(self, points: Floats, reach: float, steps: int, void: bool = False) -> tuple[Floats, Floats, Floats]:
         """The walls that points on or near the surface stand on: how thick (mm, across the surface; NaN where there is
         none within `reach`), the cosine between the outward directions on its two sides, and the places on the other.
 
         The other side is looked for at `steps` distances that grow by the same factor, from a millionth of the reach
-        on, so that a wall is missed only behind one that is thinner by more than that factor.
+        on, so that a wall is missed only behind one that is thinner by more than that factor. Of the `void` they are
+        the gaps that points stand on, bounded by the part on both sides.
         """
         value, slope = self.slope(points)
         with np.errstate(all="ignore"):
             steep = np.linalg.norm(slope, axis=1)
             out = slope / steep[:, None]
             start = points - (value / steep)[:, None] * out
+        out, inner = (-out, self.lacks) if void else (out, self.holds)
         rows = np.flatnonzero(np.isfinite(start).all(axis=1))
         thick, facing = np.full(len(points), np.nan), np.full(len(points), np.nan)
         far = np.full((len(points), 3), np.nan)
         last = np.full(len(rows), 1e-6 * reach)
-        seen = self.holds(start[rows] - last[:, None] * out[rows])
+        seen = inner(start[rows] - last[:, None] * out[rows])
         rows, last = rows[seen], last[seen]
         for distance in reach * np.geomspace(1e-6, 1.0, steps)[1:]:
-            inside = self.holds(start[rows] - distance * out[rows])
+            inside = inner(start[rows] - distance * out[rows])
             left = rows[~inside]
             thick[left], far[left, 0] = distance, last[~inside]
             rows, last = rows[inside], np.full(int(inside.sum()), distance)
@@ -114,13 +120,17 @@ class Solid:
         near, high = far[found, 0].copy(), thick[found].copy()
         for _ in range(_BISECTIONS if len(found) else 0):
             middle = (near + high) / 2
-            inside = self.holds(start[found] - middle[:, None] * out[found])
+            inside = inner(start[found] - middle[:, None] * out[found])
             near, high = np.where(inside, middle, near), np.where(inside, high, middle)
         thick[found] = high
         far[found] = start[found] - high[:, None] * out[found]
         with np.errstate(all="ignore"):
             _, other = self.slope(far[found])
             facing[found] = np.einsum("ij,ij->i", other, out[found]) / np.linalg.norm(other, axis=1)
+        if void:  # what ends at the cut has one side
+            facing[found] *= -1
+            ended = found[~self.holds(far[found] - 1e-6 * reach * out[found])]
+            thick[ended], facing[ended] = np.nan, np.nan
         return thick, facing, far
 
 

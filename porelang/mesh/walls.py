@@ -1,5 +1,5 @@
-"""The voxel that holds a part: found from how thick its walls are, along their normals, at points all over its
-surface."""
+"""The voxel that holds a part: found from how thick its walls are, and how narrow its gaps, along their normals, at
+points all over its surface."""
 
 from __future__ import annotations
 
@@ -29,26 +29,34 @@ FEW = 0.01  # of the walls: fewer are no walls, but where something runs out
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """A voxel (mm), how thick the thinnest walls are (mm; None: there are none to tell), and the voxel that those ask
-    for (mm)."""
+    """A voxel (mm), how thick the thinnest walls are (mm; None: there are none to tell), the voxel that walls and gaps
+    ask for (mm), and how wide the narrowest gaps are (mm; None: none ask for a finer voxel than the walls do)."""
 
     voxel: float
     wall: float | None
     wanted: float
+    gap: float | None = None
 
 
 def chosen(part: Solid, affordable: float = AFFORDABLE) -> Chosen:
-    """The voxel for a part in its box: RESOLUTION samples along the longest side, or as fine as its thinnest walls ask
-    for, as long as no more samples are taken than are `affordable` and about MOST_TRIANGLES are made."""
+    """The voxel for a part in its box: RESOLUTION samples along the longest side, or as fine as its thinnest walls and
+    narrowest gaps ask for, as long as no more samples are taken than are `affordable` and about MOST_TRIANGLES are
+    made."""
     size = part.hi - part.lo
     usual = float(size.max()) / RESOLUTION
-    wall = thinnest(part)
-    if wall is None or wall / TO_A_WALL >= usual:
+    at = on_surface(part)
+    found = walls_at(part, at)
+    wall = None if found is None else found.wall
+    least_wall = min(math.inf if wall is None else wall, usual * TO_A_WALL)
+    gaps = gaps_at(part, at, least_wall)  # wider ones change nothing
+    gap = None if gaps is None else gaps.wall
+    narrow = min(least_wall, math.inf if gap is None else gap)
+    if narrow / TO_A_WALL >= usual:
         return Chosen(usual, wall, usual)
-    wanted = wall / TO_A_WALL
+    wanted = narrow / TO_A_WALL
     finest = float(np.prod(size) / affordable) ** (1 / 3)
-    finest = max(finest, math.sqrt(triangles(part, wall / 4) / MOST_TRIANGLES))
-    return Chosen(max(wanted, min(usual, finest)), wall, wanted)
+    finest = max(finest, math.sqrt(triangles(part, narrow / 4) / MOST_TRIANGLES))
+    return Chosen(max(wanted, min(usual, finest)), wall, wanted, gap)
 
 
 def takes(size: Floats, voxel: float, most: float = MOST_SAMPLES) -> str:
@@ -86,7 +94,7 @@ def triangles(part: Solid, near: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Thinnest:
-    """How thick the thinnest walls of a part are (mm), and a place on one of them (3,)."""
+    """How thick the thinnest walls of a part are, or how wide its narrowest gaps (mm), and a place on one (3,)."""
 
     wall: float
     at: Floats
@@ -94,17 +102,12 @@ class Thinnest:
 
 def thinnest(part: Solid) -> float | None:
     """How thick the thinnest walls of a part are, in mm, or None where no walls are found."""
-    found = thinnest_walls(part)
+    found = walls_at(part, on_surface(part))
     return None if found is None else found.wall
 
 
-def thinnest_walls(part: Solid) -> Thinnest | None:
-    """The thinnest walls of a part, or None where no walls are found.
-
-    Points spread over the box are brought to the surface, and looked from inwards. A wall counts where its sides are
-    parallel. The thinnest is the least thickness that is not just the end of a tail: most walls that are no thicker are
-    about as thick.
-    """
+def on_surface(part: Solid) -> Floats:
+    """Points (n, 3) mm on the surface of a part: those spread over its box, brought there."""
     size = part.hi - part.lo
     apart = float(np.prod(size) / STARTS) ** (1 / 3)
     counts = np.clip(np.ceil(size / apart), 1, STARTS).astype(np.int64)
@@ -117,22 +120,48 @@ def thinnest_walls(part: Solid) -> Thinnest | None:
     at = at[part.within(at)]
     value, slope = part.slope(at)
     with np.errstate(all="ignore"):
-        at = at[np.abs(value) <= ON * apart * np.linalg.norm(slope, axis=1)]
+        found: Floats = at[np.abs(value) <= ON * apart * np.linalg.norm(slope, axis=1)]
+    return found
+
+
+def walls_at(part: Solid, at: Floats) -> Thinnest | None:
+    """The thinnest walls that some points (n, 3) mm on the surface of a part stand on, or None where there are none.
+
+    A wall counts where its sides are parallel. The thinnest is the least thickness that is not just the end of a tail:
+    most walls that are no thicker are about as thick.
+    """
+    return _thinnest(part, at, float((part.hi - part.lo).max()), void=False)
+
+
+def gaps_at(part: Solid, at: Floats, reach: float) -> Thinnest | None:
+    """The narrowest gaps, less than `reach` (mm) wide, that some points (n, 3) mm on the surface of a part look into:
+    void between parallel sides of the part. Pores of a lattice have all widths from 0 on, the most of them wide: of
+    gaps that count there are more than of those a little wider."""
+    return _thinnest(part, at, reach, void=True)
+
+
+def _thinnest(part: Solid, at: Floats, reach: float, void: bool) -> Thinnest | None:
     if not len(at):
         return None
     points = len(at)
-    thick, facing, _ = part.walls(at, float(size.max()), SCAN)
+    thick, facing, _ = part.walls(at, reach / ALIKE if void else reach, SCAN, void)
     at, thick = at[facing < PARALLEL], thick[facing < PARALLEL]
-    wall = least(np.sort(thick), points)
+    wall = least(np.sort(thick), points, reach if void else None)
     if wall is None:
         return None
     return Thinnest(wall, at[int(np.abs(thick - wall).argmin())])
 
 
-def least(thick: Floats, points: int) -> float | None:
-    """The least thickness, of those in order, that is no tail of thicker walls."""
+def least(thick: Floats, points: int, most: float | None = None) -> float | None:
+    """The least thickness, of those in order, that is no tail of thicker walls; where there is a `most` (mm) it is no
+    more, and of those a little thicker there are fewer."""
     for i in range(max(0, math.ceil(FEW * points) - 1), len(thick)):
         alike = int(np.searchsorted(thick, ALIKE * thick[i]))
+        if most is not None:
+            if thick[i] >= most:
+                return None
+            if int(np.searchsorted(thick, thick[i] / ALIKE)) - (i + 1) > i + 1 - alike:
+                continue
         if i + 1 - alike >= max(FEW * points, (i + 1) / 2):
             return float(np.median(thick[alike : i + 1]))
     return None
