@@ -166,11 +166,11 @@ _ROWS = (
     # ---- angles -----------------------------------------------------------------------------------------------------
     Op("sin", R, "real", "The sine of an angle in radians.", np.sin, "pore_sin({0})",
        iv.sin, lambda a, f: (node("cos", a),), "sin", ("sin(0)", 0.0), units="angle",
-       tolerance=Tolerance(1.5, 1.0, extra=_reduction), domain="finite",
+       tolerance=Tolerance(1.5, 1.6, extra=_reduction), domain="finite",
        facts=frozenset({"odd"})),
     Op("cos", R, "real", "The cosine of an angle in radians.", np.cos, "pore_cos({0})",
        iv.cos, lambda a, f: (-node("sin", a),), "cos", ("cos(0)", 1.0), units="angle",
-       tolerance=Tolerance(1.5, 1.0, extra=_reduction), domain="finite",
+       tolerance=Tolerance(1.5, 1.6, extra=_reduction), domain="finite",
        facts=frozenset({"even"})),
     Op("sin_turns", R, "real", "The sine of an angle in turns: sin(tau u), reduced exactly before the product.",
        forms.sin_turns, "pore_sin_turns({0})", iv.sin_turns, lambda a, f: (math.tau * node("cos_turns", a),),
