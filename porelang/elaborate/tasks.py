@@ -8,12 +8,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from porelang.elaborate import bare, phases, samples, solids
+from porelang.elaborate import arguments, bare, phases, samples, solids
 from porelang.elaborate.advice import is_number
-from porelang.elaborate.arguments import beside as _beside
-from porelang.elaborate.arguments import field as _field
-from porelang.elaborate.arguments import looked_up as looked_up
-from porelang.elaborate.arguments import text as _text
 from porelang.elaborate.calls import Call, call
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import (
@@ -46,7 +42,7 @@ def _number(row: Task) -> Call:
     def ask(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
         fields: list[Scalar] = []
         for value, parameter, place in zip(values, row.parameters, places, strict=True):
-            found = _field(ctx, value, place, f"`{parameter}` of `{row.name}`")
+            found = arguments.field(ctx, value, place, f"`{parameter}` of `{row.name}`")
             if found is None:
                 return POISON
             if parameter == "phi":
@@ -140,8 +136,8 @@ def _with(condition: Node, sought: Node, found: Node) -> Node:
 
 
 def _bars(ctx: Context, site: tree.Call, path_given: Value, place: Span) -> Node | None:
-    path = _text(ctx, path_given, place, "the path of a frame's file", "truss.json")
-    return None if path is None else ctx.task(node("frame", value=_beside(site, path, ctx)), site.span)
+    path = arguments.text(ctx, path_given, place, "the path of a frame's file", "truss.json")
+    return None if path is None else ctx.task(node("frame", value=arguments.beside(site, path, ctx)), site.span)
 
 
 def _nearest(bars: Node, result: str) -> Node:

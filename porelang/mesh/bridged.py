@@ -30,16 +30,15 @@ class Bridged:
 
     solid: bool
     width: float
-    share: float
     at: Floats
 
     @property
     def told(self) -> str:
         """What the mesh has made of them, with a place."""
-        share = f"in many places, as at {place(self.at)}"
+        where = f"in many places, as at {place(self.at)}"
         if self.solid:
-            return f"walls about {self.width:.2g} mm thick have holes {share}"
-        return f"gaps about {self.width:.2g} mm wide are bridged {share}"
+            return f"walls about {self.width:.2g} mm thick have holes {where}"
+        return f"gaps about {self.width:.2g} mm wide are bridged {where}"
 
 
 def bridged(grid: Grid, part: Solid) -> tuple[Bridged, ...]:
@@ -54,9 +53,8 @@ def bridged(grid: Grid, part: Solid) -> tuple[Bridged, ...]:
         across &= (wide > ALIKE * width) & (wide < width / ALIKE)
         middle = (at[across] + far[across]) / 2
         lacks = _lacks(grid, part, middle, solid)
-        share = float(lacks.mean())
-        if lacks.sum() >= MANY and share >= SHARE:
-            found.append(Bridged(solid, width, share, middle[int(lacks.argmax())]))
+        if lacks.sum() >= MANY and lacks.mean() >= SHARE:
+            found.append(Bridged(solid, width, middle[int(lacks.argmax())]))
     return tuple(found)
 
 
