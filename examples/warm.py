@@ -8,8 +8,12 @@ import porelang
 from porelang.cli import main
 
 EXAMPLES = Path(__file__).parent
-#: A data operation with its derivatives, which no example takes.
-SLOPES = ("grad(sample(x * y, 1mm, sphere(3), smooth=true))", 'grad(frame("truss.json"))')
+#: A data operation with its derivatives, which no example takes; and a phase, which is much for a small example.
+FIELDS = (
+    "grad(sample(x * y, 1mm, sphere(3), smooth=true))",
+    'grad(frame("truss.json"))',
+    "phase(4 + x / 40, sphere(5))",
+)
 
 #: Samples are kept in float64, where the grid of bending.npz is float32.
 SAMPLES = "gyroid(4) |> thicken(sample(x * y, 1mm, sphere(5)) / 50, 0.2) & sphere(5)"
@@ -23,5 +27,5 @@ with tempfile.TemporaryDirectory() as folder:
         asked = ["--resolution", "8", "--force", "--sharp", "--simplify", "1mm", "--backend", "numpy", "--dtype", dtype]
         main(["mesh", program, "-o", out, "--quiet", *asked])
         main(["check", program, "--measure", "--quiet"])
-for text, dtype in product(SLOPES, ("f32", "f64")):
+for text, dtype in product(FIELDS, ("f32", "f64")):
     porelang.compile(text, name=str(EXAMPLES / "warm.pore")).field(dtype=dtype)([[0.0, 0.0, 0.0]])

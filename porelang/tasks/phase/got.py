@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from porelang.data import SampledField, Triple
 from porelang.progress import checkpoint
 from porelang.tasks.phase.grids import on_grid
-from porelang.tasks.phase.turning import determinant, rotations
+from porelang.tasks.phase.turning import rotations
 
 Values = NDArray[np.float64]
 #: A field of x, y and z in mm, as arrays that broadcast.
@@ -107,28 +107,28 @@ def got(
 
     `period` gives (3, n), `inside` is negative within. Every point is looked at for folds.
     """
+    from porelang.tasks.phase.loops import shapes
+
     x, y, z = np.meshgrid(*centres, indexing="ij")
     keep = np.asarray(inside(x, y, z)) < 0
     at = (x[keep], y[keep], z[keep])
     if not len(at[0]):
         return None
     checkpoint()
-    slopes = np.stack(
-        [on_grid(phase, centres, (int(a == 0), int(a == 1), int(a == 2)))[:, keep] for a in range(3)], axis=1
-    )
+    slopes = np.empty((3, 3, len(at[0])))
+    for a in range(3):
+        slopes[:, a] = on_grid(phase, centres, (int(a == 0), int(a == 1), int(a == 2)))[:, keep]
     asked = np.broadcast_to(np.asarray(period(*at), np.float64), (3, len(at[0])))
-    numbers = np.sqrt((slopes**2).sum(1))  # cells per mm along each axis of the cells
-    off = np.abs(numbers * asked - 1)
-    slopes = slopes * asked[:, None]
-    size = np.sqrt((slopes**2).sum((0, 1)) / 3)
-    folded = ~(determinant(slopes) > FLAT * size**3)
+    numbers, stretch, volume = np.empty(asked.shape), np.empty(len(at[0])), np.empty(len(at[0]))
+    shapes(slopes, asked, numbers, stretch, volume)
+    folded = ~(volume > FLAT)
     if folded.any():
         n = int(np.argmax(folded))
         return Fold((float(at[0][n]), float(at[1][n]), float(at[2][n])))
     checkpoint()
-    stretch = _stretch(slopes)
+    off = np.abs(numbers * asked - 1)
     few = max(1, len(asked[0]) // TURNED)
-    turns = rotations(np.ascontiguousarray(slopes[..., ::few]))
+    turns = rotations(asked[:, None, ::few] * slopes[..., ::few])
     turn = _degrees((turns[0, 0] + turns[1, 1] + turns[2, 2] - 1) / 2)
     found = [
         *(asked.min(), asked.max(), 1 / numbers.max(), 1 / numbers.min()),
@@ -140,22 +140,6 @@ def got(
         askew = _degrees(np.abs((turns[0] * direction(*(c[::few] for c in at))).sum(0)))
         found += [1.0, np.quantile(askew, 0.95), askew.max()]
     return Got(*(float(v) for v in found))
-
-
-def _stretch(slopes: Values) -> Values:
-    """The largest by the smallest singular value of matrices (3, 3, n), by the roots of a cubic as cosines."""
-    xx, yy, zz, xy, xz, yz = (
-        (slopes[:, a] * slopes[:, b]).sum(0) for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    )
-    mean = (xx + yy + zz) / 3
-    a, b, c = xx - mean, yy - mean, zz - mean
-    size = np.sqrt((a * a + b * b + c * c + 2 * (xy * xy + xz * xz + yz * yz)) / 6)
-    volume = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz)
-    angle = np.arccos(np.clip(volume / np.maximum(2 * size**3, 1e-300), -1, 1)) / 3
-    largest = mean + 2 * size * np.cos(angle)
-    middle = mean + 2 * size * np.cos(angle - 2 * np.pi / 3)
-    smallest = np.maximum(determinant(slopes) ** 2 / (largest * middle), 1e-300)  # a difference would lose its figures
-    return np.asarray(np.sqrt(largest / smallest))
 
 
 def _degrees(cosine: Values) -> Values:

@@ -118,25 +118,11 @@ def rotations(matrices: Values) -> Values:
 
     Newton's iteration for the polar factor, with scaling (N. Higham, Computing the polar decomposition, 1986).
     """
-    size = np.sqrt((matrices**2).sum((0, 1)))
-    flat = ~(determinant(matrices) > 1e-6 * size**3)
-    identity = np.eye(3).reshape(3, 3, *(1,) * (matrices.ndim - 2))
-    found = np.where(flat, identity, matrices)
-    for _ in range(30):
-        other = cofactors(found)
-        other /= (found[0] * other[0]).sum(0)
-        scale = np.sqrt(np.sqrt(_square(other) / _square(found)))
-        new = (0.5 * scale) * found + (0.5 / scale) * other
-        moved = float(np.abs(new - found).max())
-        found = new
-        if moved < 1e-5:  # the next step would move it by the square of that
-            break
-    return found
+    from porelang.tasks.phase import loops
 
-
-def _square(matrices: Values) -> Values:
-    flat = matrices.reshape(9, -1)
-    return np.asarray(np.einsum("kn,kn->n", flat, flat)).reshape(matrices.shape[2:])
+    out = np.empty(matrices.shape)
+    loops.rotations(np.ascontiguousarray(matrices, np.float64).reshape(3, 3, -1), out.reshape(3, 3, -1))
+    return out
 
 
 def first_fold(phi: Values, wanted: Wanted) -> tuple[int, int, int] | None:
