@@ -5,10 +5,10 @@ from __future__ import annotations
 from porelang.contracts import doubtful_contracts
 from porelang.data import Reduced, figures
 from porelang.diagnostics import Diagnostic
+from porelang.doubts.periods import drifting
 from porelang.formula import Formula
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, within
 from porelang.ops import TASK_TABLE
-from porelang.periods import drifting
 from porelang.program import Design, Program
 from porelang.rewrites import flatten
 

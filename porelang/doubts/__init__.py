@@ -1,0 +1,73 @@
+"""What values show to be a mistake, of what `porelang.elaborate.suspect` noted while a program was elaborated.
+
+Each suspicion is looked at with the params at their defaults, at some thousands of points: where those do not bear it
+out, nothing is said. What reads a porosity, a file or anything else that takes long to find is left alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from porelang.diagnostics import Diagnostic
+from porelang.doubts import frames, lattices, solids
+from porelang.doubts.periods import drifting
+from porelang.doubts.solids import MOST_CUTS, MOST_NODES, idle_cuts
+from porelang.elaborate.results import Elaborated, Suspicion
+from porelang.formula import Bindings
+from porelang.ir import order, within
+from porelang.settings import off_step
+
+__all__ = ["borne_out", "idle_cuts"]
+
+#: What looks at a suspicion of each kind.
+_LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | None]] = {
+    "total": solids.total,
+    "copies": lattices.copies,
+    "apart": solids.apart,
+    "empty": solids.empty,
+    "pores": lattices.pores,
+    "seam": lattices.seam,
+    "period": drifting,
+    "still": frames.still,
+    "fold": frames.fold,
+    "fits": frames.fits,
+}
+
+
+def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
+    """A warning for each suspicion that values bear out, and for each name that nothing reads."""
+    whole = {n for output in found.outputs.values() for n in output.nodes}  # of what is empty as a whole more is said
+    looked_at = [s for s in found.suspicions if not solids.is_whole(s, whole)]
+    out: list[Diagnostic] = []
+    spent = cuts = 0
+    for s in looked_at:
+        size, cut = len(order(s.nodes, within)), s.what in ("apart", "empty")
+        if spent + size > MOST_NODES or cuts + cut > MOST_CUTS:
+            continue  # smaller ones may follow
+        spent, cuts = spent + size, cuts + cut
+        if (d := _LOOKS[s.what](s, found, bindings)) is not None:
+            out.append(d)
+    return [
+        *out,
+        *_unread(found),
+        *off_step(found.params, {k: i.default for k, i in found.params.items()}, default=True),
+    ]
+
+
+def _unread(found: Elaborated) -> list[Diagnostic]:
+    """Lets and params that nothing refers to, of a file that is more than a collection for others."""
+    if not found.outputs:
+        return []
+    out = []
+    for u in found.unread:
+        if u.param:
+            message, hint = f"nothing reads the param `{u.name}`", "use it, or leave it out: setting it changes nothing"
+        else:
+            message = f"nothing reads `{u.name}`"
+            hint = (
+                f"use it, or leave it out; call it `_{u.name}` if only an option names it, as in `--within _{u.name}`"
+            )
+            if u.fixed:
+                hint = f'use it, or leave it out; call it `_{u.name}` if only Python asks for it: `number("_{u.name}")`'
+        out.append(Diagnostic("W220", message, u.span, "bound here, and not used", hint=hint, severity="warning"))
+    return out

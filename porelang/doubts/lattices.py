@@ -1,0 +1,149 @@
+"""Copies that are cut, walls that are solid or void throughout, and lattices that a turn does not close."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.analysis.enclose import EXACT, at_points, enclose
+from porelang.analysis.sampled import MOST, inside_of, number, sampler
+from porelang.data import coordinates
+from porelang.diagnostics import Diagnostic, Edit
+from porelang.elaborate.bare import value_of
+from porelang.elaborate.results import Elaborated, Suspicion
+from porelang.formula import Bindings, Formula
+from porelang.interval import interval
+from porelang.ir import SLOTS, Node, X, Y, Z, node, order, param, substitute, within
+from porelang.rewrites import flatten
+
+#: As many of the points that were looked at make a suspicion a doubt.
+FEW = 8
+#: Of the range that samples of a lattice have: how far its values go beyond.
+BEYOND = 0.01
+
+
+def copies(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    """Copies that reach beyond their cell, and are cut there."""
+    body, made, *cell = s.nodes
+    points, at = inside_of(body, bindings), sampler([made], bindings)
+    sizes = [number(w, bindings) for w in cell] or [0.0] * 3
+    if points is None or at is None or any(w is None for w in sizes):
+        return None
+    points = points[:2500]
+    least: NDArray[np.bool_] | None = None
+    for bits in range(8 if cell else 1):  # a row of an even number has no copy in the middle
+        shift = [0.5 * w * (bits >> i & 1) for i, w in enumerate(sizes) if w is not None]
+        lost = at(points + shift)[0] > 0
+        least = lost if least is None or lost.sum() < least.sum() else least
+    assert least is not None
+    share = least.sum() / len(points)
+    if least.sum() < FEW or share < 0.002:
+        return None
+    parts = "sector" if not cell else "cell"
+    far = points[least][int(np.argmax(np.abs(points[least]).sum(axis=1)))]
+    place = coordinates(far, 3)
+    if s.instead:
+        hint = f"join copies that are turned one by one: `{s.instead}`"
+    else:
+        hint = "take larger cells, or join moved copies: `union([for i in range(n): translate(f, [w * i, 0, 0])])`"
+    return Diagnostic(
+        "W215",
+        f"`{s.name}` cuts its copies: each is seen only in its own {parts}, and {max(1, round(100 * share))} % is lost",
+        s.span,
+        f"({place}) of the body, for one",
+        hint=hint,
+        edit=Edit(s.argument, s.instead) if s.argument is not None and s.instead else None,
+        severity="warning",
+    )
+
+
+def pores(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    """Whether a wall is solid, or void, whatever value its lattice has."""
+    walls, around = s.nodes
+    lattices = [n for n in order([walls], within) if n in found.lattices]
+    if not lattices:
+        return None
+    points, at = inside_of(around, bindings), sampler(lattices, bindings)
+    if points is None or at is None:
+        return None
+    points = points[:500]
+    ranges = at(np.random.default_rng(1).uniform(-100, 100, (1000, 3)))
+    stand_in = {n: param(f"the value of lattice {i}") for i, n in enumerate(lattices)}
+    replaced = flatten(substitute([walls], stand_in)[0])
+    if any(n not in bindings for n in order(replaced, within) if n.op in SLOTS and n not in stand_in.values()):
+        return None
+    # samples do not reach the very ends of a range
+    ends = [(r.min() - BEYOND * np.ptp(r), r.max() + BEYOND * np.ptp(r)) for r in ranges]
+    levels = {p: interval(*end) for p, end in zip(stand_in.values(), ends, strict=True)}
+    found_there = enclose(Formula(replaced, {**bindings, **levels}), at_points(points, EXACT))[0].range
+    solid = bool((found_there.hi < 0).all())
+    if (not solid and not (found_there.lo > 0).all()) or bool(found_there.nan.any()):
+        return None
+    low, high = min(float(r.min()) for r in ranges), max(float(r.max()) for r in ranges)
+    return Diagnostic(
+        "W224",
+        f"`{' '.join(s.span.text.split())}` is {'solid' if solid else 'void'} everywhere: the lattice is lost",
+        s.span,
+        f"the lattice runs from {low:.2g} to {high:.2g}",
+        hint="its values are raw, not mm: " + ("take less" if solid else "take more, or check the sign"),
+        severity="warning",
+    )
+
+
+def seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    """A lattice that is bent round and does not meet itself after a full turn."""
+    lattice, turn, made = s.nodes
+    full = number(turn, bindings)
+    if full is None or full == 0 or _closes(lattice, full, bindings) or not _seen(made, found, bindings):
+        return None
+    period = None if s.period is None else number(s.period, bindings)
+    hint, edit = "take a whole multiple of the lattice's period", None
+    if period:
+        times = max(1, round(full / period))
+        if _closes(lattice, times * period, bindings):
+            hint = f"take a whole multiple of the period: {times:g} x {period:g} = {times * period:g}"
+            if s.argument is not None and re.fullmatch(r"(?:\w+\s*=\s*)?[\d.]+\s*(?:mm)?", s.argument.text):
+                unit = "mm" if s.argument.text.endswith("mm") else ""
+                edit = Edit(value_of(s.argument), f"{times * period:g}{unit}")
+    return Diagnostic(
+        "W218",
+        f"`{s.name}` leaves a seam: after a full turn of {full:g} mm the lattice does not meet itself",
+        s.argument or s.span,
+        f"{full / period:.4g} periods" if period else "no whole number of periods",
+        hint=hint,
+        edit=edit,
+        severity="warning",
+    )
+
+
+def _seen(made: Node, found: Elaborated, bindings: Bindings) -> bool:
+    """Whether what lies at x < 0, y = 0 of a field can be seen in an output: a sector beside it has no seam."""
+    random = np.random.default_rng(1)
+    x = -(10 ** random.uniform(-1, 2.5, MOST))
+    z = random.uniform(-1, 1, MOST) * 10 ** random.uniform(0, 2.5, MOST)
+    for output in found.outputs.values():
+        reached = order(output.nodes, lambda n: n.args[1:] if n.op == "at" else within(n))
+        if made not in reached:  # it is not in it, or it was moved
+            if made in order(output.nodes, within):
+                return True
+            continue
+        at = sampler(output.nodes, bindings)
+        if at is None:
+            return True
+        sides = [np.stack([x, 1e-6 * side * x, z], axis=1) for side in (-1, 1)]
+        if any(bool(((a < 0) != (b < 0)).any()) for a, b in zip(at(sides[0]), at(sides[1]), strict=True)):
+            return True
+    return False
+
+
+def _closes(lattice: Node, turn: float, bindings: Bindings) -> bool:
+    """Whether a lattice is the same at y = -turn/2 and y = turn/2, on most of that plane."""
+    points = np.random.default_rng(1).uniform(-100, 100, (MOST // 4, 3))
+    ends = [node("at", lattice, X, (side * 0.5 * turn) + 0.0 * Y, Z) for side in (1, -1)]
+    at = sampler(ends, bindings)
+    if at is None:
+        return True
+    one, other = at(points)
+    return float(np.mean((one < 0) != (other < 0))) < 0.005
