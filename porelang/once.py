@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import struct
 import threading
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from functools import wraps
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 from porelang.progress import checkpoint
 
@@ -71,3 +72,26 @@ def once(make: Callable[[], T]) -> Callable[[], T]:
         return made[0]
 
     return get
+
+
+class Recent(Generic[T]):
+    """What was made for the numbers that were asked for last, made once; threads may share it."""
+
+    def __init__(self, most: int = 8) -> None:
+        self._made: dict[bytes, T] = {}
+        self._most = most
+        self._lock = threading.Lock()
+
+    def get(self, values: tuple[float, ...], make: Callable[[], T]) -> T:
+        """What is remembered for these values, or is made for them now."""
+        key = struct.pack(f"{len(values)}d", *values)  # -0 is not 0
+        with alone((id(self), key)):
+            with self._lock:
+                found = self._made.get(key)
+            found = make() if found is None else found
+            with self._lock:
+                self._made.pop(key, None)
+                self._made[key] = found  # the last that was asked for
+                if len(self._made) > self._most:
+                    del self._made[next(iter(self._made))]
+        return found

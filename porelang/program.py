@@ -7,43 +7,38 @@ asked for, and nothing else; the work itself is in free functions that take a de
 from __future__ import annotations
 
 import dataclasses
-import struct
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
+from porelang import outputs
 from porelang.analysis.box import Extent
 from porelang.analysis.enclose import enclose
 from porelang.bound import Bindable, Within, no_such_data, samples_of
 from porelang.data import Data, Reduced, SampledField, Triple
-from porelang.diagnostics import Diagnostic, PoreError, fail, suggest, warn
+from porelang.diagnostics import Diagnostic, PoreError
 from porelang.doors import Doors, Settings, options
 from porelang.elaborate.context import Bound
 from porelang.elaborate.results import DataInfo, Elaborated, Listed, Output, ParamInfo, Requirement
-from porelang.elaborate.values import Scalar, Vector
 from porelang.extents import Cut, part_extent
 from porelang.formula import Bindings, Formula
 from porelang.html import brief, table, title
 from porelang.interval import interval
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, node, order, param, unmoved, within
-from porelang.once import alone
+from porelang.once import Recent
 from porelang.ops import TASK_TABLE
 from porelang.rewrites import Graph, flatten
-from porelang.settings import Setting, off_step, settle
+from porelang.settings import Setting, given, settle
 from porelang.source import Source, Span
 from porelang.tasks import all_read, bind_files, bind_tasks, find, look
 from porelang.tasks.bake import region
 from porelang.tasks.run import LOOKERS, READERS
 from porelang.tasks.telling import TELL, told
-
-#: Designs, and variants, that a program remembers.
-_REMEMBERED = 8
-_Made = TypeVar("_Made")
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +63,8 @@ class Program(Doors):
     bound: Mapping[str, Bound]
     held: Mapping[Node, SampledField]
     # the designs asked for last, so that what one has found is not found again at the next call
-    _designs: dict[bytes, Design] = dataclasses.field(default_factory=dict, init=False, repr=False)
-    _variants: dict[bytes, Program] = dataclasses.field(default_factory=dict, init=False, repr=False)
-    _lock: threading.Lock = dataclasses.field(default_factory=threading.Lock, init=False, repr=False)
+    _designs: Recent[Design] = dataclasses.field(default_factory=Recent, init=False, repr=False)
+    _variants: Recent[Program] = dataclasses.field(default_factory=Recent, init=False, repr=False)
 
     def __repr__(self) -> str:
         outputs = ", ".join(self.outputs) or "no output"
@@ -111,32 +105,7 @@ class Program(Doors):
 
     def output(self, name: str | None = None) -> str:
         """The name of an output: the one asked for, else `part`, else the only one. Errors: E100."""
-        if name is None:
-            if "part" in self.outputs:
-                return "part"
-            if len(self.outputs) == 1:
-                return next(iter(self.outputs))
-            if not self.outputs:
-                raise fail(
-                    "E100",
-                    "the program has no output",
-                    Span(self.source, 0, 0),
-                    hint="end it with an expression, or write `out part = ...`",
-                )
-            raise fail(
-                "E100",
-                "the program has several outputs, and none is called `part`",
-                hint=f"choose one of {', '.join(self.outputs)} with --out NAME",
-            )
-        if not isinstance(name, str):
-            raise fail("E100", f"{name!r:.60} is no name of an output", hint='it is a text, as in "part"')
-        if name not in self.outputs:
-            near = suggest(name, self.outputs)
-            hint = f"did you mean `{near}`?" if near else f"it has {', '.join(self.outputs) or 'none'}"
-            if name in self.elaborated.lets:
-                hint = f"`{name}` is a let: `out {name}_ = {name}` makes an output of it"
-            raise fail("E100", f"the program has no output `{name}`", hint=hint)
-        return name
+        return outputs.chosen(self.elaborated, self.source, name)
 
     def roots(self, name: str | None = None) -> tuple[Node, ...]:
         """The flat roots of an output: one, or three for a vector."""
@@ -145,15 +114,7 @@ class Program(Doors):
     def solid(self, name: str | None = None) -> Node:
         """The flat root of an output that is a number. Errors: E101 for a vector or a condition."""
         name = self.output(name)
-        output = self.outputs[name]
-        if not isinstance(output.value, Scalar):
-            what = "a vector" if isinstance(output.value, Vector) else "a condition"
-            raise fail(
-                "E101",
-                f"the output `{name}` is {what}, which has no surface",
-                output.span,
-                hint="a solid is a number that is negative inside",
-            )
+        outputs.must_be_solid(self.outputs[name], name)
         return self.graph.outputs[name][0]
 
     def field_roots(self, name: str | None = None) -> tuple[Node, ...]:
@@ -162,10 +123,7 @@ class Program(Doors):
             return self.roots(name)
         found = self.named(name)
         if found is None:
-            known = [*self.outputs, *self.elaborated.lets]
-            near = suggest(name, known)
-            hint = f"did you mean `{near}`?" if near else f"it has {', '.join(known) or 'none'}"
-            raise fail("E100", f"the program has no output and no number called `{name}`", hint=hint)
+            raise outputs.no_number(self.elaborated, name)
         return (found,)
 
     def named(self, name: str) -> Node | None:
@@ -221,25 +179,7 @@ class Program(Doors):
         E088 where there is no such preset, E064 where a contract breaks. A value between two steps of its param is a
         `PoreWarning` (W219).
         """
-        given = self._given(settings, preset, more)
-        return self._designed(settle(self.params, given))
-
-    def _given(self, settings: Settings | None, preset: str | None, more: Settings) -> Settings:
-        """What is set, by name, whichever way it was said. Errors: E083, E084, E088."""
-        if not isinstance(settings, Mapping | None):
-            raise fail("E084", f"{settings!r:.60} are no settings", hint=_SETTINGS_HINT)
-        if twice := sorted(set(settings or {}) & set(more)):
-            raise fail("E084", f"`{twice[0]}` is set twice", hint="in the mapping or by its name, not both")
-        for name in more:  # a keyword that is no param may be a slip of an option's
-            if name in self.data:
-                raise fail("E083", f"`{name}` takes data, not a number", self.data[name].span, label="declared here",
-                           hint=f"bind it: `program.bind({name}=...)`, or `--bind {name}=FILE:ARRAY`")  # fmt: skip
-            if name not in self.params and not suggest(name, self.params) and (near := suggest(name, options())):
-                raise fail("E083", f"the program has no param `{name}`", hint=f"did you mean the option `{near}`?")
-        given = {**self._preset(preset), **(settings or {}), **more}
-        values = settle(self.params, given)
-        warn(off_step(self.params, {name: values[name] for name in given}))
-        return given
+        return self._designed(settle(self.params, given(self.elaborated, settings, preset, more, options())))
 
     def _designed(self, values: Mapping[str, float]) -> Design:
         structure = {name: values[name] for name in self.structure}
@@ -248,20 +188,7 @@ class Program(Doors):
             return variant._designed(settle(variant.params, values))
         if self._reads_files:  # which may be others by now
             return Design(self, values)
-        return _remembered(self._designs, self._lock, values, lambda: Design(self, values))
-
-    def _preset(self, name: str | None) -> Mapping[str, Setting]:
-        if name is None:
-            return {}
-        known = self.elaborated.presets
-        if not isinstance(name, str):
-            raise fail("E088", f"{name!r:.60} is no name of a preset", hint='it is a text: preset="fine"')
-        if name not in known:
-            near = suggest(name, known)
-            hint = f"its presets are {', '.join(known)}" if known else 'it has none; `preset "fine": w = 6mm` is one'
-            hint = f"did you mean `{near}`?" if near else hint
-            raise fail("E088", f"the program has no preset `{name}`", hint=hint)
-        return known[name].settings
+        return self._designs.get(tuple(values.values()), lambda: Design(self, values))
 
     def _variant(self, structure: Mapping[str, float]) -> Program:
         """The program as it is for other values of what counts and picks. Errors: what is wrong with it there."""
@@ -281,7 +208,7 @@ class Program(Doors):
                 ]
                 raise PoreError(told) from None
 
-        return _remembered(self._variants, self._lock, structure, make)
+        return self._variants.get(tuple(structure.values()), make)
 
     @cached_property
     def _reads_files(self) -> bool:
@@ -317,23 +244,6 @@ class Program(Doors):
         return out
 
 
-def _remembered(
-    known: dict[bytes, _Made], lock: threading.Lock, values: Mapping[str, float], make: Callable[[], _Made]
-) -> _Made:
-    """What was made for these values, made now if need be; the few that were asked for last are remembered."""
-    key = struct.pack(f"{len(values)}d", *values.values())  # -0 is not 0
-    with alone((id(known), key)):
-        with lock:
-            found = known.get(key)
-        found = found or make()
-        with lock:
-            known.pop(key, None)
-            known[key] = found  # the last that was asked for
-            if len(known) > _REMEMBERED:
-                del known[next(iter(known))]
-    return found
-
-
 class Design(Doors):
     """A program with its settings bound, once. What its roots read is found when they are asked for, and remembered.
 
@@ -367,8 +277,9 @@ class Design(Doors):
 
     def design(self, settings: Settings | None = None, *, preset: str | None = None, **more: Setting) -> Design:
         """This design, or the one with something else set as well. Errors: those of `Program.design`."""
-        given = self.program._given(settings, preset, more)
-        return self.program._designed(settle(self.program.params, {**self.settings, **given})) if given else self
+        program = self.program
+        changed = given(program.elaborated, settings, preset, more, options())
+        return program._designed(settle(program.params, {**self.settings, **changed})) if changed else self
 
     # ---- what is bound ----------------------------------------------------------------------------------------------
 
@@ -519,9 +430,6 @@ class Design(Doors):
             if s.what == "apart" and node("max", *s.nodes) in output.nodes:
                 return Cut(s.name, s.span, s.argument, self.formula(*flatten(s.nodes[0])))
         return None
-
-
-_SETTINGS_HINT = 'they are names and values: settings={"w": 25}, or w=25'
 
 
 def _ranges(numbers: Mapping[Node, Reduced]) -> Bindings:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
-from porelang.elaborate.results import ParamInfo
+from porelang.diagnostics import Diagnostic, PoreError, fail, suggest, warn
+from porelang.elaborate.results import Elaborated, ParamInfo
 from porelang.units import UNITS
 
 Setting = float | int | bool | str
@@ -30,6 +30,49 @@ def settle(params: Mapping[str, ParamInfo], given: Mapping[str, Setting]) -> dic
             raise fail("E083", f"the program has no param `{name}`", hint=hint or "it has none at all")
         values[name] = _number(params[name], setting)
     return values
+
+
+def given(
+    found: Elaborated,
+    settings: Mapping[str, Setting] | None,
+    preset: str | None,
+    more: Mapping[str, Setting],
+    options: Collection[str],
+) -> dict[str, Setting]:
+    """What is set, by name, whichever way it was said: by a preset, a mapping, or `more` keywords. A value between two
+    steps of its param is a warning (W219).
+
+    Errors: E083, E084, E088. A keyword that is no param may be a slip of one of the `options` of what is asked.
+    """
+    if not isinstance(settings, Mapping | None):
+        hint = 'they are names and values: settings={"w": 25}, or w=25'
+        raise fail("E084", f"{settings!r:.60} are no settings", hint=hint)
+    if twice := sorted(set(settings or {}) & set(more)):
+        raise fail("E084", f"`{twice[0]}` is set twice", hint="in the mapping or by its name, not both")
+    for name in more:
+        if name in found.data:
+            raise fail("E083", f"`{name}` takes data, not a number", found.data[name].span, label="declared here",
+                       hint=f"bind it: `program.bind({name}=...)`, or `--bind {name}=FILE:ARRAY`")  # fmt: skip
+        if name not in found.params and not suggest(name, found.params) and (near := suggest(name, options)):
+            raise fail("E083", f"the program has no param `{name}`", hint=f"did you mean the option `{near}`?")
+    out = {**_preset(found, preset), **(settings or {}), **more}
+    values = settle(found.params, out)
+    warn(off_step(found.params, {name: values[name] for name in out}))
+    return out
+
+
+def _preset(found: Elaborated, name: str | None) -> Mapping[str, Setting]:
+    if name is None:
+        return {}
+    known = found.presets
+    if not isinstance(name, str):
+        raise fail("E088", f"{name!r:.60} is no name of a preset", hint='it is a text: preset="fine"')
+    if name not in known:
+        near = suggest(name, known)
+        hint = f"its presets are {', '.join(known)}" if known else 'it has none; `preset "fine": w = 6mm` is one'
+        hint = f"did you mean `{near}`?" if near else hint
+        raise fail("E088", f"the program has no preset `{name}`", hint=hint)
+    return known[name].settings
 
 
 def _number(info: ParamInfo, setting: Setting) -> float:

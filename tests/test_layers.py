@@ -24,7 +24,7 @@ STOREYS = {
     "syntax": 3, "elaborate": 3,
     "tasks": 4, "gpu": 4, "files": 4,
     "settings": 5, "program": 5, "field": 5, "doors": 5, "contracts": 5, "doubts": 5, "checks": 5, "refusals": 5,
-    "compiler": 5, "extents": 5,
+    "compiler": 5, "extents": 5, "outputs": 5,
     "mesh": 6, "measure": 6, "pieces": 6, "render": 6, "slices": 6, "notation": 6,
     "conformance": 6, "cli": 7, "__main__": 7,
     "html": 0, "bound": 5, "values": 5, "picture": 5, "asked": 6, "jupyter": 6,
