@@ -23,6 +23,8 @@ Within = Corners | str
 #: Nodes of what is sampled from a function: 2 GB for one number in each.
 _MOST = 256_000_000
 _AT_ONCE = 1 << 18
+#: How many numbers there are in each place, in words; a tensor's are xx, yy, zz, xy, yz, xz.
+_COUNTED = {1: "one number", 3: "three numbers", 6: "six numbers (xx, yy, zz, xy, yz, xz)"}
 _BOX = "the corners of a box in mm, `within=((-20, -20, 0), (20, 20, 60))`, or the name of a solid of the program"
 
 
@@ -51,8 +53,8 @@ def samples_of(info: DataInfo, given: Bindable, voxel: float | str | None, withi
         raise _wrong(info, str(error)) from None
     if found.components != info.components:
         has = "one number" if found.components == 1 else f"{found.components} numbers"
-        wants = "one" if info.components == 1 else "three"
-        raise _wrong(info, f"it has {has} in each place, where {wants} belong", f"it is declared as a `{info.kind}`")
+        text = f"it has {has} in each place, where {_COUNTED[info.components]} belong"
+        raise _wrong(info, text, f"it is declared as a `{info.kind}`")
     if (largest := float(np.abs(found.values).max())) > LARGEST_VALUE:
         raise _wrong(info, f"it goes to {largest:.2g}, beyond {LARGEST_VALUE:g}", "give it in a larger unit")
     if max(map(abs, (*found.origin, *found.end))) > FARTHEST:
@@ -61,7 +63,7 @@ def samples_of(info: DataInfo, given: Bindable, voxel: float | str | None, withi
 
 
 def _wrong(info: DataInfo, why: str, hint: str = "") -> PoreError:
-    form = "(nx, ny, nz)" if info.components == 1 else "(nx, ny, nz, 3)"
+    form = "(nx, ny, nz)" if info.components == 1 else f"(nx, ny, nz, {info.components})"
     forms = f"a SampledField, an array {form} with `within`, or a function of points (n, 3) with `voxel` too"
     hint = hint or f"give {forms}"
     return fail("E155", f"`{info.name}` cannot be bound to this: {why}", info.span, label="declared here", hint=hint)
@@ -120,10 +122,10 @@ def _sampled(
             text = " ".join(str(error).split())[:120]
             what = f"the function fails at {len(points):,} points (n, 3): {type(error).__name__}: {text}"
             raise _wrong(info, what, "it is called with an array of points, a row each") from error
-        wanted = (len(points),) if info.components == 1 else (len(points), 3)
+        wanted = (len(points),) if info.components == 1 else (len(points), info.components)
         if found.shape != wanted and found.shape != (len(points), info.components):
             what = f"the function gives {found.shape} for points {points.shape}"
-            raise _wrong(info, what, f"it gives {'one number' if info.components == 1 else 'three'} for each point")
+            raise _wrong(info, what, f"it gives {_COUNTED[info.components]} for each point")
         bad = ~np.isfinite(found).reshape(len(points), -1).all(axis=1)
         if bad.any():
             raise _wrong(info, f"the function is not a number at ({coordinates(points[int(np.argmax(bad))])})",

@@ -76,6 +76,19 @@ def test_an_array_spans_its_box() -> None:
     assert made.field("s")([[99.0, 99, 99]])[0] == 60  # beyond its ends it goes on as there
 
 
+def test_a_tensor_is_bound(backend: str) -> None:
+    """Its principal value against NumPy's, of a tensor that is linear in space."""
+    text = "param s: tensor = tensor(0MPa, 0, 0, 0, 0, 0)\nout part = principal(s, 1).value"
+    slopes = np.random.default_rng(5).normal(size=(3, 6))
+    made = porelang.compile(text).bind(s=lambda p: p @ slopes + [9, 5, 1, 2, 3, 4], voxel=1, **BOX)
+    xx, yy, zz, xy, yz, xz = (Q @ slopes + [9, 5, 1, 2, 3, 4]).T
+    largest = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).T)[:, -1]
+    options: dict[str, Any] = {"backend": backend, "dtype": "f32"} if backend == "glsl" else {}
+    np.testing.assert_allclose(made.field("part", **options)(Q), largest, atol=1e-4 if backend == "glsl" else 1e-12)
+    assert repr(made.data["s"]) == "<param s: tensor in N/mm^2>"
+    assert porelang.compile(text).field("part")([[1.0, 2, 3]])[0] == 0
+
+
 def test_samples_are_taken_as_they_are() -> None:
     grid = SampledField.from_array(np.arange(8.0).reshape(2, 2, 2), (0, 0, 0), 1.0)
     made = program().bind({"stress": grid})
@@ -130,6 +143,13 @@ WRONG: dict[str, tuple[Callable[[], object], str, str]] = {
     "a number for vectors": (bind(flow=affine, voxel=1), "gives (", "three"),
     "it raises": (bind(stress=lambda p: p[:, 7], voxel=1), "IndexError", "a row each"),
     "no numbers": (bind(stress=lambda p: "a", voxel=1), "ValueError", "a row each"),
+    "a matrix for tensors": (
+        lambda: porelang.compile("param s: tensor = tensor(0, 0, 0, 0, 0, 0)\nsphere(3) + s.xx").bind(
+            s=np.zeros((2, 2, 2, 9)), **BOX
+        ),
+        "9 numbers in each place, where six",
+        "tensor",
+    ),
     "nan": (bind(stress=lambda p: np.log(p[:, 0] + 11), voxel=1), "at (-11", "division"),
     "a shape": (bind(stress=np.zeros((2, 2))), "(2, 2)", "(nx, ny, nz)"),
     "texts": (bind(stress=np.full((2, 2, 2), "a")), "not numbers", "SampledField"),

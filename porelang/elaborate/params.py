@@ -6,15 +6,17 @@ from porelang.diagnostics import Label
 from porelang.elaborate import operators
 from porelang.elaborate.arguments import looked_up
 from porelang.elaborate.context import Context
-from porelang.elaborate.results import DataInfo, ParamInfo
+from porelang.elaborate.results import OF_DATA, DataInfo, ParamInfo
 from porelang.elaborate.values import (
     POISON,
+    TENSOR,
     Bool,
     Builtin,
     Choice,
     Function,
     ListValue,
     Poison,
+    Record,
     Scalar,
     Scope,
     Text,
@@ -100,8 +102,9 @@ def declare(ctx: Context, s: tree.Param, scope: Scope, prefix: str) -> Value:
     return Scalar(param(name) if fixed is None else const(fixed), dimension)
 
 
-#: The kinds of params that take data, and how many numbers these have in each place.
-OF_DATA = {"field": 1, "vector": 3}
+#: The default of each kind of data, as an example.
+_AS_IN = {"field": ("a field", "0MPa"), "vector": ("a vector", "[0, 0, 0]"),
+          "tensor": ("a tensor", "tensor(0, 0, 0, 0, 0, 0)")}  # fmt: skip
 
 
 def _data(ctx: Context, s: tree.Param, kind: Span, scope: Scope, name: str) -> Value:
@@ -114,19 +117,33 @@ def _data(ctx: Context, s: tree.Param, kind: Span, scope: Scope, name: str) -> V
     default = ctx.evaluate(s.default, scope)
     if isinstance(default, Poison):
         return POISON
-    value = default if components == 1 else as_vector(default)
-    if not isinstance(value, Scalar | Vector) or isinstance(value, Vector) != (components == 3):
-        what = "a field" if components == 1 else "a vector"
-        hint = "as in `= 0MPa`" if components == 1 else "as in `= [0, 0, 0]`"
+    parts = _parts(default, components)
+    if parts is None:
+        what, example = _AS_IN[s.kind]
         message = f"the default of `{s.name}` is {describe(default)}, not {what}"
-        return ctx.error("E154", message, s.default.span, hint=hint)
-    ctx.found.data[name] = DataInfo(name, components, value.dimension, s.doc, s.name_span)
-    if name not in ctx.bound:
-        return Scalar(value.node, value.dimension) if isinstance(value, Scalar) else value
-    op, *payload = ctx.bound[name]
-    grid = ctx.task(make(op, value=(*payload, components) if op == "load" else tuple(payload)), s.name_span)
-    first, *others = (looked_up(grid, k, False, None) for k in range(components))
-    return Vector(first, others[0], others[1], value.dimension) if others else Scalar(first, value.dimension)
+        return ctx.error("E154", message, s.default.span, hint=f"as in `= {example}`")
+    dimension = next((part.dimension for part in parts if part.dimension is not None), None)
+    nodes = [part.node for part in parts]
+    ctx.found.data[name] = DataInfo(name, components, dimension, s.doc, s.name_span)
+    if name in ctx.bound:
+        op, *payload = ctx.bound[name]
+        grid = ctx.task(make(op, value=(*payload, components) if op == "load" else tuple(payload)), s.name_span)
+        nodes = [looked_up(grid, k, False, None) for k in range(components)]
+    if s.kind == "tensor":
+        return Record("tensor", {c: Scalar(n, dimension) for c, n in zip(TENSOR, nodes, strict=True)})
+    return Scalar(nodes[0], dimension) if s.kind == "field" else Vector(nodes[0], nodes[1], nodes[2], dimension)
+
+
+def _parts(value: Value, components: int) -> list[Scalar] | None:
+    """The numbers of a value that has so many of them in each place; None of another."""
+    if components == 1:
+        return [value] if isinstance(value, Scalar) else None
+    if components == 3:
+        vector = as_vector(value)
+        return None if vector is None else [Scalar(n, vector.dimension) for n in vector.nodes]
+    items = [value.members.get(c) for c in TENSOR] if isinstance(value, Record) else []
+    found = [item for item in items if isinstance(item, Scalar)]
+    return found if len(found) == components else None
 
 
 def _choice(ctx: Context, s: tree.Param, scope: Scope, name: str) -> Value:

@@ -79,6 +79,10 @@ class ParamInfo:
         return {"param": self.name, "default": self.shown(self.default), "range": self.range, "what it is": self.doc}
 
 
+#: The kinds of params that take data, and how many numbers these have in each place.
+OF_DATA: Mapping[str, int] = {"field": 1, "vector": 3, "tensor": 6}
+
+
 @dataclass(frozen=True, slots=True)
 class DataInfo:
     """A param that takes data: how many numbers it has in each place, what they are measured in, where it stands."""
@@ -92,7 +96,7 @@ class DataInfo:
     @property
     def kind(self) -> str:
         """What it is declared as."""
-        return "field" if self.components == 1 else "vector"
+        return next(kind for kind, components in OF_DATA.items() if components == self.components)
 
     def __repr__(self) -> str:
         unit = "" if self.dimension is None else f" in {self.dimension.unit}"

@@ -13,7 +13,19 @@ from porelang.diagnostics import suggest
 from porelang.elaborate import arguments, bare
 from porelang.elaborate.calls import Call
 from porelang.elaborate.context import Context
-from porelang.elaborate.values import ABSENT, POISON, Builtin, Record, Scalar, Text, Value, Vector, as_vector, describe
+from porelang.elaborate.values import (
+    ABSENT,
+    POISON,
+    TENSOR,
+    Builtin,
+    Record,
+    Scalar,
+    Text,
+    Value,
+    Vector,
+    as_vector,
+    describe,
+)
 from porelang.ir import ONE, ZERO, Node, Stage, X, Y, Z, const, node
 from porelang.ops import TASK_TABLE
 from porelang.source import Span
@@ -119,10 +131,6 @@ def _load_vector(ctx: Context, site: tree.Call, values: list[Value], places: lis
         return POISON
     x, y, z = loaded.fields(outside.nodes if outside is not None else (None,) * 3)
     return Vector(x, y, z, _dimension_of(ctx, loaded, outside, places[2]))
-
-
-#: The components of a symmetric tensor, in VTK's order.
-TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
 
 
 def _load_tensor(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:

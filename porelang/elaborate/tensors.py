@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from porelang.elaborate.context import Context
-from porelang.elaborate.samples import TENSOR
-from porelang.elaborate.values import POISON, Builtin, Record, Scalar, Value, Vector, as_list, describe
+from porelang.elaborate.values import POISON, TENSOR, Builtin, Record, Scalar, Value, Vector, as_list, describe
 from porelang.ir import node
 from porelang.source import Span
 from porelang.syntax import tree

@@ -35,6 +35,10 @@ class Vector:
         return (self.x, self.y, self.z)
 
 
+#: The components of a symmetric tensor, in VTK's order.
+TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
+
+
 @dataclass(frozen=True, slots=True)
 class Bool:
     """A condition of any stage."""

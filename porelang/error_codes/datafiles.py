@@ -105,8 +105,8 @@ DATAFILES = (
         "E154",
         "a param for data that is not declared as one",
         "A param with a kind takes data, from Python or from a file: `field` is one number in each place, `vector`\n"
-        "three. It has a default, which holds where nothing is bound and says what the data are measured in. A param\n"
-        "that is a number has a range instead.",
+        "three, `tensor` six. Its default holds where nothing is bound, and says what the data are measured in.\n"
+        "A param that is a number has a range instead.",
         "param stress: stress = 0MPa",
         'param stress: field = 0MPa "von Mises"',
     ),
@@ -116,8 +116,8 @@ DATAFILES = (
         "Data are bound to params that are declared for it, `param stress: field = 0MPa`: by the option\n"
         "`--bind stress=FILE:ARRAY`, or from Python, `program.bind(stress=data)`. There they are a SampledField, an\n"
         "array (nx, ny, nz) whose nodes span the box `within`, or a function of points (n, 3), which is sampled every\n"
-        "`voxel` over `within`. A vector has three numbers in each place. All are finite, in base units: mm, rad, N\n"
-        "and MPa.",
+        "`voxel` over `within`. A vector has three numbers in each place, a tensor six: xx, yy, zz, xy, yz, xz. All\n"
+        "are finite, in base units: mm, rad, N and MPa.",
         "",
         "",
     ),
