@@ -128,6 +128,9 @@ DOUBTED = [
     ),
     ("align(gyroid(6), [y, x, 0], symmetry=4) & cylinder(12, 8)", "W236"),
     ("wedges(gyroid(6), 7) & cylinder(30, 8)", "W218"),
+    ("gyroid(phase=sphere_map(18, cells=12)) |> shell(1.2) & sphere(21) \\ sphere(15)", "W218"),
+    ("translate(gyroid(phase=sphere_map(18, cells=12)) & sphere(21) \\ sphere(15), [90, 0, 0])", "W218"),
+    ("gyroid(phase=if x > 0 then p / 10 else p / 11) & sphere(20)", "W218"),
     ("param v = 6mm in 4mm..9mm\nwedges(gyroid(v), w=v * 1.5) & cylinder(30, 8)", "W218"),
     ("along(gyroid(6), arc(30, 0deg, 90deg), w=7mm) & pipe(arc(30, 0deg, 90deg), 5)", "W218"),
     # steps and names
@@ -177,6 +180,10 @@ RIGHT = [
     # directions that are 0 at a point or outside, turns that a lattice shares, or that are not met
     "wedges(gyroid(6), 6mm) & cylinder(30, 8)",
     "param v = 6mm in 4mm..9mm\nwedges(gyroid(v), w=v) & cylinder(30, 8)",
+    *(f"{f}(phase=sphere_map(18, cells=12)) & sphere(21) \\ sphere(15)" for f in ("schwarz_p", "iwp", "neovius")),
+    "gyroid(phase=cylinder_map(18, cells=12)) & cylinder(21, 30) \\ cylinder(15, 40)",
+    "gyroid(phase=if x > 0 then p / 10 else [2 * x, y, z] / 10) & sphere(20)",
+    "gyroid(phase=if x > 20 then p / 10 else p / 11) & sphere(20)",
     "along(gyroid(6), arc(30, 0deg, 90deg), w=12mm) & pipe(arc(30, 0deg, 90deg), 5)",
     "along(gyroid(6), arc(30, 0deg, 90deg)) & pipe(arc(30, 0deg, 90deg), 5)",
     "align(gyroid(6), grad(sphere(5))) & sphere(12)",

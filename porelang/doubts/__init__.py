@@ -27,6 +27,7 @@ _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | No
     "empty": solids.empty,
     "pores": lattices.pores,
     "seam": lattices.seam,
+    "jump": lattices.jump,
     "period": drifting,
     "still": frames.still,
     "fold": frames.fold,

@@ -8,13 +8,14 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.sampled import MOST, about_the_origin, inside_of, number, sampler
+from porelang.analysis.sampled import MOST, about_the_origin, number, sampler
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic, Edit
+from porelang.doubts.parts import parts_of
 from porelang.elaborate.bare import value_of
 from porelang.elaborate.results import Elaborated, Suspicion
 from porelang.formula import Bindings
-from porelang.ir import Node, order, within
+from porelang.ir import Node
 from porelang.source import Span
 
 Points = NDArray[np.float64]
@@ -34,7 +35,7 @@ def still(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | N
     at = sampler(v, bindings)
     if at is None or not (np.linalg.norm(np.stack(at(about_the_origin()), -1), axis=1) < SHORTEST).any():
         return None
-    points = _parts(made, found, bindings)
+    points = parts_of(made, found, bindings)
     if points is None:
         return None
     none = np.linalg.norm(np.stack(at(points), -1), axis=1) < SHORTEST
@@ -61,7 +62,7 @@ def fold(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
     times = round(times)
     if _is_symmetric(field, times, np.array(centre), bindings):
         return None
-    points, frame = _parts(made, found, bindings), sampler(s.nodes[5:11], bindings)
+    points, frame = parts_of(made, found, bindings), sampler(s.nodes[5:11], bindings)
     if points is None or frame is None or not _passes(np.stack(frame(points), -1), times):
         return None
     turn = {2: "half a turn", 4: "a quarter of a turn"}[times]
@@ -108,16 +109,6 @@ def fits(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
         edit=edit,
         severity="warning",
     )
-
-
-def _parts(made: Node, found: Elaborated, bindings: Bindings) -> Points | None:
-    """Points of the outputs that read a field where it is; None where there are none."""
-    for output in found.outputs.values():
-        reached = order(output.nodes, lambda n: n.args[1:] if n.op == "at" else within(n))
-        if made in reached and len(output.nodes) == 1:
-            with np.errstate(over="ignore"):  # of a field without an end
-                return inside_of(output.nodes[0], bindings)
-    return None
 
 
 def _passes(frame: Points, times: int) -> bool:

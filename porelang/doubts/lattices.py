@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.enclose import EXACT, at_points, enclose
-from porelang.analysis.sampled import MOST, inside_of, number, sampler
+from porelang.analysis.sampled import MOST, Points, Sampler, about_the_origin, inside_of, number, sampler
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic, Edit
+from porelang.doubts.parts import parts_of
 from porelang.elaborate.bare import value_of
 from porelang.elaborate.results import Elaborated, Suspicion
 from porelang.formula import Bindings, Formula
 from porelang.interval import interval
-from porelang.ir import SLOTS, Node, X, Y, Z, node, order, param, substitute, within
+from porelang.ir import ONE, SLOTS, ZERO, Node, X, Y, Z, const, node, order, param, substitute, within
 from porelang.rewrites import flatten
 
 #: As many of the points that were looked at make a suspicion a doubt.
@@ -116,6 +118,55 @@ def seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
         edit=edit,
         severity="warning",
     )
+
+
+def jump(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    """A lattice that is cut where its phase passes from one formula to another, as over the edges of `sphere_map`."""
+    lattice, *turns = s.nodes
+    tests = [n.args[0] for n in order(turns, within) if n.op == "select" and n.args[0].axes]
+    which = sampler([node("select", test, ONE, ZERO) for test in tests], bindings)
+    cosines = [node("cos", const(math.tau) * u) for u in turns]
+    primitive = cosines[0] + cosines[1] + cosines[2]  # is the same along all axes, and mirrored
+    points, seen = parts_of(lattice, found, bindings), lattice
+    if points is None:
+        points = about_the_origin()
+    else:
+        seen = next(o.nodes[0] for o in found.outputs.values() if lattice in order(o.nodes, within))
+    at = sampler([seen, primitive], bindings)
+    if which is None or at is None or not len(points):
+        return None
+    ends = _between(which, points, np.random.default_rng(1).permutation(points))
+    if ends is None:
+        return None
+    one, other = (at(end) for end in ends)
+    solid, cut = (one[0] < 0) | (other[0] < 0), (one[0] < 0) != (other[0] < 0)
+    if cut.sum() < FEW or cut.sum() < 0.05 * solid.sum():
+        return None
+    hint = "let both formulas of the phase meet where one takes over from the other"
+    if float(np.mean(np.abs(one[1] - other[1]) > 1e-3)) < 0.05:
+        hint = "take `schwarz_p`, `iwp` or `neovius`: they are the same along all axes, and mirrored"
+    return Diagnostic(
+        "W218",
+        f"`{s.name}` has seams: its cells do not meet where the phase passes from one formula to another",
+        s.argument or s.span,
+        f"at ({coordinates(ends[0][cut][0], 3)}), for one",
+        hint=hint,
+        severity="warning",
+    )
+
+
+def _between(which: Sampler, a: Points, b: Points) -> tuple[Points, Points] | None:
+    """Pairs of points a nanometre apart for which conditions differ, between points a and b where they do."""
+    of_a, of_b = (np.stack(which(p), -1) for p in (a, b))
+    differ = (of_a != of_b).any(1)
+    a, b, of_a = a[differ], b[differ], of_a[differ]
+    if not len(a):
+        return None
+    for _ in range(30):
+        middle = (a + b) / 2
+        same = (np.stack(which(middle), -1) == of_a).all(1)[:, None]
+        a, b = np.where(same, middle, a), np.where(same, b, middle)
+    return a, b
 
 
 def _seen(made: Node, found: Elaborated, bindings: Bindings) -> bool:

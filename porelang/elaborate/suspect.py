@@ -17,7 +17,7 @@ from porelang.elaborate.kinds import Kind
 from porelang.elaborate.natures import nature
 from porelang.elaborate.results import Suspicion
 from porelang.elaborate.values import Function, Given, Scalar, Value, Vector
-from porelang.ir import UNKNOWN
+from porelang.ir import UNKNOWN, order, within
 from porelang.source import Span
 from porelang.syntax import tree
 
@@ -125,6 +125,20 @@ def drifts(
     ctx.suspect(Suspicion("period", place, (result.node, *periods, *turns.nodes), argument, function.name))
 
 
+def jumps(
+    ctx: Context, function: Function, bound: Mapping[str, Value], result: Scalar, given: Mapping[str, Given],
+    site: tree.Call,
+) -> None:  # fmt: skip
+    """Suspect a lattice whose phase passes from one formula to another."""
+    turns, found = bound.get("phase"), nature(ctx.natures, result.node) if result.node.axes else None
+    if found is None or not found.raw or not isinstance(turns, Vector) or result.node.depends >= UNKNOWN:
+        return
+    if any(n.op == "select" and n.args[0].axes for n in order(turns.nodes, within)):
+        place = ctx.users_place(site.span)
+        spot = given["phase"].span if "phase" in given and place == site.span else None
+        ctx.suspect(Suspicion("jump", place, (result.node, *turns.nodes), spot, function.name))
+
+
 # ---- calls ----------------------------------------------------------------------------------------------------------
 
 
@@ -190,6 +204,7 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
             ctx.in_degrees.setdefault(result.node, angle)
     made_empty(ctx, function, result, given, site)
     drifts(ctx, function, bound, result, given, site)
+    jumps(ctx, function, bound, result, given, site)
     if fact := _COPIES.fullmatch(definition.fact("Copies") or ""):
         body, cell = bound.get(fact[1]), bound.get(fact[2] or "")
         if isinstance(body, Scalar) and body.node.axes:

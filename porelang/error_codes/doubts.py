@@ -83,7 +83,9 @@ DOUBTS = (
         "a lattice with a seam",
         "In `polar(f, turn)` a full turn about the axis is `turn` mm of f. A lattice meets itself there if that is\n"
         "a whole number of its periods; else its cells are cut along a plane. The same goes for `spherical`, and for\n"
-        "`along` and `wedges`, which make a whole number of cells of the length `w` fit: it has to be the period.",
+        "`along` and `wedges`, which make a whole number of cells of the length `w` fit: it has to be the period.\n"
+        "A phase that passes from one formula to another, as `sphere_map` does from square to square, is followed\n"
+        "without a seam by lattices that are the same along all axes, and mirrored.",
         "polar(gyroid(6), turn=100) & cylinder(20, 20)",
         "polar(gyroid(6), turn=102) & cylinder(20, 20)",
     ),
