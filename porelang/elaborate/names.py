@@ -136,7 +136,7 @@ _READING = (*LOADING, "frame", "nearest_bar")
 def units_named(call: tree.Call, argument: tree.Argument) -> bool:
     """Whether this is the `unit=` of what is loaded, where the names of units mean these: `unit=MPa`."""
     loads = isinstance(call.function, tree.Name) and call.function.name in LOADING
-    return loads and argument.name == "unit"
+    return loads and argument.name in ("unit", "lengths")
 
 
 def _no_unit(span: Span) -> Diagnostic:

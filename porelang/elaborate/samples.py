@@ -63,24 +63,25 @@ class _Loaded:
         return node("select", covered, found, outside)
 
 
-def _unit(ctx: Context, value: Value, place: Span, called: str) -> tuple[Node, Dimension | None] | None:
+def _unit(ctx: Context, value: Value, place: Span, name: str, called: str) -> tuple[Node, Dimension | None] | None:
     """By what values are multiplied, and what they then are; None after saying what is wrong with a unit."""
     if value is ABSENT:
         return ONE, None
     if isinstance(value, Text) and value.value in UNITS:
         return const(UNITS[value.value].scale), UNITS[value.value].dimension
     at, known = bare.value_of(place), f"the units are {', '.join(UNITS)}"
+    example = "unit=MPa" if name == "unit" else "lengths=m"
     if isinstance(value, Text):
         near = SPELT.get(value.value) or suggest(value.value, UNITS)
-        hint = f"did you mean `{near}`?" if near else f"write it without quotes, as in `unit=MPa`; {known}"
+        hint = f"did you mean `{near}`?" if near else f"write it without quotes, as in `{example}`; {known}"
         ctx.error("E153", f"`{value.value}` is not a unit", place, hint=hint, edit=(at, near) if near else None)
         return None
-    scale = ctx.need_constant(value, place, f"the unit of `{called}`")
+    scale = ctx.need_constant(value, place, f"`{name}` of `{called}`")
     if scale is None or not isinstance(value, Scalar):
         return None
     if value.dimension is None or not 0 < scale < math.inf:
         what = f"this is {scale:g}" if value.dimension is None else f"this is {scale:g}{value.dimension.unit}"
-        ctx.error("E153", f"the unit of `{called}` is no unit", place, what, hint=f"as in `unit=MPa`; {known}")
+        ctx.error("E153", f"`{name}` of `{called}` is no unit", place, what, hint=f"as in `{example}`; {known}")
         return None
     return const(scale), value.dimension
 
@@ -89,15 +90,20 @@ def _loaded(
     ctx: Context, values: list[Value], places: list[Span], site: tree.Call, called: str, components: int
 ) -> _Loaded | None:
     """The slot of what is loaded; its file has to hold so many numbers at each node."""
-    unit = _unit(ctx, values[5], places[5], called)
+    unit = _unit(ctx, values[5], places[5], "unit", called)
+    lengths = _unit(ctx, values[6], places[6], "lengths", called)
     smooth = arguments.smooth(ctx, values[3], places[3])
     voxel = arguments.length_now(ctx, values[4], places[4], f"`voxel` of `{called}`")
     path = arguments.text(ctx, values[0], places[0], f"the path of the file that `{called}` reads")
     name = arguments.text(ctx, values[1], places[1], f"the name of what `{called}` takes from a file", "von_mises")
-    if path is None or name is None or smooth is None or voxel is None or unit is None:
+    if path is None or name is None or smooth is None or voxel is None or unit is None or lengths is None:
         return None
+    if lengths[1] not in (None, LENGTH):
+        ctx.error("E062", f"`lengths` of `{called}` is a length, not {lengths[1]}", places[6], hint="as in `lengths=m`")
+        return None
+    mm = 0.0 if values[6] is ABSENT else float(ctx.constant(lengths[0]) or 0.0)
     masked = values[2] is not ABSENT and not path.lower().endswith(".npz")
-    more = (voxel, int(masked)) if voxel or masked else ()
+    more = (voxel, int(masked), mm) if voxel or masked or mm else ()
     grid = ctx.task(node("load", value=(*arguments.beside(site, path, ctx), name, components, *more)), site.span)
     return _Loaded(grid, smooth, masked, components, *unit)
 

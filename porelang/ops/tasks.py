@@ -53,12 +53,13 @@ _ROWS = (
          "The thickness t for which `shell(f, t)` has the porosity phi within a solid."),
     Task("solve", ("f", "target", "range"), "real", None, "seconds",
          "The number t in lo..hi for which a function takes a value: the only one, and none that a jump skips."),
-    Task("load", ("path", "name", "outside", "smooth", "voxel", "unit"), "grid", None, "instant",
+    Task("load", ("path", "name", "outside", "smooth", "voxel", "unit", "lengths"), "grid", None, "instant",
          'A field from samples in a file beside the program, .npz, .vtu, .vtk, .vti or .nrrd: `load("stress.vtu", '
          '"von_mises")`. Between samples the field is trilinear, or with `smooth=true` tricubic, its gradient smooth; '
          "beyond what the file covers it is `outside`, or goes on as at the boundary where that is not given. Cells "
-         "are sampled every `voxel`, half their median edge unless given. `unit=MPa` says what values are in.",
-         4, "reading data"),
+         "are sampled every `voxel`, half their median edge unless given. `unit=MPa` says what values are in, "
+         "`lengths=m` what places are in, where that is not mm.",
+         5, "reading data"),
     Task("sample", ("f", "voxel", "within", "smooth"), "grid", SAME, "seconds",
          "The field f sampled every `voxel` over the box of a solid, once, and read from the samples from then on: for "
          "what is costly to evaluate. `smooth=true` reads them with a smooth gradient.", 1, "sampling a field"),

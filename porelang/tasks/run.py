@@ -151,8 +151,12 @@ _COUNTED = {1: "one", 3: "three", 6: "six"}
 def _load(n: Node) -> Data:
     assert isinstance(n.value, tuple)
     shown, path, name, components, *more = n.value
-    voxel, masked = (float(more[0]), bool(more[1])) if more else (0.0, False)
-    grid = _as_named(str(shown), str(path), lambda where: read_grid(where, str(name), voxel=voxel, masked=masked))
+    voxel, masked, lengths = (float(more[0]), bool(more[1]), float(more[2])) if more else (0.0, False, 0.0)
+    grid = _as_named(
+        str(shown),
+        str(path),
+        lambda where: read_grid(where, str(name), voxel=voxel, masked=masked, lengths=lengths or None),
+    )
     if grid.components - masked != components:
         held = grid.components - masked
         has = "one number" if held == 1 else f"{held} numbers"

@@ -16,7 +16,6 @@ from typing import BinaryIO
 
 from porelang import store
 from porelang.data import SampledField
-from porelang.diagnostics import fail
 from porelang.source import Span
 from porelang.tasks.datafile import remembered
 from porelang.tasks.identity import code_digest
@@ -38,46 +37,52 @@ OF_CELLS = (".vtu", ".vtk")
 _CHUNK = 1 << 20
 
 
-def read_grid(path: str, name: str, span: Span | None = None, voxel: float = 0.0, masked: bool = False) -> SampledField:
+def read_grid(
+    path: str,
+    name: str,
+    span: Span | None = None,
+    voxel: float = 0.0,
+    masked: bool = False,
+    lengths: float | None = None,
+) -> SampledField:
     """The array `name` of a file as a grid of one number a node, three (a vector) or six (a symmetric tensor).
 
     `voxel` is the spacing in mm that cells are rasterised with, found from them unless given (0). With `masked` one
     component more says how far outside of what the file covers each node lies, in mm, below 0 inside.
+    `lengths` is how many mm a length of the file is, where the program says so.
     Errors: E130-E135 and E150-E152, placed at `span`.
     """
     endings = tuple(READERS)
-    part = f"{voxel!r} {masked} {name}"
-    return remembered(path, endings, "a file of samples", span, partial(_read, path, name, span, voxel, masked), part)
+    part = f"{voxel!r} {masked} {lengths!r} {name}"
+    asked = Asked(path, name, span, READERS.get(Path(path).suffix.lower(), ("", ""))[1].format(name=name), lengths,
+                  masked)  # fmt: skip
+    return remembered(path, endings, "a file of samples", span, partial(_read, asked, voxel), part)
 
 
-def _read(
-    path: str, name: str, span: Span | None, voxel: float, masked: bool, file: BinaryIO, size: int
-) -> SampledField:
-    ending = Path(path).suffix.lower()
-    module, hint = READERS[ending]
-    asked = Asked(path, name, span, hint.format(name=name))
-    key = _key(file, ending, name, voxel) if ending in OF_CELLS else ""
+def _read(asked: Asked, voxel: float, file: BinaryIO, size: int) -> SampledField:
+    ending = Path(asked.path).suffix.lower()
+    key = _key(asked, file, ending, voxel) if ending in OF_CELLS else ""
     kept = store.get(key) if key else None
     if isinstance(kept, SampledField):
-        return _part(kept, masked)
+        return _part(kept, asked.masked)
     # each kind of file is read by a module that is imported when one is
-    found = importlib.import_module(f"{__name__}.{module}").read(asked, file, size)
+    found = importlib.import_module(f"{__name__}.{READERS[ending][0]}").read(asked, file, size)
     if isinstance(found, Cells):
         from porelang.tasks.readers.raster import rasterised
 
         whole = rasterised(asked, found, voxel).part(masked=True)
-        store.put(key, whole, label=f"{os.path.basename(path)}: {name}")
-        return _part(whole, masked)
+        store.put(key, whole, label=f"{os.path.basename(asked.path)}: {asked.name}")
+        return _part(whole, asked.masked)
     if voxel:
-        text = f"`{path}` is a grid already, and has no cells to be sampled every {voxel:g} mm"
-        raise fail("E152", text, span, hint="leave `voxel` out")
+        text = f"`{asked.path}` is a grid already, and has no cells to be sampled every {voxel:g} mm"
+        raise asked.fail("E152", text, "leave `voxel` out")
     assert isinstance(found, Grid)
-    return found.part(masked)
+    return found.part(asked.masked)
 
 
-def _key(file: BinaryIO, ending: str, name: str, voxel: float) -> str:
+def _key(asked: Asked, file: BinaryIO, ending: str, voxel: float) -> str:
     """What samples of cells are kept by: what is in the file, what of it was asked for, and the code that samples."""
-    digest = hashlib.sha256(f"{code_digest()} {ending} {voxel!r} {name}".encode())
+    digest = hashlib.sha256(f"{code_digest()} {ending} {voxel!r} {asked.lengths!r} {asked.name}".encode())
     while chunk := file.read(_CHUNK):
         digest.update(chunk)
     file.seek(0)

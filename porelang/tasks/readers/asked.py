@@ -33,20 +33,27 @@ BROKEN = (
     LookupError,
     SyntaxError,
 )
-#: A tensor's components are those of VTK: xx, yy, zz, xy, yz, xz. Of its nine, row by row, these are where they stand.
-_SYMMETRIC = ((0, 0), (4, 4), (8, 8), (1, 3), (5, 7), (2, 6))
-#: How far the halves of a symmetric tensor may lie apart, as a share of its largest number: rounding of float32.
-_ROUNDED = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What was asked for and where, for what is said of it; `hint` is said where nothing better is known."""
+    """What was asked for and where, for what is said of it; `hint` is said where nothing better is known.
+
+    `lengths` is how many mm a length of the file is, None where the program does not say; `masked` whether it is asked
+    what holds where there are no data.
+    """
 
     path: str
     name: str
     span: Span | None
     hint: str
+    lengths: float | None = None
+    masked: bool = False
+
+    @property
+    def mm(self) -> float:
+        """How many mm a length is of a file that does not say."""
+        return self.lengths or 1.0
 
     def fail(self, code: str, message: str, hint: str = "") -> PoreError:
         return fail(code, message, self.span, hint=hint or self.hint)
@@ -128,28 +135,6 @@ def layered(asked: Asked, shape: Sequence[int], what: str = "nodes") -> None:
             nodes = f"1 {what[:-1]}" if count == 1 else f"no {what}"
             hint = f"two {what} at least along each axis: repeat the layer for what does not change along {axis}"
             raise asked.fail("E133", f"`{asked.name}` in `{asked.path}` has {nodes} along {axis}", hint)
-
-
-def components(asked: Asked, array: Array) -> Array:
-    """Values (..., k) with k of 1, 3 or 6: of the nine of a tensor the six of a symmetric one.
-
-    Errors: E133 for another number of components, and for a tensor that is not symmetric.
-    """
-    count = array.shape[-1]
-    if count == 9:
-        halves = [(array[..., i], array[..., j]) for i, j in _SYMMETRIC]
-        with np.errstate(all="ignore"):
-            apart = max(float(np.nanmax(np.abs(a - b), initial=0)) for a, b in halves)
-            largest = float(np.nanmax(np.abs(array), initial=0))
-        if apart > _ROUNDED * largest:
-            text = f"the tensors `{asked.name}` in `{asked.path}` are not symmetric: two halves differ by {apart:.3g}"
-            raise asked.fail("E133", text, "stresses and strains are; of a gradient write the symmetric part")
-        with np.errstate(all="ignore"):
-            return np.stack([(a + b) / 2 for a, b in halves], axis=-1)
-    if count not in (1, 3, 6):
-        text = f"`{asked.name}` in `{asked.path}` has {count} numbers in each place"
-        raise asked.fail("E133", text, "there are 1 for a number, 3 for a vector, 6 or 9 for a symmetric tensor")
-    return array
 
 
 def floats(array: Array) -> Array:

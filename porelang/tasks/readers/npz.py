@@ -48,8 +48,14 @@ def read(asked: Asked, file: BinaryIO, size: int) -> Grid:
         raise
     except BROKEN as error:
         raise asked.fail("E131", f"`{asked.path}` is damaged or no .npz file: {lower(error)}") from None
+    origin, spacing = _in_mm(asked, origin), _in_mm(asked, spacing)
     placed(asked, values.shape, origin, spacing)
     return Grid(SampledField(values, origin, spacing))
+
+
+def _in_mm(asked: Asked, lengths: Triple) -> Triple:
+    x, y, z = lengths
+    return asked.mm * x, asked.mm * y, asked.mm * z
 
 
 class _Bounded:

@@ -20,7 +20,6 @@ from porelang.tasks.readers.asked import (
     LARGEST,
     Array,
     Asked,
-    components,
     floats,
     layered,
     lower,
@@ -29,6 +28,7 @@ from porelang.tasks.readers.asked import (
     usable,
 )
 from porelang.tasks.readers.grid import Grid
+from porelang.tasks.readers.tensors import components
 from porelang.units import LENGTH, UNITS
 
 _HEADER = 1_000_000  # bytes
@@ -143,7 +143,9 @@ def _vectors(text: str) -> list[list[float] | None]:
 
 
 def _unit(asked: Asked, header: dict[str, str]) -> float:
-    """How many mm a length of the file is: its unit, mm where it names none. Errors: E133."""
+    """How many mm a length of the file is: what the program says, or the file, else 1. Errors: E133."""
+    if asked.lengths is not None:
+        return asked.lengths
     names = set(re.findall(r'"([^"]*)"', header.get("spaceunits", header.get("units", "")))) - {"", "???"}
     known = {"um": "um", "microns": "um", "micrometers": "um", "millimeters": "mm", "meters": "m", "meter": "m"}
     if not names:

@@ -8,9 +8,10 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from porelang.data import MOST_COUNTED, SampledField
-from porelang.tasks.readers.asked import Array, Asked, components, floats, layered, placed, usable
+from porelang.tasks.readers.asked import Array, Asked, floats, layered, placed, usable
 from porelang.tasks.readers.grid import Grid, in_cells
-from porelang.tasks.readers.vtkxml import Document, opened
+from porelang.tasks.readers.tensors import components
+from porelang.tasks.readers.vtkxml import Document, names_of, opened
 
 HINT = "export it as .vti or .vtu with ParaView, VTK or meshio"
 
@@ -32,12 +33,12 @@ def read(asked: Asked, file: BinaryIO, size: int) -> Grid:
         raise asked.too_large(f"it claims {max(shape):,} nodes along an axis; float32 counts {MOST_COUNTED:,}")
     layered(asked, shape.tolist(), "nodes" if section == "PointData" else "cells")
     values = _whole(document, pieces, arrays, ends, shape, section == "PointData")
-    first = origin + spacing * ends[:, 0]
+    first, spacing = asked.mm * (origin + spacing * ends[:, 0]), asked.mm * spacing
     x, y, z = first.tolist()
     dx, dy, dz = spacing.tolist()
     placed(asked, shape.tolist(), (x, y, z), (dx, dy, dz))
     usable(asked, values, "node" if section == "PointData" else "cell")
-    grid = SampledField(floats(components(asked, values)), (x, y, z), (dx, dy, dz))
+    grid = SampledField(floats(components(asked, values, names_of(arrays[0]))), (x, y, z), (dx, dy, dz))
     return Grid(grid) if section == "PointData" else in_cells(grid)
 
 
@@ -53,7 +54,6 @@ def _whole(
         if (part[:, 0] < ends[:, 0]).any() or (part[:, 1] > ends[:, 1]).any() or (own < 1).any():
             raise document.asked.damaged("a piece of it reaches beyond the whole")
         values = document.array(element, int(np.prod(own, dtype=object)), f"`{document.asked.name}`")
-        values = document.ordered(element, values)
         nx, ny, nz = own.tolist()
         values = values.reshape(nz, ny, nx, -1).transpose(2, 1, 0, 3)
         if len(pieces) == 1 and (own == shape).all():

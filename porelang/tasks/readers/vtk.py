@@ -18,7 +18,6 @@ from porelang.tasks.readers.asked import (
     LARGEST,
     Array,
     Asked,
-    components,
     floats,
     layered,
     lower,
@@ -28,6 +27,7 @@ from porelang.tasks.readers.asked import (
 )
 from porelang.tasks.readers.cells import HEXAHEDRON, Block, Cells, blocks, cells
 from porelang.tasks.readers.grid import Grid, in_cells
+from porelang.tasks.readers.tensors import components
 
 _TYPES = {"char": "i1", "short": "i2", "int": "i4", "long": "i8", "float": "f4", "double": "f8", "vtkidtype": "i4"}
 _TYPES |= {f"unsigned_{name}": kind.replace("i", "u") for name, kind in _TYPES.items() if kind[0] == "i"}
@@ -43,6 +43,8 @@ class _Reader:
 
     def __init__(self, asked: Asked, data: bytes, at: int, binary: bool) -> None:
         self.asked, self.data, self.at, self.binary = asked, data, at, binary
+        self.last = ""  # the array that was met last, to which what METADATA says belongs
+        self.names: dict[str, list[str]] = {}
 
     def line(self) -> list[str]:
         """The words of the next line that has some; none at the end."""
@@ -56,9 +58,15 @@ class _Reader:
                 return words
         return []
 
-    def skip_notes(self) -> None:
-        """METADATA goes to the next line that is empty."""
+    def notes(self) -> None:
+        """METADATA goes to the next line that is empty; of it what the components are called is kept."""
         end = re.compile(rb"\n[ \t\r]*\n").search(self.data, max(self.at - 1, 0))
+        until = len(self.data) if end is None else end.start()
+        lines = [line.strip() for line in self.data[self.at : until].splitlines()]
+        if lines and lines[0] == b"COMPONENT_NAMES":
+            last = next((i for i, line in enumerate(lines) if line.startswith(b"INFORMATION")), len(lines))
+            named = [unquote_to_bytes(line).decode(errors="replace") for line in lines[1:last]]
+            self.names.setdefault(self.last, named)
         self.at = len(self.data) if end is None else end.end()
 
     def numbers(self, count: int, kind: str, what: str, wanted: bool = True) -> Array:
@@ -148,12 +156,13 @@ def _read(reader: _Reader) -> Cells | Grid:
             for _ in _fields(reader, int(words[2])):
                 pass
         elif word == "METADATA":
-            reader.skip_notes()
+            reader.notes()
         else:
             raise asked.damaged(f"it has a line that begins with `{shown(words[0])}`")
     section, values = _found(reader, words)
+    named = reader.names.get(asked.name, [])
     if kind == "STRUCTURED_POINTS":
-        return _grid(asked, shape, origin, spacing, values, section)
+        return _grid(asked, shape, asked.mm * origin, asked.mm * spacing, components(asked, values, named), section)
     if kind == "UNSTRUCTURED_GRID":
         if points is None or connectivity is None or offsets is None or kinds is None:
             raise asked.damaged("it has no points, or no cells")
@@ -169,7 +178,7 @@ def _read(reader: _Reader) -> Cells | Grid:
     of = len(points) if section == "POINT_DATA" else sum(len(b.numbers) for b in listed)
     if len(values) != of:
         raise asked.damaged(f"`{asked.name}` has {len(values):,} values where {of:,} belong")
-    return cells(asked, points, listed, components(asked, values), section == "CELL_DATA")
+    return cells(asked, asked.mm * points, listed, components(asked, values, named), section == "CELL_DATA")
 
 
 def _bricks(shape: Array) -> Block:
@@ -210,10 +219,11 @@ def _fields(reader: _Reader, count: int) -> Iterator[tuple[str, Array]]:
     for _ in range(count):
         words = reader.line()
         while words and words[0].upper() == "METADATA":
-            reader.skip_notes()
+            reader.notes()
             words = reader.line()
         name, size, tuples, kind = words
-        wanted = unquote_to_bytes(name).decode(errors="replace") == reader.asked.name
+        reader.last = unquote_to_bytes(name).decode(errors="replace")
+        wanted = reader.last == reader.asked.name
         if not wanted and not reader.binary and kind.lower() in ("string", "bit"):
             end = _WORD.search(reader.data, reader.at)
             reader.at = end.start() if end else len(reader.data)
@@ -229,7 +239,7 @@ def _found(reader: _Reader, words: list[str]) -> tuple[str, Array]:
     section, count = "", 0
 
     def met(name: str, values: Array) -> None:
-        plain = unquote_to_bytes(name).decode(errors="replace")
+        plain = reader.last = unquote_to_bytes(name).decode(errors="replace")
         held.append(plain)
         if plain == reader.asked.name:
             found.setdefault(section, values)
@@ -257,7 +267,7 @@ def _found(reader: _Reader, words: list[str]) -> tuple[str, Array]:
             for name, values in _fields(reader, int(words[2])):
                 met(name, values)
         elif word == "METADATA":
-            reader.skip_notes()
+            reader.notes()
         else:
             raise reader.asked.damaged(f"it has a line that begins with `{shown(words[0])}`")
         words = reader.line()
@@ -276,7 +286,7 @@ def _grid(asked: Asked, shape: Array, origin: Array, spacing: Array, values: Arr
     if len(values) != np.prod(nodes, dtype=object):
         raise asked.damaged(f"`{asked.name}` has {len(values):,} values where {np.prod(nodes, dtype=object):,} belong")
     nx, ny, nz = nodes.tolist()
-    whole = components(asked, values).reshape(nz, ny, nx, -1).transpose(2, 1, 0, 3)
+    whole = values.reshape(nz, ny, nx, -1).transpose(2, 1, 0, 3)
     x, y, z = origin.tolist()
     dx, dy, dz = spacing.tolist()
     placed(asked, (nx, ny, nz), (x, y, z), (dx, dy, dz))

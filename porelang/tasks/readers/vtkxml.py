@@ -28,16 +28,6 @@ _COMPRESS = "write it with `CompressorType` ZLib or None (in ParaView an option 
 _SERIES = "write one step, as a file of its own"
 
 
-#: The components of a symmetric tensor, in VTK's order.
-_PLACES = ("xx", "yy", "zz", "xy", "yz", "xz")
-
-
-def _meant(name: str) -> int | None:
-    """Which component of a tensor a name means, as in `XX`, `S12` or `stress_xz`."""
-    two = name.lower()[-2:].translate(str.maketrans("123", "xyz"))
-    return next((i for i, place in enumerate(_PLACES) if two in (place, place[::-1])), None)
-
-
 @dataclass(frozen=True, slots=True)
 class Document:
     """A file: its root, how its bytes are ordered, the type of sizes, and what stands after the text."""
@@ -84,14 +74,6 @@ class Document:
             a.get("Name", "") for s in ("PointData", "CellData") for p in pieces for a in p.iterfind(f"{s}/DataArray")
         )
         raise self.asked.no_array(held)
-
-    def ordered(self, element: ElementTree.Element, values: Array) -> Array:
-        """Six numbers of a tensor in VTK's order, where the file names its components in another."""
-        names = [element.get(f"ComponentName{k}", "") for k in range(values.shape[1])]
-        meant = [_meant(name) for name in names]
-        if len(meant) != 6 or sorted(m for m in meant if m is not None) != [0, 1, 2, 3, 4, 5]:
-            return values
-        return values[:, np.argsort([m for m in meant if m is not None])]
 
     def count(self, piece: ElementTree.Element, of: str) -> int:
         """How many points or cells a piece claims. Errors: E131, E135."""
@@ -171,6 +153,13 @@ class Document:
 
     def _sizes(self, head: bytes) -> list[int]:
         return [int(n) for n in np.frombuffer(head, self.header)]
+
+
+def names_of(element: ElementTree.Element) -> list[str]:
+    """What an array calls its components; "" where it does not say."""
+    text = element.get("NumberOfComponents", "").strip() or "1"
+    count = int(text) if text.isdecimal() and len(text) < 4 else 0
+    return [element.get(f"ComponentName{k}", "") for k in range(count)]
 
 
 class _Raw:

@@ -6,9 +6,10 @@ from typing import BinaryIO
 
 import numpy as np
 
-from porelang.tasks.readers.asked import Array, Asked, components
+from porelang.tasks.readers.asked import Array, Asked
 from porelang.tasks.readers.cells import Block, Cells, blocks, cells
-from porelang.tasks.readers.vtkxml import opened
+from porelang.tasks.readers.tensors import components
+from porelang.tasks.readers.vtkxml import names_of, opened
 
 
 def read(asked: Asked, file: BinaryIO, size: int) -> Cells:
@@ -29,7 +30,7 @@ def read(asked: Asked, file: BinaryIO, size: int) -> Cells:
         named = document.array(piece.find("Cells/DataArray[@Name='connectivity']"), max(length, 0), "the list of cells")
         place = document.array(piece.find("Points/DataArray"), point_count, "the list of points")
         count = point_count if section == "PointData" else cell_count
-        value = document.ordered(element, document.array(element, count, f"`{asked.name}`"))
+        value = document.array(element, count, f"`{asked.name}`")
         if place.shape[1] != 3:
             raise asked.damaged(f"its points have {place.shape[1]} coordinates")
         offsets = np.concatenate([np.zeros(1, np.int64), ends])
@@ -37,10 +38,10 @@ def read(asked: Asked, file: BinaryIO, size: int) -> Cells:
             if block.points.size and not 0 <= int(block.points.min()) <= int(block.points.max()) < point_count:
                 raise asked.damaged(f"a cell names point {int(block.points.max()):,} of {point_count:,}")
             listed.append(Block(block.kind, block.points + before, block.numbers + of_cells))
-        points.append(place.astype(np.float64))
+        points.append(place.astype(np.float64) * asked.mm)
         values.append(value)
         before, of_cells = before + point_count, of_cells + cell_count
     if len({v.shape[1] for v in values}) > 1:
         raise asked.damaged("its pieces have different numbers of components")
-    whole = components(asked, np.concatenate(values))
+    whole = components(asked, np.concatenate(values), names_of(arrays[0]))
     return cells(asked, np.concatenate(points), listed, whole, section == "CellData")
