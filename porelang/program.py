@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -23,6 +23,7 @@ from porelang.bound import Bindable, Within, no_such_data, samples_of
 from porelang.data import Data, Reduced, SampledField, Triple
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.doors import Doors, Settings, options
+from porelang.doubts.data import SAMPLES, Reading, specks, strays
 from porelang.elaborate.context import Bound
 from porelang.elaborate.results import DataInfo, Elaborated, Listed, Output, ParamInfo, Requirement
 from porelang.extents import Cut, part_extent
@@ -37,7 +38,7 @@ from porelang.settings import Setting, given, settle
 from porelang.source import Source, Span
 from porelang.tasks import all_read, bind_files, bind_tasks, find, look
 from porelang.tasks.bake import region
-from porelang.tasks.run import LOOKERS, READERS
+from porelang.tasks.run import LOOKERS, READERS, within_of
 from porelang.tasks.telling import TELL, told
 
 
@@ -408,7 +409,26 @@ class Design(Doors):
         for n in self.reads(*roots) if measure else order(roots):
             if n.op in TELL and n.depends < UNKNOWN and (measure or TASK_TABLE[n.op].cost == "instant"):
                 out.update(dict.fromkeys(told(n, self.task(n), self.program.places.get(n))))
-        return list(out)
+        found = strays(self._readings(roots, measure), self.program.places)
+        seen = {d.span for d in found}
+        direct = [n for n in order(roots) if n.op in READERS and (measure or TASK_TABLE[n.op].cost == "instant")]
+        small = specks(roots, {n: self._bindings[n] for n in direct if n in self._bindings}, self.program.places)
+        return [*out, *found, *(d for d in small if d.span not in seen)]
+
+    def _readings(self, roots: Sequence[Node], measure: bool) -> Iterator[Reading]:
+        """The solids among roots, and what their tasks look at within others; without `measure` what takes no time."""
+        graph, outputs = self.program.graph, self.program.outputs
+        solids = {graph.outputs[name][0] for name, output in outputs.items() if output.solid}
+        asked: list[tuple[tuple[Node, ...], Node]] = [((root,), root) for root in roots if root in solids]
+        for n in self.reads(*roots) if measure else order(roots):
+            if n.op in TASKS and n.depends < UNKNOWN and (region := within_of(n)) is not None:
+                asked.append((n.args, region))
+        for fields, body in asked:
+            read = order([*fields, body])
+            if not any(n.op in SAMPLES for n in read):
+                continue
+            if measure or all(TASK_TABLE[n.op].cost == "instant" for n in read if n.op in TASKS):
+                yield Reading(fields, body, self.formula(*fields, body).bindings)
 
     def holds(self, root: Node) -> bool:
         """Whether a condition on settings and numbers holds; what it reads is found first."""

@@ -210,7 +210,7 @@ def test_the_error_that_is_told_bounds_what_lookups_do(tmp_path: Path) -> None:
     assert wrong.max() <= 1.05 * got.largest_error
     finer = raster.Got.of(read_grid(str(path), "s", voxel=got.voxel / 4))
     assert finer.error < got.error / 3
-    assert f"{got.error:.3g}" in str(got)
+    assert f"{got.error:.3g}" in got.told(grid, 1)
 
 
 def edges(points: Any, tetrahedra: Any) -> Any:
@@ -637,8 +637,9 @@ def test_what_sampling_came_to_is_told(tmp_path: Path, capsys: pytest.CaptureFix
     write(tmp_path / "m.vtu", points / 1000, "tetra", tetrahedra, s=points[:, 0])
     made = program(tmp_path, 'out a = load("a.vtu", "s") + x')
     (note,) = made.notes()
-    got = raster.Got.of(read_grid(str(tmp_path / "a.vtu"), "s"))
-    assert note.message == f"load: {got}"
+    grid = read_grid(str(tmp_path / "a.vtu"), "s")
+    assert note.message == f"load: {raster.Got.of(grid).told(grid, 1)}"
+    assert "1,296 cells from (-6, -6, -6) to (6, 6, 6) mm" in note.message
     assert note.span is not None
     assert note.span.text == 'load("a.vtu", "s")'
     with pytest.warns(porelang.PoreWarning) as told_of:
@@ -651,12 +652,15 @@ def test_what_sampling_came_to_is_told(tmp_path: Path, capsys: pytest.CaptureFix
     assert program(tmp_path, text).notes()
     with pytest.warns(porelang.PoreWarning, match="in metres"):
         program(tmp_path, 'out a = load("m.vtu", "s")').notes()
-    mended = program(tmp_path, 'out a = load("m.vtu", "s") @ (p / 1000)')
-    np.testing.assert_allclose(mended.field("a")([[3.0, 1, 2]]), 3, rtol=1e-9)
+    for text in ('load("m.vtu", "s") @ (p / 1000)', 'load("m.vtu", "s", lengths=m)'):
+        mended = program(tmp_path, f"out a = {text}")
+        np.testing.assert_allclose(mended.field("a")([[3.0, 1, 2]]), 3 if "@" in text else 3e-3 * 1e3, rtol=1e-9)
+        assert len(mended.notes()) == 1
     np.savez(tmp_path / "a.npz", s=VALUES, origin=[0, 0, 0], spacing=1)
-    assert program(tmp_path, 'out s = load("a.npz", "s")').notes() == []
+    (note,) = program(tmp_path, 'out s = load("a.npz", "s")').notes()
+    assert note.message.endswith("nodes from (0, 0, 0) to (3, 4, 5) mm")
     assert porelang.cli.main(["check", str(tmp_path / "part.pore")]) == 0
     (tmp_path / "part.pore").write_text(f'out a = load("{tmp_path}/a.vtu", "s") & cube(5)')
     capsys.readouterr()
     assert porelang.cli.main(["check", str(tmp_path / "part.pore")]) == 0
-    assert "cells sampled every" in "".join(capsys.readouterr())
+    assert "sampled every" in "".join(capsys.readouterr())

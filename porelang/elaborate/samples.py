@@ -102,7 +102,7 @@ def _loaded(
         ctx.error("E062", f"`lengths` of `{called}` is a length, not {lengths[1]}", places[6], hint="as in `lengths=m`")
         return None
     mm = 0.0 if values[6] is ABSENT else float(ctx.constant(lengths[0]) or 0.0)
-    masked = values[2] is not ABSENT and not path.lower().endswith(".npz")
+    masked = values[2] is not ABSENT
     more = (voxel, int(masked), mm) if voxel or masked or mm else ()
     grid = ctx.task(node("load", value=(*arguments.beside(site, path, ctx), name, components, *more)), site.span)
     return _Loaded(grid, smooth, masked, components, *unit)

@@ -180,11 +180,11 @@ DOUBTS = (
     ),
     Code(
         "W231",
-        "cells that lie within a millimetre",
-        "Lengths are in mm, and a file does not say in what its own are. Many programs compute in metres: a part of\n"
-        "50 mm is then 0.05 long, and lies at the origin of a lattice as a speck. A field is looked up in metres by\n"
-        "dividing the point by 1000:\n"
-        '    let stress = load("stress.vtu", "von_mises") @ (p / 1000)',
+        "data that are measured in another unit of length",
+        "Lengths are in mm, and few files say in what their own are. Many programs compute in metres: a part of 50 mm\n"
+        "is then 0.05 long, and lies at the origin of a lattice as a speck. It is doubted where the data hold nothing\n"
+        "of the part that reads them and would hold it in another unit, or lie within a millimetre. Say what it is:\n"
+        '    let stress = load("stress.vtu", "von_mises", lengths=m)',
         "",
         "",
     ),
@@ -206,5 +206,17 @@ DOUBTS = (
         "[0, w/4, 0] for a gyroid, through [w/8, w/8, 0] for a diamond. With `symmetry=4` it is a quarter of a turn.",
         "let way = [y, x, 0]\nalign(gyroid(6), way, symmetry=2) & cylinder(12, 8)",
         "let way = [y, x, 0]\nalign(gyroid(6), way, symmetry=2, about=[0, 1.5, 0]) & cylinder(12, 8)",
+    ),
+    Code(
+        "W241",
+        "a part that lies beyond the data that it reads",
+        "Samples go on beyond their box as at its faces. That is right for a skin a little larger than what was\n"
+        "computed, and wrong where the file has another origin, another unit, its axes in another order, or holds\n"
+        "half of the part. It is said where a hundredth of the part or more lies farther than two steps beyond, and\n"
+        "would be another with other values there: move the data with `@`, or say what holds beyond them.\n"
+        '    let stress = load("stress.vtu", "von_mises") @ (p - [0, 0, 20mm])\n'
+        '    let other = load("stress.vtu", "von_mises", outside=0MPa)',
+        "",
+        "",
     ),
 )

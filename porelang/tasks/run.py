@@ -95,6 +95,8 @@ def _sample(asked: Formula) -> Result:
     return bake(asked.with_roots(*(asked.roots[i] for i in fields)), _number(asked, voxel), _field(asked, within))
 
 
+#: Of a phase with so many arguments how many are periods; three more are a direction.
+_SEVERAL = {8: 1, 10: 3, 11: 1, 13: 3}
 #: What `cells` of a phase may be, in the order of the numbers that say which in the graph.
 FITS: tuple[Literal["each", "whole", "longest"], ...] = ("each", "whole", "longest")
 
@@ -103,7 +105,7 @@ def _phase(asked: Formula) -> Result:
     from porelang.tasks.phase.asked import phase_of
     from porelang.tasks.phase.find import Fit
 
-    roots, several = asked.roots, {8: 1, 10: 3, 11: 1, 13: 3}[len(asked.roots)]  # periods; three more are a direction
+    roots, several = asked.roots, _SEVERAL[len(asked.roots)]
     free, volume, how, *counts = (_number(asked, several + 1 + i) for i in range(6))
     way = asked.with_roots(*roots[several + 7 :]) if len(roots) > several + 7 else None
     fit = None if how == 0 else Fit(FITS[int(how) - 1], _cells(counts))
@@ -141,6 +143,18 @@ RUN: Mapping[str, Callable[[Formula], Result]] = {
     "blur": _blur,
     "phase": _phase,
 }
+
+
+#: Of tasks that look at fields within a solid, which argument that is.
+_WITHIN = {"porosity": 1, "minimum": 1, "maximum": 1, "mean": 1, "to_porosity": 2, "shell_to_porosity": 2, "sample": -1,
+           "blur": -1}  # fmt: skip
+
+
+def within_of(n: Node) -> Node | None:
+    """The solid within which a task looks at its fields; None where it looks at them elsewhere."""
+    if n.op == "phase":
+        return n.args[_SEVERAL[len(n.args)]]
+    return n.args[_WITHIN[n.op]] if n.op in _WITHIN else None
 
 
 #: What calls a file with so many numbers at each node.

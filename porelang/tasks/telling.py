@@ -13,12 +13,12 @@ from porelang.diagnostics import Diagnostic
 from porelang.ir import Node
 from porelang.source import Span
 from porelang.store import Result
-from porelang.tasks.readers.got import Got, small
+from porelang.tasks.readers.got import Got
 from porelang.tasks.shape.found import told_of
 from porelang.tasks.told import Doubt, Told
 
 
-def _solve(found: Result) -> Told:
+def _solve(n: Node, found: Result) -> Told:
     assert isinstance(found, Reduced)
     if found.sole:
         return Told()
@@ -27,7 +27,7 @@ def _solve(found: Result) -> Told:
     return Told(doubts=(Doubt("W206", said, "looked at in some places only", hint),))
 
 
-def _phase(found: Result) -> Told:
+def _phase(n: Node, found: Result) -> Told:
     from porelang.tasks.phase.got import told
 
     assert isinstance(found, SampledField)
@@ -35,28 +35,29 @@ def _phase(found: Result) -> Told:
     return Told(note, (Doubt("W229", doubt, "what was got is not what was asked for", hint),) if doubt else ())
 
 
-def _load(found: Result) -> Told:
+def _load(n: Node, found: Result) -> Told:
     assert isinstance(found, SampledField)
-    if not found.facts:  # a grid is read as it is
-        return Told()
+    assert isinstance(n.value, tuple)
+    _, _, _, components, *more = n.value
     got, doubts = Got.of(found), []
+    finer = f"take finer ones, `voxel={got.voxel / 2:.2g}mm`"
+    if len(more) > 1 and more[1] and got.holed:
+        said = f"samples every {got.voxel:.3g} mm are too coarse for walls so thin: `outside` holds in the middles of "
+        doubts.append(Doubt("W230", f"{said}{got.lost:.0%} of the cells", hint=finer))
     if got.coarse:
         said = f"samples every {got.voxel:.3g} mm are too coarse for this field: a lookup in twenty is off by "
-        hint = f"take finer ones, `voxel={got.voxel / 2:.2g}mm`, or see whether the file has values at single points"
+        hint = f"{finer}, or see whether the file has values at single points"
         doubts.append(Doubt("W230", f"{said}{got.error:.3g} or more, {got.share:.0%} of its range", hint=hint))
-    if size := small(found):
-        hint = "if they are in metres, `load(...) @ (p / 1000)` has them in mm"
-        doubts.append(Doubt("W231", f"all these cells lie within {size} mm: is the file in metres?", hint=hint))
-    return Told(str(got), tuple(doubts))
+    return Told(got.told(found, int(components)), tuple(doubts))
 
 
-def _mesh(found: Result) -> Told:
+def _mesh(n: Node, found: Result) -> Told:
     assert isinstance(found, SampledField)
     return told_of(found) if found.facts else Told()
 
 
 #: By the name of the task; what is not here has nothing to tell.
-TELL: Mapping[str, Callable[[Result], Told]] = {
+TELL: Mapping[str, Callable[[Node, Result], Told]] = {
     "solve": _solve,
     "load": _load,
     "mesh": _mesh,
@@ -68,6 +69,6 @@ def told(n: Node, found: Result, place: Span | None) -> list[Diagnostic]:
     """What a task tells of what it found, as diagnostics at the place that asks for it: a note, and warnings."""
     if n.op not in TELL:
         return []
-    of = TELL[n.op](found)
+    of = TELL[n.op](n, found)
     notes = [Diagnostic("", f"{n.op}: {of.note}", place, severity="note")] if of.note else []
     return notes + [Diagnostic(d.code, d.message, place, d.label, hint=d.hint, severity="warning") for d in of.doubts]

@@ -102,7 +102,8 @@ def usable(asked: Asked, array: Array, what: str, places: Array | None = None) -
         )
         number = f"{first}" if len(first) > 1 else f"{first[0]}"
         at = "" if places is None else f", ({coordinates(places[first[0]])})"
-        hint = "fill them before they are written: numpy.nan_to_num, or the nearest value that is known"
+        hint = "say what holds there, `outside=0`, or fill them with the nearest value that is known"
+        hint = hint if not asked.masked else "fill them with the nearest value that is known before they are written"
         raise asked.fail("E134", f"`{asked.name}` in `{asked.path}`: {are} {what} {number}{at}", hint)
     if (largest := max(float(array.max()), -float(array.min()))) > LARGEST_VALUE:
         hint = "shaders and float32 have no room for more: store it in a larger unit"

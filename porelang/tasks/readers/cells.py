@@ -48,7 +48,8 @@ class Cells:
     """Tetrahedra (t, 4) of `points` (n, 3) in mm; values (n, k) at points, or (t, k) in each tetrahedron.
 
     `places` (m, 3) are where the file itself says a value, `known` (m, k) which: the points of the cells, and the
-    middles of those whose corners tell it. `count` is the number of cells, `left` of those that have no volume.
+    middles of those whose corners tell it. `count` is the number of cells, `left` of those that have no volume; `named`
+    says which component of a tensor is which.
     """
 
     points: Array
@@ -59,6 +60,7 @@ class Cells:
     known: Array
     count: int
     left: int
+    named: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +88,9 @@ def blocks(asked: Asked, kinds: Array, offsets: Array, connectivity: Array) -> l
     return out
 
 
-def cells(asked: Asked, points: Array, listed: Sequence[Block], values: Array, in_cells: bool) -> Cells:
+def cells(
+    asked: Asked, points: Array, listed: Sequence[Block], values: Array, in_cells: bool, named: bool = False
+) -> Cells:
     """The tetrahedra of cells with values at points (n, k), or in cells (m, k). Errors: E131, E134, E150."""
     made: list[Array] = []
     numbers: list[Array] = []
@@ -134,7 +138,7 @@ def cells(asked: Asked, points: Array, listed: Sequence[Block], values: Array, i
         places.append(points[used])
         known.append(values[used])
     return Cells(points, tetrahedra, values[owner] if in_cells else values, in_cells, np.concatenate(places),
-                 np.concatenate(known), count, left)  # fmt: skip
+                 np.concatenate(known), count, left, named)  # fmt: skip
 
 
 def _checked(asked: Asked, points: Array, used: Array) -> None:

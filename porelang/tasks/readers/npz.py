@@ -18,10 +18,10 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from porelang.data import MOST_COUNTED, SampledField, Triple
+from porelang.data import MOST_COUNTED, Triple
 from porelang.progress import tell
-from porelang.tasks.readers.asked import BROKEN, LARGEST, Asked, floats, layered, lower, placed, usable
-from porelang.tasks.readers.grid import Grid
+from porelang.tasks.readers.asked import BROKEN, LARGEST, Asked, floats, layered, lower
+from porelang.tasks.readers.grid import Grid, grid_of
 
 #: Bytes of a zip's directory, which is read at once: over ten thousand arrays.
 _DIRECTORY = 1_000_000
@@ -49,8 +49,7 @@ def read(asked: Asked, file: BinaryIO, size: int) -> Grid:
     except BROKEN as error:
         raise asked.fail("E131", f"`{asked.path}` is damaged or no .npz file: {lower(error)}") from None
     origin, spacing = _in_mm(asked, origin), _in_mm(asked, spacing)
-    placed(asked, values.shape, origin, spacing)
-    return Grid(SampledField(values, origin, spacing))
+    return grid_of(asked, values, origin, spacing)
 
 
 def _in_mm(asked: Asked, lengths: Triple) -> Triple:
@@ -98,13 +97,11 @@ def _members(asked: Asked, archive: zipfile.ZipFile, size: int) -> dict[str, zip
 
 
 def _values(asked: Asked, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[Any]:
-    """The values at the nodes: (nx, ny, nz, components), finite, float32 or float64, not to be written."""
+    """The values at the nodes: (nx, ny, nz, components), float32 or float64, not to be written."""
     array = _array(asked, archive, info, asked.name, LARGEST, _shaped)
     if array.ndim == 3:
         array = array[..., None]
-    array = floats(array)
-    usable(asked, array, "node")
-    return array
+    return floats(array)
 
 
 def _shaped(asked: Asked, name: str, shape: tuple[int, ...]) -> None:

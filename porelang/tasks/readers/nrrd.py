@@ -14,20 +14,17 @@ from typing import BinaryIO
 
 import numpy as np
 
-from porelang.data import MOST_COUNTED, SampledField, Triple
+from porelang.data import MOST_COUNTED, Triple
 from porelang.tasks.readers.asked import (
     BROKEN,
     LARGEST,
     Array,
     Asked,
-    floats,
     layered,
     lower,
-    placed,
     shown,
-    usable,
 )
-from porelang.tasks.readers.grid import Grid
+from porelang.tasks.readers.grid import Grid, grid_of
 from porelang.tasks.readers.tensors import components
 from porelang.units import LENGTH, UNITS
 
@@ -68,14 +65,15 @@ def read(asked: Asked, file: BinaryIO, size: int) -> Grid:
         raise
     except (*BROKEN, MemoryError) as error:
         raise asked.damaged(lower(error)) from None
+    named = False
     if axis_of_numbers is None:
         values = values[..., None]
     else:
         values = np.moveaxis(values, axis_of_numbers, -1)
         kind = _kinds(header, len(sizes))[axis_of_numbers]
-        if kind in _TENSORS:
+        if named := kind in _TENSORS:
             values = values[..., list(_TENSORS[kind])]
-    return _upright(asked, values, places)
+    return _upright(asked, values, places, named)
 
 
 def _header(asked: Asked, data: bytes) -> tuple[dict[str, str], int]:
@@ -203,7 +201,7 @@ def _skipped(asked: Asked, header: dict[str, str], file: BinaryIO) -> bytes:
     return data[skip:]
 
 
-def _upright(asked: Asked, values: Array, places: Array) -> Grid:
+def _upright(asked: Asked, values: Array, places: Array, named: bool) -> Grid:
     """The grid with its axes along x, y and z. Errors: E133 where it is turned, E134."""
     first, steps = places[0], places[1:]
     if not np.isfinite(places).all():
@@ -229,7 +227,4 @@ def _upright(asked: Asked, values: Array, places: Array) -> Grid:
     x, y, z = origin.tolist()
     dx, dy, dz = spacing.tolist()
     place: Triple = (x, y, z)
-    placed(asked, values.shape, place, (dx, dy, dz))
-    values = components(asked, values)
-    usable(asked, values, "node")
-    return Grid(SampledField(floats(values), place, (dx, dy, dz)))
+    return grid_of(asked, components(asked, values), place, (dx, dy, dz), named=named)

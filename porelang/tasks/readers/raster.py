@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from typing import Any
 
 import numpy as np
@@ -80,8 +80,9 @@ def rasterised(asked: Asked, cells: Cells, voxel: float) -> Grid:
         out[unknown] = out[tuple(i[unknown] for i in at)]
     depth = np.minimum(np.sqrt(square, out=square), reach, out=square)
     np.negative(depth, out=depth, where=inside)
-    grid = SampledField.from_array(out, origin.tolist(), spacing.tolist())
-    return Grid(SampledField(grid.values, grid.origin, grid.spacing, astuple(_got(cells, grid, step))), depth)
+    grid = Grid(SampledField.from_array(out, origin.tolist(), spacing.tolist()), depth)
+    got = _got(cells, grid, step, (low, high))
+    return replace(grid, samples=replace(grid.samples, facts=tuple(map(float, astuple(got)))))
 
 
 def _found(cells: Cells, size: Array) -> float:
@@ -123,10 +124,23 @@ def border(points: Array, tetrahedra: Array) -> tuple[Array, Array]:
     return np.ascontiguousarray(faces[alone]), alone // 4
 
 
-def _got(cells: Cells, grid: SampledField, step: float) -> Got:
+def _got(cells: Cells, grid: Grid, step: float, box: tuple[Array, Array]) -> Got:
+    """What lookups in the samples of cells in a box have come to."""
+    samples = grid.samples
     x, y, z = (np.ascontiguousarray(c) for c in cells.places.T)
     error = np.zeros(len(x))
-    for k in range(grid.components):
-        error = np.maximum(error, np.abs(lookup(grid, x, y, z, (k, 0, 0, 0)) - cells.known[:, k]))
+    for k in range(samples.components):
+        error = np.maximum(error, np.abs(lookup(samples, x, y, z, (k, 0, 0, 0)) - cells.known[:, k]))
     worst, most = float(np.quantile(error, 0.95)), float(error.max())
-    return Got(cells.count, cells.left, step, worst, most, float(cells.known.min()), float(cells.known.max()))
+    least, greatest = float(cells.known.min()), float(cells.known.max())
+    return Got(cells.count, cells.left, step, worst, most, least, greatest, _lost(cells, grid), cells.named, *box[0],
+               *box[1])  # fmt: skip
+
+
+def _lost(cells: Cells, grid: Grid) -> float:
+    """The share of tetrahedra in whose middles the samples of their depth say that they lie outside."""
+    assert grid.depth is not None
+    some = cells.tetrahedra[:: max(1, len(cells.tetrahedra) // _LOOKED_AT)]
+    x, y, z = (np.ascontiguousarray(c) for c in cells.points[some].mean(axis=1).T)
+    away = lookup(replace(grid.samples, values=grid.depth[..., None]), x, y, z, (0, 0, 0, 0))
+    return float(np.mean(away > 1e-9 * max(grid.samples.spacing)))

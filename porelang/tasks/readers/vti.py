@@ -7,10 +7,10 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from porelang.data import MOST_COUNTED, SampledField
-from porelang.tasks.readers.asked import Array, Asked, floats, layered, placed, usable
-from porelang.tasks.readers.grid import Grid, in_cells
-from porelang.tasks.readers.tensors import components
+from porelang.data import MOST_COUNTED
+from porelang.tasks.readers.asked import Array, Asked, layered
+from porelang.tasks.readers.grid import Grid, grid_of
+from porelang.tasks.readers.tensors import components, order_of
 from porelang.tasks.readers.vtkxml import Document, names_of, opened
 
 HINT = "export it as .vti or .vtu with ParaView, VTK or meshio"
@@ -36,10 +36,9 @@ def read(asked: Asked, file: BinaryIO, size: int) -> Grid:
     first, spacing = asked.mm * (origin + spacing * ends[:, 0]), asked.mm * spacing
     x, y, z = first.tolist()
     dx, dy, dz = spacing.tolist()
-    placed(asked, shape.tolist(), (x, y, z), (dx, dy, dz))
-    usable(asked, values, "node" if section == "PointData" else "cell")
-    grid = SampledField(floats(components(asked, values, names_of(arrays[0]))), (x, y, z), (dx, dy, dz))
-    return Grid(grid) if section == "PointData" else in_cells(grid)
+    names = names_of(arrays[0])
+    values = components(asked, values, names)
+    return grid_of(asked, values, (x, y, z), (dx, dy, dz), section == "CellData", order_of(names) is not None)
 
 
 def _whole(

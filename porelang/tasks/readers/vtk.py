@@ -12,22 +12,19 @@ from urllib.parse import unquote_to_bytes
 
 import numpy as np
 
-from porelang.data import MOST_COUNTED, SampledField
+from porelang.data import MOST_COUNTED
 from porelang.tasks.readers.asked import (
     BROKEN,
     LARGEST,
     Array,
     Asked,
-    floats,
     layered,
     lower,
-    placed,
     shown,
-    usable,
 )
 from porelang.tasks.readers.cells import HEXAHEDRON, Block, Cells, blocks, cells
-from porelang.tasks.readers.grid import Grid, in_cells
-from porelang.tasks.readers.tensors import components
+from porelang.tasks.readers.grid import Grid, grid_of
+from porelang.tasks.readers.tensors import components, order_of
 
 _TYPES = {"char": "i1", "short": "i2", "int": "i4", "long": "i8", "float": "f4", "double": "f8", "vtkidtype": "i4"}
 _TYPES |= {f"unsigned_{name}": kind.replace("i", "u") for name, kind in _TYPES.items() if kind[0] == "i"}
@@ -160,9 +157,12 @@ def _read(reader: _Reader) -> Cells | Grid:
         else:
             raise asked.damaged(f"it has a line that begins with `{shown(words[0])}`")
     section, values = _found(reader, words)
-    named = reader.names.get(asked.name, [])
+    names = reader.names.get(asked.name, [])
+    named = order_of(names) is not None
     if kind == "STRUCTURED_POINTS":
-        return _grid(asked, shape, asked.mm * origin, asked.mm * spacing, components(asked, values, named), section)
+        return _grid(
+            asked, shape, asked.mm * origin, asked.mm * spacing, components(asked, values, names), section, named
+        )
     if kind == "UNSTRUCTURED_GRID":
         if points is None or connectivity is None or offsets is None or kinds is None:
             raise asked.damaged("it has no points, or no cells")
@@ -178,7 +178,7 @@ def _read(reader: _Reader) -> Cells | Grid:
     of = len(points) if section == "POINT_DATA" else sum(len(b.numbers) for b in listed)
     if len(values) != of:
         raise asked.damaged(f"`{asked.name}` has {len(values):,} values where {of:,} belong")
-    return cells(asked, asked.mm * points, listed, components(asked, values, named), section == "CELL_DATA")
+    return cells(asked, asked.mm * points, listed, components(asked, values, names), section == "CELL_DATA", named)
 
 
 def _bricks(shape: Array) -> Block:
@@ -277,7 +277,7 @@ def _found(reader: _Reader, words: list[str]) -> tuple[str, Array]:
     raise reader.asked.no_array(held)
 
 
-def _grid(asked: Asked, shape: Array, origin: Array, spacing: Array, values: Array, section: str) -> Grid:
+def _grid(asked: Asked, shape: Array, origin: Array, spacing: Array, values: Array, section: str, named: bool) -> Grid:
     nodes = shape if section == "POINT_DATA" else shape - 1
     what = "nodes" if section == "POINT_DATA" else "cells"
     if int(nodes.max()) > MOST_COUNTED:
@@ -289,7 +289,4 @@ def _grid(asked: Asked, shape: Array, origin: Array, spacing: Array, values: Arr
     whole = values.reshape(nz, ny, nx, -1).transpose(2, 1, 0, 3)
     x, y, z = origin.tolist()
     dx, dy, dz = spacing.tolist()
-    placed(asked, (nx, ny, nz), (x, y, z), (dx, dy, dz))
-    usable(asked, whole, what[:-1])
-    grid = SampledField(floats(whole), (x, y, z), (dx, dy, dz))
-    return Grid(grid) if section == "POINT_DATA" else in_cells(grid)
+    return grid_of(asked, whole, (x, y, z), (dx, dy, dz), section == "CELL_DATA", named)

@@ -8,7 +8,7 @@ import numpy as np
 
 from porelang.tasks.readers.asked import Array, Asked
 from porelang.tasks.readers.cells import Block, Cells, blocks, cells
-from porelang.tasks.readers.tensors import components
+from porelang.tasks.readers.tensors import components, order_of
 from porelang.tasks.readers.vtkxml import names_of, opened
 
 
@@ -43,5 +43,6 @@ def read(asked: Asked, file: BinaryIO, size: int) -> Cells:
         before, of_cells = before + point_count, of_cells + cell_count
     if len({v.shape[1] for v in values}) > 1:
         raise asked.damaged("its pieces have different numbers of components")
-    whole = components(asked, np.concatenate(values), names_of(arrays[0]))
-    return cells(asked, np.concatenate(points), listed, whole, section == "CellData")
+    names = names_of(arrays[0])
+    whole, in_order = components(asked, np.concatenate(values), names), order_of(names) is not None
+    return cells(asked, np.concatenate(points), listed, whole, section == "CellData", in_order)

@@ -1,0 +1,152 @@
+"""Data that lie elsewhere than the part that reads them, or in another unit, are doubted; what is right is not."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import porelang
+from porelang.data import SampledField
+from porelang.diagnostics import Diagnostic
+from porelang.program import Program
+from porelang.source import Source
+
+#: Nodes every 2 mm from (0, 0, 0) to (40, 40, 40); the value is x + 2 y + 3 z.
+AXIS = np.linspace(0, 40, 21)
+VALUES = np.stack(np.meshgrid(AXIS, AXIS, AXIS, indexing="ij"), -1) @ np.array([1.0, 2, 3])
+PART = "gyroid(8) |> shell(0.8) |> thicken(-s / 300, 0.3) & "
+
+
+@pytest.fixture(autouse=True)
+def _files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    np.savez("a.npz", s=VALUES, same=np.ones((2, 2, 2)), origin=[0, 0, 0], spacing=2)
+    np.savez("m.npz", s=VALUES, origin=[0, 0, 0], spacing=0.002)
+    np.savez("long.npz", s=VALUES[:11, :11, :11], origin=[0, 0, 0], spacing=[0.2, 0.1, 0.1])
+
+
+def compiled(text: str) -> Program:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return porelang.compile(text)
+
+
+def doubts(made: Program | str) -> list[Diagnostic]:
+    made = compiled(made) if isinstance(made, str) else made
+    return [d for d in made.design().told(*made.roots()) if d.severity == "warning"]
+
+
+def codes(made: Program | str) -> list[str]:
+    return [d.code for d in doubts(made)]
+
+
+INSIDE = "(cube(36) |> translate([20, 20, 20]))"
+BASE = "(cube(36) |> translate([-40, 20, 20]))"
+STRAY = {
+    "another origin": f'let s = load("a.npz", "s")\n{PART} cube(36)',
+    "far away": f'let s = load("a.npz", "s")\n{PART} (cube(36) |> translate([1000, 0, 0]))',
+    "half of the part": f'let s = load("a.npz", "s")\n{PART} (box([70, 36, 36]) |> translate([35, 20, 20]))',
+    "its axes exchanged": f'let s = load("a.npz", "s") @ [z + 99, y, x]\n{PART} {INSIDE}',
+    "all outside": f'let s = load("a.npz", "s", outside=0)\n{PART} (cube(36) |> translate([99, 0, 0]))',
+    "in a mean": f'let s = load("a.npz", "s")\nlet m = mean(s, cube(36))\n{PART.replace("s /", "m /")} {INSIDE}',
+    "in a blur": f'let s = blur(load("a.npz", "s"), 4mm, cube(36))\n{PART} cube(36)',
+    "in a condition": 'let s = load("a.npz", "s")\ngyroid(8) |> shell(if s > 99 then 0.4 else 0.9) & cube(36)',
+    "of samples": f"let s = sample(x + y, 2mm, cube(9))\n{PART} cube(36)",
+    "of a slope": 'let s = load("a.npz", "s", smooth=true)\nshell(gyroid(8), 0.4 + length(grad(s)) / 20) & cube(36)',
+}
+
+
+@pytest.mark.parametrize("case", STRAY)
+def test_a_part_beyond_its_data_is_doubted(case: str) -> None:
+    found = doubts(STRAY[case])
+    assert "W241" in [d.code for d in found], case
+    stray = next(d for d in found if d.code == "W241")
+    assert stray.hint
+    assert stray.span is not None
+    assert stray.span.text.startswith(("load", "sample"))
+
+
+RIGHT = {
+    "within": f'let s = load("a.npz", "s")\n{PART} {INSIDE}',
+    "a skin beyond": f'let s = load("a.npz", "s")\n{PART} (cube(42) |> translate([20, 20, 20]))',
+    "outside is said": f'let s = load("a.npz", "s", outside=0)\n{PART} (cube(60) |> translate([20, 20, 20]))',
+    "an if of its own": f'let s = if x < 0 then 0 else load("a.npz", "s")\n{PART} (BASE | {INSIDE})',
+    "a base without data": f'let s = load("a.npz", "s")\n({PART} {INSIDE}) | BASE',
+    "a smooth base": f'let s = load("a.npz", "s")\nsmooth_union({PART} {INSIDE}, BASE, 3)',
+    "constant": f'let s = load("a.npz", "same")\n{PART} cube(36)',
+    "moved": f'let s = load("a.npz", "s") @ (p + 20)\n{PART} cube(36)',
+    "saturated": 'let s = clamp(load("a.npz", "s"), -9, -1)\nshell(gyroid(8), s + 10) & cube(36)',
+    "no part": 'out part = load("a.npz", "s") + 0',
+    "samples": f"let s = sample(x + y, 2mm, cube(36))\n{PART} cube(36)",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", RIGHT)
+def test_what_is_right_is_not_doubted(case: str) -> None:
+    assert codes(RIGHT[case].replace("BASE", BASE)) == [], case
+
+
+def test_the_way_out_mends_it() -> None:
+    (found,) = doubts(STRAY["another origin"])
+    assert "from (0, 0, 0) to (40, 40, 40) mm" in found.label
+    text = STRAY["another origin"].replace('"s")', f'"s") {found.hint.split("`")[1]}')
+    assert codes(text) == []
+
+
+METRES = {
+    "24 mm": f'let s = load("m.npz", "s")\n{PART} {INSIDE}',
+    "2 m": 'let s = load("long.npz", "s")\n' + PART.replace("8", "60") + "LONG",
+    "no part": 'out part = load("m.npz", "s") + 0',
+    "in a blur": f'let s = blur(load("m.npz", "s"), 4mm, {INSIDE})\n{PART} {INSIDE}',
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", METRES)
+def test_metres_are_seen_and_the_edit_mends_it(case: str) -> None:
+    text = METRES[case].replace("LONG", "(box([1900, 900, 900]) |> translate([1000, 500, 500]))")
+    found = [d for d in doubts(text) if d.code == "W231"]
+    assert len(found) == 1, case
+    edit = found[0].edit
+    assert edit is not None
+    mended = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    assert "lengths=m)" in mended
+    assert codes(mended) == []
+
+
+def test_a_place_that_is_scaled_is_not_doubted() -> None:
+    assert codes(f'let s = load("m.npz", "s") @ (p / 1000)\n{PART} {INSIDE}') == []
+
+
+def test_what_is_bound_is_looked_at_too() -> None:
+    made = compiled(f"param s: field = 0\n{PART} cube(36)")
+    assert codes(made) == []
+    (found,) = doubts(made.bind(s=SampledField.from_array(VALUES, (0, 0, 0), 2)))
+    assert found.code == "W241"
+    assert found.span is not None
+    assert found.span.text == "s"
+    assert "bind" in found.hint
+    assert codes(made.bind(s=SampledField.from_array(VALUES, (-20, -20, -20), 2))) == []
+
+
+def test_it_is_said_by_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
+    from porelang.cli import main
+
+    Path("part.pore").write_text(STRAY["another origin"])
+    assert main(["check", "part.pore"]) == 0
+    assert "W241" in "".join(capsys.readouterr())
+    with pytest.warns(porelang.PoreWarning, match="lies beyond the data"):
+        porelang.compile(path="part.pore").notes()
+
+
+def test_the_unit_of_lengths_is_one() -> None:
+    from porelang.compiler import try_compile
+
+    for text, code in (('load("a.npz", "s", lengths=MPa)', "E062"), ('load("a.npz", "s", lengths=-1mm)', "E153"),
+                       ('load("a.npz", "s", lengths=2)', "E153")):  # fmt: skip
+        _, found = try_compile(Source("part.pore", text))
+        assert [d.code for d in found if d.severity == "error"] == [code]
+    made = compiled('let a = load("m.npz", "s", lengths=m)\nout part = a + 0')
+    np.testing.assert_allclose(made.field("part")([[1.0, 2, 3]]), 14, rtol=1e-12)
