@@ -82,7 +82,7 @@ def try_compile(
     """The program, if it has no errors, and all diagnostics in the order of their places.
 
     Relative paths begin in `folder`, which is the current one unless told otherwise. `bound` are the params that have
-    data, from a file: `("load", path as it is shown, path, array)`.
+    data, from a file: `("load", path, array, options as `load` has them)`.
     """
     used: dict[str, Source] = {}
 

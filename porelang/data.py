@@ -81,7 +81,11 @@ class SampledField:
         if bad.any():
             i, j, k, _ = (int(v) for v in np.argwhere(bad)[0])
             raise ValueError(f"{int(bad.sum()):,} values are not finite numbers, the first at node ({i}, {j}, {k})")
-        place = np.broadcast_to(np.asarray(origin, np.float64), (3,))
+        if np.shape(origin) != (3,):
+            raise ValueError(f"the origin is {origin!r:.60}, where three numbers belong")
+        if np.shape(spacing) not in ((), (1,), (3,)):
+            raise ValueError(f"the spacing is {spacing!r:.60}, where one number or three belong")
+        place = np.asarray(origin, np.float64)
         step = np.broadcast_to(np.asarray(spacing, np.float64), (3,))
         if not np.isfinite(place).all():
             raise ValueError(f"the origin is {tuple(place.tolist())}, which is no place")

@@ -19,7 +19,7 @@ import numpy as np
 from porelang import outputs
 from porelang.analysis.box import Extent
 from porelang.analysis.enclose import enclose
-from porelang.bound import Bindable, Within, no_such_data, samples_of
+from porelang.bound import Bindable, Within, array_bound, no_such_data, samples_of
 from porelang.data import Data, Reduced, SampledField, Triple
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.doors import Doors, Settings, options
@@ -152,8 +152,9 @@ class Program(Doors):
 
         Data are a `SampledField`; or a function of points (n, 3) in mm, which is sampled every `voxel` over `within`,
         the corners `((x0, y0, z0), (x1, y1, z1))` of a box or the name of an output or a `let` that is a solid; or an
-        array (nx, ny, nz) whose nodes span `within`, (nx, ny, nz, 3) for a vector. Beyond their ends they go on as at
-        the boundary. What else is bound stays. Errors: E155, and those of what it makes of the program.
+        array (nx, ny, nz) whose nodes span `within`, (nx, ny, nz, 3) for a vector; or a text `"FILE:ARRAY"`, which is
+        read as `--bind` has it. Beyond their ends they go on as at the boundary. What else is bound stays.
+        Errors: E155, and those of what it makes of the program.
         """
         given = {**(fields or {}), **more}
         bound, held = dict(self.bound), dict(self.held)
@@ -161,6 +162,9 @@ class Program(Doors):
         for name, data in given.items():
             if name not in self.data:
                 raise PoreError(no_such_data(name, self.data, self.params))
+            if isinstance(data, str):
+                bound[name] = ("load", *array_bound(self.data[name], data))
+                continue
             made = samples_of(self.data[name], data, voxel, box)
             bound[name] = ("bound", made.digest)
             held[node("bound", value=(made.digest,))] = made

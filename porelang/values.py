@@ -87,13 +87,30 @@ def setting(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
-def binding(text: str) -> tuple[str, str, str]:
-    """`NAME=FILE:ARRAY`."""
+#: What may be said after an array how it is read, as in a `load`.
+_OPTION = re.compile(r",\s*(?=(?:outside|smooth|voxel|unit|lengths)\s*=)")
+
+
+def binding(text: str) -> tuple[str, str, str, str]:
+    """`NAME=FILE:ARRAY`, and what is said behind it."""
     name, sign, source = text.partition("=")
+    try:
+        file, array, options = array_of(source)
+    except Unreadable:
+        file = ""
+    if not (sign and name.strip() and file):
+        hint = "write NAME=FILE:ARRAY, as in stress=result.vtu:von_mises or stress=result.vtu:von_mises,unit=Pa"
+        raise Unreadable(f"`{text}` binds nothing", hint)
+    return name.strip(), file, array, options
+
+
+def array_of(text: str) -> tuple[str, str, str]:
+    """`FILE:ARRAY`, or `FILE:ARRAY,unit=Pa` with options as `load` has them."""
+    source, *options = _OPTION.split(text)
     file, colon, array = source.rpartition(":")
-    if not (sign and colon and name.strip() and file.strip() and array.strip()):
-        raise Unreadable(f"`{text}` binds nothing", "write NAME=FILE:ARRAY, as in stress=result.vtu:von_mises")
-    return name.strip(), file.strip(), array.strip()
+    if not (colon and file.strip() and array.strip()):
+        raise Unreadable(f"`{text:.60}` names no array of a file", "write FILE:ARRAY, as in result.vtu:von_mises")
+    return file.strip(), array.strip(), ", ".join(option.strip() for option in options)
 
 
 def view(text: str) -> tuple[float, float] | str:

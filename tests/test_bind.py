@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import RegularGridInterpolator
 
 import porelang
 from porelang.cli import main
+from porelang.cli.loading import load
 from porelang.cli.parsing import parse
 from porelang.data import SampledField
 from porelang.diagnostics import Diagnostic, PoreError
@@ -129,6 +131,10 @@ def bind(**more: Any) -> Callable[[], object]:
     return lambda: program().bind(**{**BOX, **more})
 
 
+def fails(points: Any) -> Any:
+    raise ValueError("out of bounds")
+
+
 WRONG: dict[str, tuple[Callable[[], object], str, str]] = {
     "no such param": (bind(stres=affine, voxel=1), "no param `stres`", "`stress`"),
     "a number": (bind(w=affine, voxel=1), "`w` is a number", "--set w="),
@@ -150,12 +156,19 @@ WRONG: dict[str, tuple[Callable[[], object], str, str]] = {
         "9 numbers in each place, where six",
         "tensor",
     ),
-    "nan": (bind(stress=lambda p: np.log(p[:, 0] + 11), voxel=1), "at (-11", "division"),
+    "nan": (bind(stress=lambda p: np.log(p[:, 0] + 10), voxel=1), "at (-10", "division"),
     "a shape": (bind(stress=np.zeros((2, 2))), "(2, 2)", "(nx, ny, nz)"),
     "texts": (bind(stress=np.full((2, 2, 2), "a")), "not numbers", "SampledField"),
     "an array with voxel": (bind(stress=np.zeros((2, 2, 2)), voxel=1), "own", "leave"),
     "nan in an array": (bind(stress=np.full((2, 2, 2), np.nan)), "finite", "give"),
     "three of an array": (bind(stress=np.zeros((2, 2, 2, 3))), "3 numbers", "`field`"),
+    "a number alone": (bind(stress=5.0), "5.0, which is no data", "the default: `param stress: field = 5.0`"),
+    "nothing": (bind(stress=None), "None, which is no data", "FILE:ARRAY"),
+    "a text of no file": (bind(stress="5MPa"), "names no array", "result.vtu:von_mises"),
+    "a set": (bind(stress={1.0, 2.0}), "no data", "SampledField"),
+    "a wide array": (bind(stress=np.broadcast_to(np.zeros(1), (4000, 4000, 4000))), "too many", "second node"),
+    "masked values": (bind(stress=np.ma.masked_equal(np.eye(3)[None] + [[[0]]] * 2, 1)), "6 of its values", "fill"),
+    "a function that fails": (bind(stress=fails, voxel=1), "out of bounds", "from (-10, -10, -10) to (10, 10, "),
     "large": (bind(stress=np.full((2, 2, 2), 1e38)), "1e+38", "unit"),
     "far": (bind(stress=np.zeros((2, 2, 2)), within=((0, 0, 0), (1, 1, 1e6))), "reaches", "100 m"),
 }
@@ -178,6 +191,22 @@ def test_other_refusals() -> None:
     assert told(bind(stress=affine, voxel=1, within="nothing")).code == "E100"
     endless = porelang.compile("param s: field = 0\nout part = gyroid(3) + s")
     assert told(lambda: endless.bind(s=affine, voxel=1, within="part")).code == "E091"
+
+
+def test_a_function_is_asked_within_its_box_only() -> None:
+    """SciPy's interpolators refuse what lies beyond the last sample by a rounding."""
+    axes = [np.linspace(-10, 10, 7), np.linspace(-7, 7.3, 5), np.linspace(0.1, 9.7, 4)]
+    values = affine(np.stack(np.meshgrid(*axes, indexing="ij"), -1))
+    known = RegularGridInterpolator(axes, values)
+    made = program().bind(stress=known, voxel="0.7mm", within=((-10, -7, 0.1), (10, 7.3, 9.7)))
+    q = np.random.default_rng(1).uniform([-10, -7, 0.1], [10, 7.3, 9.7], (300, 3))
+    np.testing.assert_allclose(made.field("s")(q), affine(q), atol=1e-10)
+
+
+def test_samples_of_a_wrong_form_are_told() -> None:
+    for origin, spacing, words in (((0, 0, 0), [2, 2], "the spacing is"), ((0, 0), 1, "the origin is")):
+        with pytest.raises(ValueError, match=words):
+            SampledField.from_array(np.zeros((2, 2, 2)), origin, spacing)  # type: ignore[arg-type]
 
 
 # ---- the command line
@@ -210,6 +239,71 @@ def test_a_file_is_bound_by_a_command(
     assert "NAME=FILE:ARRAY" in "".join(capsys.readouterr())
 
 
+#: A default, what is bound over it, and the value at (1, 1, 1), where the array has 6.
+BOUND = {
+    "as it is": ("0MPa", "", 6.0),
+    "in the unit of the default": ("0Pa", "", 6e-6),
+    "as a load": ('load("result.vtu", "material", unit=Pa)', "", 6e-6),
+    "as a load that is moved": ('load("result.vtu", "material", unit=kPa) @ (p - 1)', "", 6e-3),
+    "in a unit that is said": ('load("result.vtu", "material", unit=Pa)', ",unit=kPa", 6e-3),
+    "in a made unit": ("0MPa", ", unit=N/m^2", 6e-6),
+    "in cm": ("0MPa", ",lengths=cm,unit=Pa", 0.6e-6),
+    "as the default in cm": ('load("result.vtu", "material", lengths=cm)', "", 0.6),
+    "beyond the cells": ('load("result.vtu", "material", outside=7MPa) @ (p + 99)', "", 6.0),
+}
+
+
+@pytest.mark.parametrize("case", BOUND)
+def test_what_is_bound_is_read_as_its_default(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From a command and from Python; an option that is said goes over that of the default."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(DATA / "ascii.vtu", "result.vtu")
+    default, said, value = BOUND[case]
+    Path("part.pore").write_text(f"param stress: field = {default}\nout part = stress / 1MPa")
+    options = parse(["eval", "part.pore", "--points", "p.csv", "--bind", f"stress=result.vtu:von_mises{said}"])
+    for made in (
+        load(options),
+        porelang.compile(path="part.pore").bind(stress=f"result.vtu:von_mises{said}"),
+    ):
+        np.testing.assert_allclose(made.field("part")([[1.0, 1, 1]])[0], value, rtol=1e-9)
+        assert pickle.loads(pickle.dumps(made)).field("part")([[1.0, 1, 1]])[0] == made.field("part")([[1.0, 1, 1]])[0]
+    if "outside" in default:
+        assert made.field("part")([[-50.0, 1, 1]])[0] == 7
+
+
+def test_options_of_what_is_bound_are_checked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(DATA / "ascii.vtu", "result.vtu")
+    Path("part.pore").write_text("param stress: field = 0MPa\nout part = stress / 1MPa + x")
+    for said, code, words in (
+        (",unit=N", "E155", "what is bound to it is a force"),
+        (",unit=Nonsense", "E002", "not a unit"),
+        (",voxel=-1mm", "E152", "above 0"),
+        (",unit=Pa)", "E0", "--bind stress"),
+        (",unit=Pa) + (x", "E155", "cannot be bound with"),
+    ):
+        assert main(["check", "part.pore", "--bind", f"stress=result.vtu:von_mises{said}"]) == 1, said
+        out = "".join(capsys.readouterr())
+        assert code in out, out
+        assert words in out, out
+
+
+def test_metres_of_what_is_bound_are_told_as_an_option(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    np.savez("m.npz", s=np.arange(125.0).reshape(5, 5, 5), origin=[-0.01] * 3, spacing=0.005)
+    Path("part.pore").write_text("param s: field = 0\ngyroid(6) |> shell(0.8) |> thicken(-s / 200, 0.3) & cube(19)")
+    assert main(["check", "part.pore", "--bind", "s=m.npz:s"]) == 0
+    out = "".join(capsys.readouterr())
+    assert "W231" in out
+    assert "`--bind s=FILE:ARRAY,lengths=m`" in out
+    assert main(["check", "part.pore", "--bind", "s=m.npz:s,lengths=m"]) == 0
+    assert "warning" not in "".join(capsys.readouterr()).replace("no warnings", "")
+
+
 def test_what_is_bound_may_have_colons_and_spaces() -> None:
     options = parse(["mesh", "a.pore", "-o", "a.stl", "--bind", "s=C:/data/r.vtu:a b"])
-    assert options.bindings == [("s", "C:/data/r.vtu", "a b")]
+    assert options.bindings == [("s", "C:/data/r.vtu", "a b", "")]

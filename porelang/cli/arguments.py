@@ -171,7 +171,8 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "action": "append",
             "default": [],
             "dest": "bindings",
-            "help": "give a param that takes data the array of a file, as `load` reads it; repeat it for several",
+            "help": "give a param that takes data the array of a file, as `load` reads it, with its options behind: "
+            "stress=a.vtu:mises,unit=Pa,lengths=m; what is not said is as the default has it; repeat it for several",
         },
     ),
     "out": (("--out",), {"metavar": "NAME", "help": "which output of the program (default: part)"}),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from argparse import Namespace
 
 from porelang.cli import report
@@ -22,8 +21,8 @@ def source_of(options: Namespace) -> Source:
 def data_of(options: Namespace) -> dict[str, tuple[str, ...]]:
     """The params that a command binds to arrays of files. Errors: E155 where one is bound twice."""
     bound: dict[str, tuple[str, ...]] = {}
-    for name, file, array in options.bindings:
-        found = ("load", file, os.path.abspath(file), array)
+    for name, file, array, how in options.bindings:
+        found = ("load", file, array, how)
         if bound.setdefault(name, found) != found:
             raise fail("E155", f"`{name}` is bound twice", hint="leave one of the two out")
     return bound

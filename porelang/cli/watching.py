@@ -47,7 +47,7 @@ def watch(options: Namespace) -> int:
         raise fail("E108", "standard input is no file that is saved", hint="name the .pore file to watch")
     read_source(options.file)  # a slip of the name is told, not waited for
     named = [chosen.points] if getattr(chosen, "points", None) else []
-    named += [file for _, file, _ in getattr(chosen, "bindings", [])]
+    named += [file for _, file, *_ in getattr(chosen, "bindings", [])]
     written = os.path.abspath(chosen.output) if getattr(chosen, "output", None) else ""
 
     def look() -> dict[str, Stamp]:

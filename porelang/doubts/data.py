@@ -214,5 +214,7 @@ def _unit_doubt(said: str, unit: str, place: Span | None, label: str = "") -> Di
     edit = None
     if place is not None and place.text.endswith(")"):
         edit = Edit(Span(place.source, place.end - 1, place.end), f", lengths={unit})")
-    hint = f"say in what the file has its places: `lengths={unit}`"
+    behind = place is not None and place.source.name.startswith("--bind ")
+    how = f"{place.source.name}=FILE:ARRAY,lengths={unit}" if place is not None and behind else f"lengths={unit}"
+    hint = f"say in what the file has its places: `{how}`"
     return Diagnostic("W231", said, place, label, hint=hint, edit=edit, severity="warning")

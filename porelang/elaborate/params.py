@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from porelang.diagnostics import Label
-from porelang.elaborate import operators
+from porelang.elaborate import bound, operators
 from porelang.elaborate.arguments import looked_up
 from porelang.elaborate.context import Context
 from porelang.elaborate.results import OF_DATA, DataInfo, ParamInfo
@@ -127,8 +127,19 @@ def _data(ctx: Context, s: tree.Param, kind: Span, scope: Scope, name: str) -> V
     ctx.found.data[name] = DataInfo(name, components, dimension, s.doc, s.name_span)
     if name in ctx.bound:
         op, *payload = ctx.bound[name]
-        grid = ctx.task(make(op, value=(*payload, components) if op == "load" else tuple(payload)), s.name_span)
-        nodes = [looked_up(grid, k, False, None) for k in range(components)]
+        if op == "load":
+            found = _parts(bound.loaded(ctx, s, name, components, payload, scope), components)
+            if found is None:
+                return POISON
+            given = found[0].dimension
+            if None not in (given, dimension) and given != dimension:
+                hint = f"say a unit of {dimension}: `--bind {name}=FILE:ARRAY,unit=...`"
+                return ctx.error("E155", f"`{name}` is {dimension}, and what is bound to it is {given}", s.name_span,
+                                 label="declared here", hint=hint)  # fmt: skip
+            nodes = [part.node for part in found]
+        else:
+            grid = ctx.task(make(op, value=tuple(payload)), s.name_span)
+            nodes = [looked_up(grid, k, False, None) for k in range(components)]
     if s.kind == "tensor":
         return Record("tensor", {c: Scalar(n, dimension) for c, n in zip(TENSOR, nodes, strict=True)})
     return Scalar(nodes[0], dimension) if s.kind == "field" else Vector(nodes[0], nodes[1], nodes[2], dimension)
