@@ -27,7 +27,7 @@ def settle(params: Mapping[str, ParamInfo], given: Mapping[str, Setting]) -> dic
         if name not in params:
             near = suggest(name, params)
             hint = f"did you mean `{near}`?" if near else f"the params are {', '.join(params)}" if params else ""
-            raise fail("E083", f"the program has no param `{name}`", hint=hint or "it has none at all")
+            raise fail("E083", f"the program has no param `{name}`", hint=hint or "it has none that is a number")
         values[name] = _number(params[name], setting)
     return values
 
@@ -49,11 +49,16 @@ def given(
         raise fail("E084", f"{settings!r:.60} are no settings", hint=hint)
     if twice := sorted(set(settings or {}) & set(more)):
         raise fail("E084", f"`{twice[0]}` is set twice", hint="in the mapping or by its name, not both")
-    for name in more:
+    for name in {**(settings or {}), **more}:
         if name in found.data:
             raise fail("E083", f"`{name}` takes data, not a number", found.data[name].span, label="declared here",
                        hint=f"bind it: `program.bind({name}=...)`, or `--bind {name}=FILE:ARRAY`")  # fmt: skip
-        if name not in found.params and not suggest(name, found.params) and (near := suggest(name, options)):
+        if name in found.params or suggest(name, found.params):
+            continue
+        if near := suggest(name, found.data):
+            hint = f"did you mean `{near}`, which takes data? `--bind {near}=FILE:ARRAY`"
+            raise fail("E083", f"the program has no param `{name}`", hint=hint)
+        if name in more and (near := suggest(name, options)):
             raise fail("E083", f"the program has no param `{name}`", hint=f"did you mean the option `{near}`?")
     out = {**_preset(found, preset), **(settings or {}), **more}
     values = settle(found.params, out)

@@ -188,6 +188,10 @@ def test_what_cannot_be_bound_is_told(case: str) -> None:
 def test_other_refusals() -> None:
     assert told(lambda: program().design(stress=3)).code == "E083"
     assert "--bind stress=" in told(lambda: program().design(stress=3)).hint
+    assert "--bind stress=" in told(lambda: program().design({"stress": 3})).hint
+    near = told(lambda: program().design({"strss": 3}))
+    assert near.code == "E083"
+    assert "did you mean `stress`, which takes data?" in near.hint
     assert told(bind(stress=affine, voxel=1, within="nothing")).code == "E100"
     endless = porelang.compile("param s: field = 0\nout part = gyroid(3) + s")
     assert told(lambda: endless.bind(s=affine, voxel=1, within="part")).code == "E091"

@@ -25,7 +25,7 @@ from porelang.diagnostics import Diagnostic, PoreError
 from porelang.ops.grid import lookup
 from porelang.source import Source, Span
 from porelang.tasks import datafile
-from porelang.tasks.readers import cells, raster, read_grid
+from porelang.tasks.readers import cells, quadratic, raster, read_grid
 
 #: What VTK itself has written (data/make.py): eight cubes of 2 mm of all kinds of cells, and a grid of 5 x 4 x 5 nodes.
 DATA = Path(__file__).parent / "data"
@@ -201,7 +201,7 @@ def test_the_error_that_is_told_bounds_what_lookups_do(tmp_path: Path) -> None:
     grid = read_grid(str(path), "s")
     got = raster.Got.of(grid)
     assert 0.05 < got.error <= got.largest_error < 4
-    np.testing.assert_allclose(got.voxel, 0.5 * np.median(edges(points, tetrahedra)), rtol=1e-12)
+    np.testing.assert_allclose(got.voxel, 0.5 * np.median(np.min(edges(points, tetrahedra), axis=0)), rtol=1e-12)
     rng = np.random.default_rng(3)
     weights = rng.dirichlet(np.ones(4), len(tetrahedra))
     inside = np.einsum("tc,tcx->tx", weights, points[tetrahedra])
@@ -512,8 +512,131 @@ def test_cells_without_a_volume_are_told(tmp_path: Path) -> None:
     found = told(write(tmp_path / "a.vtu", points, "triangle", np.array([[0, 1, 2]]), s=points[:, 0]), "s")
     assert found.code == "E150"
     assert "only triangles" in found.message
+    assert "in a plane" in found.hint  # these three points are
     flat = told(write(tmp_path / "b.vtu", points * [1, 1, 0], "tetra", np.array([[0, 1, 2, 4]]), s=points[:, 0]), "s")
     assert "in a plane" in flat.message
+
+
+#: The edges of a hexahedron and of a wedge, in the order of the points in their middles (VTK's User's Guide, figure 3).
+QUADRATIC = {
+    "hexahedron20": (
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]],
+        [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)],
+    ),
+    "wedge15": (
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]],
+        [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)],
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", QUADRATIC)
+def test_all_points_of_cells_of_second_order_count(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two cells beside each other: exact at all of their points and in their middles, and without a gap between."""
+    monkeypatch.setitem(meshio._mesh.topological_dimension, "wedge15", 3)  # which meshio writes, once it knows that
+    corners, pairs = np.array(QUADRATIC[kind][0], float), QUADRATIC[kind][1]
+    one = 8 * np.concatenate([corners, [(corners[a] + corners[b]) / 2 for a, b in pairs]])
+    points = np.concatenate([one, one * [1, 1, -1]])
+    values = points[:, 0] ** 2 - points[:, 1] * points[:, 2]
+    cell = np.arange(len(one))
+    path = str(write(tmp_path / "a.vtu", points, kind, np.array([cell, cell + len(one)]), s=values))
+    grid = read_grid(path, "s", voxel=1, masked=True)
+    np.testing.assert_allclose(at(grid, points), values, atol=1e-9)
+    middle = 8 * corners.mean(axis=0)
+    found = quadratic.middles(np.concatenate([points, values[:, None]], axis=1), cell[None])
+    np.testing.assert_allclose(found, [[*middle, middle[0] ** 2 - middle[1] * middle[2]]], atol=1e-12)
+    got = raster.Got.of(grid)
+    assert (got.cells, got.corners, got.lost) == (2, 0, 0)
+    through = np.stack([np.full(50, 2.0), np.full(50, 2.0), np.linspace(-7.5, 7.5, 50)], -1)
+    assert (at(grid, through, 1) < 0).all()
+    linear = str(write(tmp_path / "b.vtu", points, kind, np.array([cell, cell + len(one)]), s=affine(points)))
+    inside = RNG.dirichlet(np.ones(6), 300) @ (8 * corners[:6])
+    np.testing.assert_allclose(at(read_grid(linear, "s", voxel=1), inside), affine(inside), atol=1e-9)
+
+
+def test_a_jump_is_no_sign_of_samples_that_are_too_coarse(tmp_path: Path) -> None:
+    """Points that lie on each other, with a value for either side."""
+    points, tetrahedra = kuhn(4, 8.0)
+    both = np.concatenate([points - [4.0, 0, 0], points - [-4.0, 0, 0]])
+    values = np.concatenate([np.zeros(len(points)), np.full(len(points), 90.0)])
+    cells_of = np.concatenate([tetrahedra, tetrahedra + len(points)])
+    got = raster.Got.of(read_grid(str(write(tmp_path / "a.vtu", both, "tetra", cells_of, s=values)), "s"))
+    assert got.error == 0
+    assert not got.coarse
+
+
+def test_thin_walls_are_sampled_finely_enough(tmp_path: Path) -> None:
+    """A plate of flat cells at 45 degrees; with a voxel twice its width there is hardly an inside, which is told."""
+    points, tetrahedra = kuhn(8, 40.0)
+    points = points * [1, 1, 0.1]
+    turn = np.array([[1, 0, 1], [0, np.sqrt(2), 0], [-1, 0, 1]]) / np.sqrt(2)
+    path = write(tmp_path / "a.vtu", points @ turn.T, "tetra", tetrahedra, s=points[:, 2])
+    assert raster.Got.of(read_grid(str(path), "s")).lost == 0
+    text = 'let s = load("a.vtu", "s", outside=-9{})\nout part = s + 0'
+    assert len(program(tmp_path, text.format("")).notes()) == 1
+    with pytest.warns(porelang.PoreWarning, match="too coarse for walls so thin"):
+        program(tmp_path, text.format(", voxel=9mm")).notes()
+
+
+def test_what_is_no_number_is_outside(tmp_path: Path) -> None:
+    """Where it is said what holds there; half a step from the nodes that have a value, which are as they were."""
+    values = np.fromfunction(lambda i, j, k: i + 2 * j + 3 * k, (9, 9, 9))
+    values[np.fromfunction(lambda i, j, k: i > 5, (9, 9, 9))] = np.nan
+    np.savez(tmp_path / "a.npz", s=values, origin=[0, 0, 0], spacing=1)
+    found = told(tmp_path / "a.npz", "s")
+    assert found.code == "E134"
+    assert "`outside=0`" in found.hint
+    made = program(tmp_path, 'out s = load("a.npz", "s", outside=-7)')
+    q = np.array([[1.0, 2, 3], [5, 2, 3], [5.4, 2, 3], [5.6, 2, 3], [8, 8, 8], [9, 0, 0]])
+    np.testing.assert_allclose(made.field("s")(q), [14, 18, 18, -7, -7, -7], atol=1e-12)
+    values[0, 0, 0] = np.inf
+    np.savez(tmp_path / "b.npz", s=values, origin=[0, 0, 0], spacing=1)
+    assert told(tmp_path / "b.npz", "s", masked=True).code == "E134"
+
+
+def test_cells_whose_corners_lie_on_each_other_are_refused(tmp_path: Path) -> None:
+    points, tetrahedra = kuhn(1, 4.0)
+    flat = tetrahedra[:, [0, 1, 2, 2]]
+    found = told(write(tmp_path / "a.vtu", points, "tetra", flat, s=points[:, 0]), "s")
+    assert found.code == "E150"
+    assert "has a volume" in found.message
+
+
+#: The names of components, and where xx, yy, zz, xy, yz, xz stand.
+NAMES = {
+    "abaqus": (["S11", "S22", "S33", "S12", "S13", "S23"], [0, 1, 2, 3, 5, 4]),
+    "voigt": (["xx", "yy", "zz", "yz", "xz", "xy"], [0, 1, 2, 5, 3, 4]),
+    "with a unit": (["xx (MPa)", "yy (MPa)", "zz (MPa)", "xy (MPa)", "xz (MPa)", "yz (MPa)"], [0, 1, 2, 3, 5, 4]),
+    "words": ([f"Stress {n} component" for n in (11, 22, 33, 12, 31, 23)], [0, 1, 2, 3, 5, 4]),
+    "code_aster": (["SIXX", "SIYY", "SIZZ", "SIXY", "SIXZ", "SIYZ"], [0, 1, 2, 3, 5, 4]),
+    "numbers": (list("012345"), [0, 1, 2, 3, 4, 5]),
+    "one twice": (["S11", "S22", "S33", "S12", "S12", "S23"], [0, 1, 2, 3, 4, 5]),
+}
+
+
+@pytest.mark.parametrize("case", NAMES)
+def test_a_tensor_is_taken_by_the_names_of_its_components(case: str, tmp_path: Path) -> None:
+    names, order = NAMES[case]
+    numbers = np.array([10.0, 20, 30, 40, 50, 60])
+    points, tetrahedra = kuhn(1, 4.0)
+    write(tmp_path / "a.vtu", points, "tetra", tetrahedra, T=np.tile(numbers, (len(points), 1)))
+    text = (tmp_path / "a.vtu").read_text()
+    named = " ".join(f'ComponentName{k}="{n}"' for k, n in enumerate(names))
+    (tmp_path / "a.vtu").write_text(text.replace('Name="T"', f'Name="T" {named}'))
+    listed = "\n".join(n.replace(" ", "%20") for n in names)
+    rows = "\n".join(" ".join(f"{v:g}" for v in numbers) for _ in points)
+    legacy = (
+        "# vtk DataFile Version 5.1\nvtk output\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nORIGIN 0 0 0\n"
+        f"SPACING 1 1 1\nPOINT_DATA 8\nFIELD FieldData 2\nT 6 8 double\n{rows}\nMETADATA\nCOMPONENT_NAMES\n{listed}\n"
+        "INFORMATION 0\n\nother 1 8 double\n1 2 3 4 5 6 7 8\nMETADATA\nINFORMATION 0\n\n"
+    )
+    (tmp_path / "a.vtk").write_text(legacy)
+    for ending in (".vtu", ".vtk"):
+        grid = read_grid(str(tmp_path / f"a{ending}"), "T")
+        np.testing.assert_allclose([at(grid, [[0.5, 0.5, 0.5]], k)[0] for k in range(6)], numbers[order], rtol=1e-12)
+        got = raster.Got.of(grid)
+        assert got.named == (case not in ("numbers", "one twice"))
+        assert ("does not name" in got.told(grid, 6)) != got.named
 
 
 def test_a_tensor_that_is_not_symmetric_is_refused(tmp_path: Path) -> None:
@@ -539,9 +662,12 @@ def test_names_that_are_near_are_offered(tmp_path: Path) -> None:
     shutil.copy(DATA / "ascii.vtu", tmp_path / "stress.vtu")
     assert "stress.vtu`?" in told(tmp_path / "stres.vtu").hint
     assert "stress.vtu`?" in told(tmp_path / "stress.npz").hint
-    for other in ("a.pvd", "a.pvtu", "a.odb", "a.csv"):
+    for other, way_out in (("a.pvd", "one of those"), ("a.pvtu", "one of those"), ("a.odb", "as .vtu"),
+                           ("a.csv", "griddata"), ("b.msh", '`meshio.read("b.msh").write("b.vtu")`'),
+                           ("a.nhdr", ".nrrd"), ("a.txt", "name a .npz")):  # fmt: skip
         put(tmp_path / other, "")
         assert told(tmp_path / other).code == "E131"
+        assert way_out in told(tmp_path / other).hint
 
 
 # ---- in the language
@@ -643,7 +769,7 @@ def test_what_sampling_came_to_is_told(tmp_path: Path, capsys: pytest.CaptureFix
     assert note.span is not None
     assert note.span.text == 'load("a.vtu", "s")'
     with pytest.warns(porelang.PoreWarning) as told_of:
-        program(tmp_path, 'out a = load("a.vtu", "noise")').notes()
+        program(tmp_path, 'out a = load("a.vtu", "noise", voxel=1.7mm)').notes()
     assert [w.message.diagnostic.code for w in told_of] == ["W230"]  # type: ignore[union-attr]
     voxel = re.search(r"`voxel=([\d.]+)mm`", told_of[0].message.diagnostic.hint)  # type: ignore[union-attr]
     assert voxel is not None

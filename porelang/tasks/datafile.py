@@ -47,13 +47,15 @@ def remembered(
     span: Span | None,
     read: Callable[[BinaryIO, int], Some],
     part: str = "",
+    instead: str = "",
 ) -> Some:
     """What `read` makes of a file and its size, or made of it before, for as long as the file stays the same.
 
-    `ending` is that of its name, or those it may have, `what` says in words what the file should be, and `part` which
-    part of it is read. Errors: E130 where it cannot be read, E131 for another ending, and those of `read`.
+    `ending` is that of its name, or those it may have, `what` says in words what the file should be, `part` which part
+    of it is read, `instead` what to do with one of another ending. Errors: E130 where it cannot be read, E131 for
+    another ending, and those of `read`.
     """
-    found = _asked(path, ending, what, span)
+    found = _asked(path, ending, what, span, instead)
     key: Key = (os.path.abspath(path), part, ending, *_stamp(found))
     with alone(key):
         with _lock:
@@ -95,7 +97,7 @@ def _bytes(data: Data) -> int:
     return data.values.nbytes if isinstance(data, SampledField) else data.starts.nbytes * 7 // 3
 
 
-def _asked(path: str, ending: str | tuple[str, ...], what: str, span: Span | None) -> os.stat_result:
+def _asked(path: str, ending: str | tuple[str, ...], what: str, span: Span | None, instead: str = "") -> os.stat_result:
     """What the system says of a file that may be read; it is not opened."""
     endings = (ending,) if isinstance(ending, str) else ending
     try:
@@ -113,7 +115,9 @@ def _asked(path: str, ending: str | tuple[str, ...], what: str, span: Span | Non
     if Path(path).suffix.lower() not in endings:
         has = f"ends in `{Path(path).suffix}`" if Path(path).suffix else "has no ending"
         marked = re.sub(r"\.\w+", lambda m: f"`{m[0]}`", listed)
-        raise fail("E131", f"`{path}` {has}, where {what} ends in {marked}", span, hint=f"name a {listed} file")
+        raise fail(
+            "E131", f"`{path}` {has}, where {what} ends in {marked}", span, hint=instead or f"name a {listed} file"
+        )
     return found
 
 

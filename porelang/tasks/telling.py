@@ -47,6 +47,11 @@ def _load(n: Node, found: Result) -> Told:
     if got.coarse:
         said = f"samples every {got.voxel:.3g} mm are too coarse for this field: a lookup in twenty is off by "
         hint = f"{finer}, or see whether the file has values at single points"
+        if got.corners:
+            said = "points between the corners of cells are not read, of such as these: a lookup in twenty is off by "
+            hint = (
+                "export them as tetrahedra (in ParaView: the filter Tessellate), or as cells of VTK's quadratic kinds"
+            )
         doubts.append(Doubt("W230", f"{said}{got.error:.3g} or more, {got.share:.0%} of its range", hint=hint))
     return Told(got.told(found, int(components)), tuple(doubts))
 

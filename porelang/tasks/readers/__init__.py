@@ -32,6 +32,27 @@ READERS: Mapping[str, tuple[str, str]] = {
     ".vti": ("vti", _EXPORT),
     ".nrrd": ("nrrd", "write it anew, with 3D Slicer, ITK or pynrrd"),
 }
+_ONE = "it lists other files: name one of those"
+_MESHIO = 'meshio reads it (pip install meshio): `meshio.read("{stem}{ending}").write("{stem}.vtu")`'
+_SURFACE = "a surface has no inside: export the cells of the volume, as .vtu"
+#: What to do with files of other endings, by these.
+INSTEAD: Mapping[str, str] = {
+    ".pvd": _ONE,
+    ".pvtu": _ONE,
+    ".pvti": _ONE,
+    ".vtm": _ONE,
+    ".vts": "write it as .vtu (in ParaView: the filter Append Datasets)",
+    ".vtr": "write it as .vti or .vtu (in ParaView: the filters Resample To Image, Append Datasets)",
+    ".vtp": _SURFACE,
+    ".stl": _SURFACE + '; as a solid it is `mesh("{stem}.stl")`',
+    ".nhdr": "write it in one file with its header, as .nrrd: `nrrd.write(...)`, or in 3D Slicer",
+    ".mha": "write it as .nrrd: `SimpleITK.WriteImage(SimpleITK.ReadImage(...), ...)`, or in 3D Slicer",
+    ".nii": "write it as .nrrd, with SimpleITK or in 3D Slicer",
+    ".npy": "it does not say where it lies: write `numpy.savez(path, {name}=values, origin=[0, 0, 0], spacing=0.5)`",
+    ".csv": "points alone have no cells: interpolate them on a grid with scipy.interpolate.griddata, as .npz",
+    **dict.fromkeys((".msh", ".inp", ".xdmf", ".med", ".unv", ".bdf", ".exo", ".e", ".h5m", ".xdmf3"), _MESHIO),
+    **dict.fromkeys((".frd", ".odb", ".rst", ".op2"), "export its cells with their values as .vtu or .vtk"),
+}
 #: Those that may hold cells, whose samples are kept.
 OF_CELLS = (".vtu", ".vtk")
 _CHUNK = 1 << 20
@@ -56,7 +77,9 @@ def read_grid(
     part = f"{voxel!r} {masked} {lengths!r} {name}"
     asked = Asked(path, name, span, READERS.get(Path(path).suffix.lower(), ("", ""))[1].format(name=name), lengths,
                   masked)  # fmt: skip
-    return remembered(path, endings, "a file of samples", span, partial(_read, asked, voxel), part)
+    known = Path(path)
+    instead = INSTEAD.get(known.suffix.lower(), "").format(stem=known.stem, ending=known.suffix, name=name)
+    return remembered(path, endings, "a file of samples", span, partial(_read, asked, voxel), part, instead)
 
 
 def _read(asked: Asked, voxel: float, file: BinaryIO, size: int) -> SampledField:

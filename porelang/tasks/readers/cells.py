@@ -1,6 +1,7 @@
 """Cells of a mesh, and values at their points or in them; cells become tetrahedra, which know barycentric coordinates.
 
-A tetrahedron stays one, one of second order becomes eight. Hexahedra, wedges and pyramids are cut from their corner
+A tetrahedron stays one, one of second order becomes eight; hexahedra and wedges of second order are cut about all of
+their points (`quadratic`). Hexahedra, wedges and pyramids are cut from their corner
 with the smallest number, and the faces opposite by diagonals from theirs: two cells cut the face that they share in the
 same way (J. Dompierre et al., How to subdivide pyramids, prisms and hexahedra into tetrahedra, 1999). Of other cells of
 higher order the corners count.
@@ -15,12 +16,16 @@ import numpy as np
 
 from porelang.data import FARTHEST, NEAREST
 from porelang.tasks.readers.asked import Array, Asked, usable
+from porelang.tasks.readers.quadratic import halves, middles
+from porelang.tasks.readers.quadratic import tetrahedra as quadratic
 
 #: VTK's numbers of cells with a volume: how many corners, and how many points at least there are.
 TETRA, VOXEL, HEXAHEDRON, WEDGE, PYRAMID, TETRA_10 = 10, 11, 12, 13, 14, 24
 _CORNERS = {TETRA: 4, VOXEL: 8, HEXAHEDRON: 8, WEDGE: 6, PYRAMID: 5, TETRA_10: 10}
 _LIKE = {TETRA: (71, 78), HEXAHEDRON: (25, 29, 33, 72, 79), WEDGE: (26, 31, 32, 73, 80), PYRAMID: (27, 37, 74, 81)}
 #: Cells without a volume, which parts are seldom without: points, bars, shells.
+#: Of second order: how many of a cell's points count.
+_SECOND = {25: 20, 29: 20, 33: 20, 26: 15, 32: 15}
 _FLAT = frozenset({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 21, 22, 23, 28, 30, 34, 35, 36, 60, 61, 62, 68, 69, 70, 75, 76, 77})
 _NAMES = {41: "convex sets of points", 42: "polyhedra", 5: "triangles", 9: "quadrangles", 22: "triangles", 3: "lines"}
 _NAMES |= {1: "points", 2: "points", 7: "polygons", 23: "quadrangles", 15: "prisms", 16: "prisms", 6: "triangle strips"}
@@ -48,8 +53,9 @@ class Cells:
     """Tetrahedra (t, 4) of `points` (n, 3) in mm; values (n, k) at points, or (t, k) in each tetrahedron.
 
     `places` (m, 3) are where the file itself says a value, `known` (m, k) which: the points of the cells, and the
-    middles of those whose corners tell it. `count` is the number of cells, `left` of those that have no volume; `named`
-    says which component of a tensor is which.
+    middles of those whose corners tell it. `count` is the number of cells, `left` of those that have no volume,
+    `corners` of those of higher order of which the corners alone count; `named` whether the file says which component
+    of a tensor is which.
     """
 
     points: Array
@@ -60,6 +66,7 @@ class Cells:
     known: Array
     count: int
     left: int
+    corners: int
     named: bool
 
 
@@ -97,7 +104,9 @@ def cells(
     places: list[Array] = []
     known: list[Array] = []
     used = np.zeros(len(points), np.bool_)
-    count = left = 0
+    more: list[Array] = []  # points in the middles of cells, and values there
+    there: list[Array] = []
+    count = left = corners_alone = 0
     for block in listed:
         kind = next((k for k, like in _LIKE.items() if block.kind in like), block.kind)
         if kind in _FLAT:
@@ -115,6 +124,18 @@ def cells(
         used[block.points] = True
         count += len(block.numbers)
         corners = block.points[:, : _CORNERS[kind]]
+        second = _SECOND.get(block.kind, 0)
+        if second and block.points.shape[1] >= second:
+            whole = block.points[:, :second]
+            tetrahedra, owner = quadratic(whole, len(points) + sum(map(len, more)))
+            made.append(tetrahedra)
+            numbers.append(block.numbers[owner])
+            more.append(middles(points, whole))
+            there.append(np.zeros((0, values.shape[1])) if in_cells else middles(values, whole))
+            places.append(more[-1])
+            known.append(values[block.numbers] if in_cells else there[-1])
+            continue
+        corners_alone += 0 if kind == block.kind or in_cells else len(block.numbers)
         if kind == VOXEL:  # its points run along x, then y, then z
             kind, corners = HEXAHEDRON, corners[:, [0, 1, 3, 2, 4, 5, 7, 6]]
         tetrahedra, owner = _tetrahedra(kind, corners)
@@ -129,6 +150,8 @@ def cells(
         flat = [_NAMES.get(b.kind, "") for b in listed if b.kind in _FLAT]
         what = f", only {next(filter(None, flat), 'what is flat')}" if flat else ""
         hint = "export the cells of the volume (tetrahedra, hexahedra, wedges or pyramids), not a surface"
+        if flat and _is_level(points, listed):
+            hint += "; of an analysis in a plane write a grid of two layers, .npz: docs/language.md shows how"
         raise asked.fail("E150", f"`{asked.path}` holds no cells with a volume{what}", hint)
     tetrahedra, owner = np.concatenate(made), np.concatenate(numbers)
     _checked(asked, points, used)
@@ -137,8 +160,27 @@ def cells(
     if not in_cells:
         places.append(points[used])
         known.append(values[used])
+    points, values = np.concatenate([points, *more]), values if in_cells else np.concatenate([values, *there])
+    if not _has_volume(points, tetrahedra):
+        hint = "export the cells of the volume anew: the corners of each lie in a plane, or on each other"
+        raise asked.fail("E150", f"none of the cells of `{asked.path}` has a volume", hint)
     return Cells(points, tetrahedra, values[owner] if in_cells else values, in_cells, np.concatenate(places),
-                 np.concatenate(known), count, left, named)  # fmt: skip
+                 np.concatenate(known), count, left, corners_alone, named)  # fmt: skip
+
+
+def _is_level(points: Array, listed: Sequence[Block]) -> bool:
+    """Whether all cells lie in one plane that two axes span, as those of an analysis in a plane."""
+    used = np.unique(np.concatenate([b.points.reshape(-1) for b in listed]))
+    inside = used[(used >= 0) & (used < len(points))]
+    return bool(len(inside) and np.ptp(points[inside], axis=0).min() < NEAREST)
+
+
+def _has_volume(points: Array, tetrahedra: Array) -> bool:
+    """Whether any tetrahedron has one, in the rounding of its places."""
+    a, b, c, d = (points[tetrahedra[:, k]] for k in range(4))
+    volumes = np.abs(np.einsum("ij,ij->i", b - a, np.cross(c - a, d - a)))
+    longest = np.max([np.abs(e).max(axis=1) for e in (b - a, c - a, d - a)], axis=0)
+    return bool((volumes > 1e-12 * longest**3).any())
 
 
 def _checked(asked: Asked, points: Array, used: Array) -> None:
@@ -169,15 +211,8 @@ def _tetrahedra(kind: int, corners: Array) -> tuple[Array, Array]:
         for face in _FACES[kind]:
             if first in face or not len(of):
                 continue
-            triangles = [here[:, face]] if len(face) == 3 else _halves(here[:, face])
+            triangles = [here[:, face]] if len(face) == 3 else halves(here[:, face])
             for triangle in triangles:
                 made.append(np.concatenate([here[:, [first]], triangle], axis=1))
                 owner.append(of)
     return np.concatenate(made), np.concatenate(owner)
-
-
-def _halves(quadrangles: Array) -> list[Array]:
-    """The two triangles of each, cut from the corner with the smallest number."""
-    turned = (np.argmin(quadrangles, axis=1)[:, None] + np.arange(4)) % 4
-    round_ = np.take_along_axis(quadrangles, turned, axis=1)
-    return [round_[:, [0, 1, 2]], round_[:, [0, 2, 3]]]

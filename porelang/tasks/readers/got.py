@@ -20,8 +20,9 @@ class Got:
     The cells, and those that were left out for they have no volume; the spacing that was aimed at, in mm; by how much
     lookups differ from what the file says at its points (or in the middles of its cells): of 95 % of these less than
     the first, of all at most the second; the least and the greatest value of the file; the share of the cells in whose
-    middles `outside` would hold; whether the file names the components of a tensor; the box of the data, in mm. Of a
-    regular grid there are no cells, and its samples are what the file says.
+    middles `outside` would hold; the cells of higher order of which the corners alone count; whether the file names
+    the components of a tensor; the box of the data, in mm. Of a regular grid there are no cells, and its samples are
+    what the file says.
     """
 
     cells: int
@@ -32,6 +33,7 @@ class Got:
     least: float
     greatest: float
     lost: float
+    corners: int
     named: bool
     low_x: float
     low_y: float
@@ -56,6 +58,8 @@ class Got:
             said = f"{self.cells:,} cells {where}, sampled every {self.voxel:.3g} mm: {off}, {most}"
         else:
             said = f"{' x '.join(map(str, field.shape))} nodes {where}"
+        if self.corners:
+            said += f"; of {self.corners:,} cells of higher order the corners alone count"
         if components == 6 and not self.named:
             said += f"; the file does not name the components of its tensors: they are taken as {', '.join(SIX)}"
         return said

@@ -46,7 +46,7 @@ def grid_of(
     grid = _in_cells(found) if cells else found
     low = np.array(origin)
     high = low + np.array(spacing) * (np.array(values.shape[:3]) - (not cells))
-    got = Got(0, 0, min(spacing), 0.0, 0.0, float(values.min()), float(values.max()), 0.0, named, *low, *high)
+    got = Got(0, 0, min(spacing), 0.0, 0.0, float(values.min()), float(values.max()), 0.0, 0, named, *low, *high)
     return replace(grid, samples=replace(grid.samples, facts=tuple(map(float, astuple(got)))))
 
 

@@ -24,7 +24,8 @@ from porelang.tasks.readers.got import Got
 from porelang.tasks.readers.grid import Grid
 
 Array = NDArray[Any]
-#: The spacing unless it is given: of the median edge of the tetrahedra so much, but no more nodes than that.
+#: The spacing unless it is given: so much of the shortest edge of a tetrahedron, in the median of all, for there walls
+#: are thin; but no more nodes than that.
 OF_EDGE = 0.5
 NODES = 4_000_000
 #: Nodes that a spacing may make: 2 GB of one component.
@@ -89,7 +90,7 @@ def _found(cells: Cells, size: Array) -> float:
     """The spacing for tetrahedra of such edges, in a box of such a size."""
     some = cells.tetrahedra[:: max(1, len(cells.tetrahedra) // _LOOKED_AT)]
     edges = [np.linalg.norm(cells.points[some[:, a]] - cells.points[some[:, b]], axis=1) for a, b in _EDGES]
-    return float(max(OF_EDGE * np.median(edges), (np.prod(size) / NODES) ** (1 / 3)))
+    return float(max(OF_EDGE * np.median(np.min(edges, axis=0)), (np.prod(size) / NODES) ** (1 / 3)))
 
 
 def _in_slabs(layers: int, part: int, work: Callable[[int, int], None]) -> None:
@@ -129,12 +130,27 @@ def _got(cells: Cells, grid: Grid, step: float, box: tuple[Array, Array]) -> Got
     samples = grid.samples
     x, y, z = (np.ascontiguousarray(c) for c in cells.places.T)
     error = np.zeros(len(x))
+    least_there, most_there = _ends(cells.places, cells.known)
     for k in range(samples.components):
-        error = np.maximum(error, np.abs(lookup(samples, x, y, z, (k, 0, 0, 0)) - cells.known[:, k]))
+        found = lookup(samples, x, y, z, (k, 0, 0, 0))
+        error = np.maximum(error, np.maximum(least_there[:, k] - found, found - most_there[:, k]))
     worst, most = float(np.quantile(error, 0.95)), float(error.max())
     least, greatest = float(cells.known.min()), float(cells.known.max())
-    return Got(cells.count, cells.left, step, worst, most, least, greatest, _lost(cells, grid), cells.named, *box[0],
-               *box[1])  # fmt: skip
+    found_of = (step, worst, most, least, greatest, _lost(cells, grid))
+    return Got(cells.count, cells.left, *found_of, cells.corners, cells.named, *box[0], *box[1])
+
+
+def _ends(places: Array, known: Array) -> tuple[Array, Array]:
+    """The least and the greatest value (m, k) that is known at each place: at a jump there are several, and a lookup
+    between them is none of them wrong."""
+    order = np.lexsort(places.T)
+    new = np.ones(len(places), np.bool_)
+    new[1:] = (places[order][1:] != places[order][:-1]).any(axis=1)
+    group = np.empty(len(places), np.int64)
+    group[order] = np.cumsum(new) - 1
+    starts = np.flatnonzero(new)
+    least, most = (of.reduceat(known[order], starts, axis=0)[group] for of in (np.minimum, np.maximum))
+    return least, most
 
 
 def _lost(cells: Cells, grid: Grid) -> float:
