@@ -120,6 +120,12 @@ def test_a_place_that_is_scaled_is_not_doubted() -> None:
     assert codes(f'let s = load("m.npz", "s") @ (p / 1000)\n{PART} {INSIDE}') == []
 
 
+@pytest.mark.parametrize("name", ["hole", "bending"])
+def test_examples_lie_in_their_data(name: str) -> None:
+    made = porelang.compile(path=Path(__file__).parent.parent / "examples" / f"{name}.pore")
+    assert codes(made) == []
+
+
 def test_what_is_bound_is_looked_at_too() -> None:
     made = compiled(f"param s: field = 0\n{PART} cube(36)")
     assert codes(made) == []

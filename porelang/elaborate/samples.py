@@ -179,6 +179,9 @@ def _sample(ctx: Context, site: tree.Call, values: list[Value], places: list[Spa
 
 def _blur(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     vector = as_vector(values[0])
+    if isinstance(values[0], Record):
+        hint = "blur its components, each by itself, as in `blur(T.xx, 2mm, body)`, and make a `tensor(...)` of them"
+        return ctx.error("E060", f"`f` of `blur` is {describe(values[0])}", places[0], hint=hint)
     field = vector if vector is not None else arguments.field(ctx, values[0], places[0], "`f` of `blur`")
     sigma = arguments.uniform_length(ctx, values[1], places[1], "`sigma` of `blur`")
     within = arguments.field(ctx, values[2], places[2], "`within` of `blur`")

@@ -57,7 +57,7 @@ _ROWS = (
          'A field from samples in a file beside the program, .npz, .vtu, .vtk, .vti or .nrrd: `load("stress.vtu", '
          '"von_mises")`. Between samples the field is trilinear, or with `smooth=true` tricubic, its gradient smooth; '
          "beyond what the file covers it is `outside`, or goes on as at the boundary where that is not given. Cells "
-         "are sampled every `voxel`, half their median edge unless given. `unit=MPa` says what values are in, "
+         "are sampled every `voxel`, half their shortest edge unless given. `unit=MPa` says what values are in, "
          "`lengths=m` what places are in, where that is not mm.",
          5, "reading data"),
     Task("sample", ("f", "voxel", "within", "smooth"), "grid", SAME, "seconds",

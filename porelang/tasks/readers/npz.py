@@ -78,7 +78,7 @@ def _members(asked: Asked, archive: zipfile.ZipFile, size: int) -> dict[str, zip
     """The entries of the three arrays that are needed."""
     found = {info.filename.removesuffix(".npy"): info for info in archive.infolist() if info.filename.endswith(".npy")}
     if asked.name not in found:
-        raise asked.no_array(found)
+        raise asked.no_array(n for n in found if n not in ("origin", "spacing"))
     missing = [n for n in ("origin", "spacing") if n not in found]
     if missing:
         raise asked.fail("E132", f"`{asked.path}` does not say where its grid lies: no `{'` and no `'.join(missing)}`")
