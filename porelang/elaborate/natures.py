@@ -19,13 +19,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from porelang.elaborate.values import Scalar, Value
-from porelang.ir import Node, order
+from porelang.ir import Node, constant, order
 from porelang.syntax import tree
 from porelang.units import RATIO
 
 _GIVES = re.compile(r"a (distance|raw lattice)|as (\w+)")
 #: Operations that keep what their first argument is.
 _KEPT = frozenset({"neg", "abs", "at", "ensure"})
+#: Operations that fold the values of a lattice at its surface, so that they do not pass through 0 there.
+_FOLDING = frozenset({"abs", "square", "hypot"})
+#: Tasks whose data are values of their fields.
+_SAMPLING = frozenset({"sample", "blur"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +39,7 @@ class Nature:
     `raw`: a raw lattice is in it, so that its values are no mm. `total`: it is a sum or a difference of two distances
     (this node), which bounds none of them. `plain`: it is as a function gave it, perhaps moved, and nothing was made of
     it yet. `period` is that of the lattice it is, where that is known. `scaled`: a raw lattice times a number, which is
-    a texture where it is added to a distance.
+    a texture where it is added to a distance. `folded`: it is a magnitude, which is 0 at a surface and not negative beside.
     """
 
     raw: bool = False
@@ -43,6 +47,7 @@ class Nature:
     plain: bool = False
     period: Node | None = None
     scaled: bool = False
+    folded: bool = False
 
 
 #: What is known of nodes so far; None where it was found that nothing is.
@@ -101,9 +106,19 @@ def _parts(n: Node) -> tuple[Node, ...]:
         return ()
     if n.op in _KEPT:
         return n.args[:1]
-    if n.op in ("add", "sub", "max", "min"):
+    if n.op in ("add", "sub", "max", "min", "hypot"):
         return n.args
+    if n.op in ("square", "sqrt"):
+        return n.args
+    if n.op in ("lookup", "lookup_cubic"):
+        grid, (component, *orders) = n.args[0], _payload(n)
+        return (grid.args[component],) if grid.op in _SAMPLING and not any(orders) else ()
     return n.args[1:] if n.op == "select" else ()
+
+
+def _payload(n: Node) -> tuple[int, ...]:
+    assert isinstance(n.value, tuple)
+    return tuple(v for v in n.value if isinstance(v, int))
 
 
 def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
@@ -115,13 +130,17 @@ def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
         if n.op == "abs" and a.total is not None:
             return None
         same = n.op in ("at", "ensure")
-        return Nature(a.raw, a.total, a.plain and same, None if n.op == "at" else a.period, a.scaled)
+        folded = n.op == "abs" or a.folded
+        return Nature(a.raw, a.total, a.plain and same, None if n.op == "at" else a.period, a.scaled, folded)
+    if len(parts) == 1 or n.op == "hypot":  # of a distance they are numbers to be used as such
+        raw = next((p for p in parts if p is not None and p.raw), None)
+        return None if raw is None else Nature(raw=True, folded=raw.folded or n.op in _FOLDING)
     a, b = parts
     total = any(p is not None and p.total is not None for p in parts)
     if n.op in ("add", "sub"):
         if a is None or b is None:  # grown, shrunk, or with a texture
             one = a or b
-            return None if total or one is None else replace(one, plain=False)
+            return None if total or one is None else replace(one, plain=False, folded=False)
         if total or not (a.raw or b.raw):
             return Nature(total=n)
         if a.raw != b.raw and (a.scaled or b.scaled):
@@ -131,8 +150,15 @@ def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
     if total:
         return None
     if a is None or b is None:
-        if n.op == "select" or not n.args[parts.index(None)].axes:  # a clamped distance is a number to be used as one
-            return None
-        one = a or b
+        one, other = a or b, n.args[parts.index(None)]
+        if n.op == "select" or (not other.axes and not _clamps(n.op, one, other)):
+            return None  # a clamped distance, or a share from 0 to 1, is a number to be used as one
         return Nature(one.raw) if one is not None else None
     return Nature(a.raw or b.raw, plain=n.op == "select" and a.plain and b.plain)
+
+
+def _clamps(op: str, field: Nature | None, end: Node) -> bool:
+    """Whether a raw lattice is held above or below an end beyond its surface, where it is as it was."""
+    if field is None or not field.raw or end.op != "const":
+        return False
+    return constant(end) < 0 if op == "max" else constant(end) > 0
