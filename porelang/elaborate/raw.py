@@ -14,6 +14,7 @@ from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.elaborate.bare import doubt, short, value_of
 from porelang.elaborate.context import Context
 from porelang.elaborate.natures import nature
+from porelang.elaborate.results import Suspicion
 from porelang.elaborate.values import Function, Given, ListValue, Poison, Scalar, Value
 from porelang.ir import Node, order, within
 from porelang.source import Span
@@ -39,6 +40,8 @@ def length_on_lattice(
     if len(numbers) != 2 or op not in _MEETING | _CUTTING:
         return None
     one, other = numbers
+    if op in ("add", "sub"):
+        _on_uneven(ctx, numbers, places, span)
     for field, length, at, lies in ((one, other, places[1], places[0]), (other, one, places[0], places[1])):
         if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
             continue
@@ -57,6 +60,29 @@ def length_on_lattice(
     return None
 
 
+def _on_uneven(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], span: Span) -> None:
+    """Suspect a length that is added to what was made of distances, and may be none any more."""
+    for i, field in enumerate(numbers):
+        length, lies = numbers[1 - i], places[i]
+        if not (isinstance(field, Scalar) and isinstance(length, Scalar)) or length.dimension != LENGTH:
+            continue
+        found, place = nature(ctx.natures, field.node), ctx.users_place(span)
+        direct = place is span
+        if found is None or found.raw or not found.uneven or (direct and length.node.axes):
+            continue
+        given = [] if direct else [g for g in ctx.given_at.get(place, {}).values() if _is_uneven(ctx, g.value)]
+        spans = [lies] if direct else [g.span for g in given]
+        at = places[1 - i] if direct else place
+        edit = _lift(spans, (), [lies] if direct and found.folded else ())
+        where, text = (edit.span, edit.text) if edit else (None, "")
+        ctx.suspect(Suspicion("uneven", at, (field.node, length.node), where, instead=text))
+
+
+def _is_uneven(ctx: Context, value: Value) -> bool:
+    found = nature(ctx.natures, value.node) if isinstance(value, Scalar) else None
+    return found is not None and found.uneven
+
+
 def call_on_lattice(ctx: Context, function: Function, given: Mapping[str, Given]) -> Poison | None:
     """Refuse the call of a function that says by `Adds:` what it adds to a lattice, if that is a length."""
     fact = _ADDS.fullmatch(function.definition.fact("Adds") or "") if function.definition is not None else None
@@ -73,7 +99,12 @@ def note_length(ctx: Context, numbers: Sequence[Value], made: Value) -> None:
     for one, other in (numbers, (numbers[1], numbers[0])):
         if not (isinstance(one, Scalar) and isinstance(other, Scalar)) or other.dimension is not None:
             continue
-        if _is_length(ctx, one) and nature(ctx.natures, other.node) is None and ctx.constant(other.node) is None:
+        known = nature(ctx.natures, other.node)
+        if (
+            _is_length(ctx, one)
+            and (known is None or (known.scaled and not known.raw))
+            and ctx.constant(other.node) is None
+        ):
             ctx.lengths[made.node] = True
 
 
@@ -176,13 +207,13 @@ def _without_brackets(text: str) -> str:
 
 
 def _told(ctx: Context, said: Span, edit: Edit | None, sure: bool, within_it: bool = False) -> Poison | None:
-    value = value_of(said)
+    value, does = value_of(said), "holds" if within_it else "is" if sure else "is made of"
     lifted = f"`{short(edit.text)}`" if edit is not None else f"`{LIFT}(...)` of the lattice"
     other = "a raw number, without a unit" if sure else "`bare(...)` of the length, if raw units are meant"
     porous = "for a porosity there are `to_porosity` and `shell_to_porosity`"
     told = Diagnostic(
         "E145" if sure else "W212",
-        f"`{short(value.text)}` {'holds' if within_it else 'is' if sure else 'is made of'} a length, and the values of a raw lattice are not in mm",
+        f"`{short(value.text)}` {does} a length, and the values of a raw lattice are not in mm",
         value,
         "meets a raw lattice, whose values have no unit",
         () if edit is None else (Label(edit.span, f"its distance in mm is {lifted}"),),

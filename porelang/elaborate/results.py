@@ -204,7 +204,9 @@ class Suspicion:
     stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """
 
-    what: Literal["total", "copies", "apart", "pores", "seam", "empty", "period", "still", "fold", "fits", "jump"]
+    what: Literal[
+        "total", "copies", "apart", "pores", "seam", "empty", "period", "still", "fold", "fits", "jump", "uneven"
+    ]
     span: Span
     nodes: tuple[Node, ...]
     argument: Span | None = None
