@@ -10,7 +10,7 @@ import numpy as np
 
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest, warn
 from porelang.elaborate.results import Elaborated, ParamInfo
-from porelang.units import UNITS
+from porelang.units import LENGTH, UNITS
 
 Setting = float | int | bool | str
 _WRITTEN = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z%]*)\s*")
@@ -150,6 +150,14 @@ def _written(info: ParamInfo, text: str) -> float:
             f"`{info.name}` is {info.dimension}, and {text.strip()} is {UNITS[unit].dimension}",
             info.span,
             label="declared here",
+        )
+    if info.raw and UNITS[unit].dimension == LENGTH:
+        raise fail(
+            "E084",
+            f"`{info.name}` is a number of the lattice's own units, and {text.strip()} is a length",
+            info.span,
+            label="declared without a unit",
+            hint="give a bare number; for mm declare it in mm, and put `metric(...)` about the lattice",
         )
     return number * UNITS[unit].scale
 

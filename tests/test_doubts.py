@@ -59,6 +59,19 @@ DOUBTED = [
     ("let t = mix(0.2mm, 1mm, ramp(z, 0, 30))\nshell(gyroid(10), t) & cube(20)", "W212"),
     ("param low = 0.2mm in 0.1mm..1mm\noffset(diamond(10), low * ramp(z, 0, 30)) & cube(20)", "W212"),
     ("let heat = ramp(z, 0, 30)\ngyroid(10) |> thicken(-heat * 0.3mm) & cube(20)", "W212"),
+    # lengths that are added to what is a distance no longer
+    ("crossfade(metric(gyroid(10)), metric(gyroid(14)), along=z, r=5) |> shell(0.8mm) & cube(30)", "W238"),
+    ("blend(metric(gyroid(10)), metric(schwarz_p(10)), along=z, r=5) |> shell(0.8mm) & cube(30)", "W238"),
+    ("twist(metric(gyroid(10)), 0.1) |> shell(0.8mm) & cube(30)", "W238"),
+    ("scale(metric(gyroid(10)), [3, 1, 1]) |> shell(0.8mm) & cube(30)", "W238"),
+    ("polar(metric(gyroid(10)), 60) |> shell(0.8mm) & cylinder(20, 20)", "W238"),
+    ("wedges(metric(gyroid(6)), 6) |> shell(0.8mm) & cylinder(30, 8)", "W238"),
+    ("align(metric(gyroid(10)), grad(sphere(5))) |> shell(0.8mm) & sphere(20)", "W238"),
+    ("abs(metric(gyroid(10)) @ (2 * p)) - 0.4mm & cube(30)", "W238"),
+    ("2 * metric(gyroid(10)) |> shell(0.8mm) & cube(30)", "W238"),
+    ("(gyroid(10) + sphere(10)) |> shell(0.4mm) & cube(30)", "W238"),
+    ("scale(sphere(10), [1, 1, 2]) |> shell(1mm)", "W238"),
+    ("def wall(f, t: length) = abs(f) - t / 2\nwall(twist(metric(gyroid(9)), 0.1), 0.4mm) & cube(30)", "W238"),
     # arithmetic between solids
     ("box([40, 40, 10]) & (cube(20) - sphere(9))", "W213"),
     ("cube(20) - cylinder(4, 30)", "W213"),
@@ -170,6 +183,19 @@ DOUBTED = [
 ]
 
 RIGHT = [
+    # distances that were moved, turned or scaled as a whole, hardly bent, or used as a number
+    "metric(twist(metric(gyroid(10)), 0.1)) |> shell(0.8mm) & cube(30)",
+    "scale(metric(gyroid(10)), 2) |> shell(0.8mm) & cube(30)",
+    "rotate(metric(gyroid(10)), [1, 0, 0], 30deg) |> shell(0.8mm) & cube(30)",
+    "param a = 20deg in 0deg..40deg\nrotate(metric(gyroid(10)), [1, 0, 0], a) |> shell(0.8mm) & cube(30)",
+    "mirror(metric(gyroid(10)), [1, 0, 0]) |> shell(0.8mm) & cube(30)",
+    "ring(metric(gyroid(10)), 6) |> shell(0.8mm) & cube(30)",
+    "repeat(sphere(3), 10, counts=[3, 3, 1]) |> shell(0.5mm)",
+    "twist(box([20, 20, 60]), 0.03) |> shell(1mm)",
+    "twist(metric(gyroid(10)) |> shell(0.8mm), 0.1) & cube(30)",
+    "morph(metric(gyroid(10)), metric(gyroid(10)), 0.5) |> shell(0.8mm) & cube(30)",
+    "let near = ramp(scale(sphere(10), [1, 1, 2]), 0mm, 10mm)\ngyroid(10) |> thicken(near, 0.3) & cube(20)",
+    "let d = sphere(20)\nout part = d & cube(30)\nout heat = d / 100",
     # periods that are the same everywhere, or hardly vary, or are had by a phase; and a wave of p / w that is meant
     "gyroid(20mm + 0 * x) & cylinder(75mm, 300mm)",
     "gyroid(20mm + z / 150) & cylinder(75mm, 300mm)",

@@ -366,6 +366,24 @@ def test_lookup_is_valid_for_opengl_es(gpu: Gpu) -> None:
         np.testing.assert_allclose(got, evaluate(grid, p, (0, 0, 0, 0), cubic), atol=1e-4)
 
 
+def test_bounds_of_wide_boxes_that_reach_beyond_hold() -> None:
+    """They are put together from blocks that are enclosed once: of each box the least and the greatest block tell."""
+    grid = noise((33, 19, 40), origin=(-10.0, -10.0, -10.0), spacing=(0.6, 1.1, 0.5))
+    random = np.random.default_rng(4)
+    low, size = random.uniform(-20, 5, (300, 3)), random.uniform(4, 30, (300, 3))
+    root = node("lookup_cubic", GRID, X, Y, Z, value=(0, 0, 0, 0))
+    formula = Formula((root,), {GRID: grid})
+    found = enclose(formula, [interval(low[:, a], low[:, a] + size[:, a]) for a in range(3)])[0].range
+    field = NumpyField(formula, "f64", 1)
+    for _ in range(100):
+        value = field.at(low + random.random((300, 3)) * size)
+        assert ((value >= found.lo) & (value <= found.hi)).all()
+    # and closer than by what a cubic may overshoot of all nodes: there alone is the range that of a part
+    one = enclose(formula, [interval(np.array([-40.0]), np.array([e])) for e in (-8.0, 40.0, 40.0)])[0].range
+    whole = enclose(formula, [interval(np.array([-40.0]), np.array([40.0]))] * 3)[0].range
+    assert one.hi - one.lo < whole.hi - whole.lo <= 2 * np.ptp(grid.values)
+
+
 @pytest.mark.parametrize("voxel", ["1mm", "2mm", "4mm"])
 @pytest.mark.parametrize("region", ["sphere(10)", "cube(20)"])
 def test_a_solid_within_its_smooth_samples_has_an_end(region: str, voxel: str) -> None:

@@ -12,8 +12,9 @@ from porelang.analysis.linear import has_rules, linear
 from porelang.backends.numpy import NumpyField
 from porelang.conformance.generate import RANGES
 from porelang.conformance.suite import random_graphs
+from porelang.data import SampledField
 from porelang.formula import Formula
-from porelang.ir import Node, X, Y, Z, node, param
+from porelang.ir import ONE, Node, X, Y, Z, node, param
 from porelang.rewrites import flatten
 
 Points = NDArray[np.float64]
@@ -96,6 +97,33 @@ def test_what_each_rule_forgets_falls_with_the_square(name: str) -> None:
         slope = [(field.at(middle + step * e) - field.at(middle - step * e)) / (2 * step) for e in np.eye(3)]
         spread = size * np.abs(slope).sum(axis=0)
         assert np.median(found.range.hi - found.range.lo - spread) < 150 * size**2 + 1e-9
+
+
+def smooth(payload: tuple[int, int, int, int], size: int = 12) -> Formula:
+    """A lookup of smooth samples where they are looked for by what is bent, also beyond them."""
+    i, j, k = np.meshgrid(*(np.arange(size) * 5.0 / (size - 1) - 2.5,) * 3, indexing="ij")
+    samples = SampledField.from_array(np.sin(i + 0.3 * j) * np.cos(k), (-2.5,) * 3, 5.0 / (size - 1))
+    grid = node("sample", X, ONE, Y)
+    return Formula((node("lookup_cubic", grid, X + 0.1 * (Y * Z), Y, Z - X, value=payload),), {grid: samples})
+
+
+@pytest.mark.parametrize("orders", [(0, 0, 0), (1, 0, 0), (0, 1, 1), (0, 0, 2), (0, 3, 0)])
+def test_the_rule_of_a_smooth_lookup_holds(orders: tuple[int, int, int]) -> None:
+    f = smooth((0, *orders))
+    assert has_rules(f.tape)
+    assert outside(f, *some_boxes(8, 3000, 4.0, 3.0), seed=9) == 0
+
+
+@pytest.mark.parametrize("orders", [(0, 0, 0), (1, 0, 0), (0, 1, 1)])
+def test_what_a_smooth_lookup_forgets_falls_with_the_square(orders: tuple[int, int, int]) -> None:
+    f = smooth((0, *orders))
+    low = np.random.default_rng(5).uniform(-1, 1, (500, 3))
+    for size in (1e-2, 1e-3):
+        (found,) = linear(f, boxes(low, low + size))
+        field, middle, step = NumpyField(f, "f64", 1), low + size / 2, 1e-5
+        slope = [(field.at(middle + step * e) - field.at(middle - step * e)) / (2 * step) for e in np.eye(3)]
+        spread = size * np.abs(slope).sum(axis=0)
+        assert np.median(found.range.hi - found.range.lo - spread) < 50 * size**2 + 1e-9
 
 
 @pytest.mark.parametrize("seed", range(60))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+import porelang
 from porelang.compiler import try_compile
 from porelang.diagnostics import Diagnostic
 from porelang.source import Source
@@ -61,6 +62,25 @@ REFUSED = {
     "smooth_union([gyroid(10) & cube(20), sphere(4)], 2mm)": (
         "smooth_union([for f in [gyroid(10) & cube(20), sphere(4)]: metric(f)], 2mm)"
     ),
+    # the surface of a magnitude is found within it
+    "abs(gyroid(10)) - 1mm & cube(20)": "abs(metric(gyroid(10))) - 1mm & cube(20)",
+    "abs(gyroid(10)) |> offset(1mm) & cube(20)": "abs(metric(gyroid(10))) |> offset(1mm) & cube(20)",
+    "if abs(gyroid(10)) < 0.2mm then sphere(10) else cube(9)": (
+        "if abs(metric(gyroid(10))) < 0.2mm then sphere(10) else cube(9)"
+    ),
+    # what was made of the values of a lattice is raw still
+    "blur(gyroid(10), 1mm, cube(9)) |> shell(0.4mm) & cube(9)": (
+        "metric(blur(gyroid(10), 1mm, cube(9))) |> shell(0.4mm) & cube(9)"
+    ),
+    "sample(gyroid(10), 1mm, cube(9), smooth=true) |> shell(0.4mm) & cube(9)": (
+        "metric(sample(gyroid(10), 1mm, cube(9), smooth=true)) |> shell(0.4mm) & cube(9)"
+    ),
+    "clamp(gyroid(10), -1, 1) |> shell(0.4mm) & cube(20)": (
+        "metric(clamp(gyroid(10), -1, 1)) |> shell(0.4mm) & cube(20)"
+    ),
+    "conventions.axolotl.overlay(gyroid(10), 0.4mm) & cube(20)": (
+        "conventions.axolotl.overlay(metric(gyroid(10)), 0.4mm) & cube(20)"
+    ),
 }
 
 
@@ -73,6 +93,30 @@ def test_a_length_that_meets_a_raw_lattice_is_refused_with_its_way_out(text: str
     made = text[: found.edit.span.start] + found.edit.text + text[found.edit.span.end :]
     assert made == REFUSED[text]
     assert said(made) == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sum([gyroid(10), 0.4mm]) & cube(9)",
+        "hypot(gyroid(10), 0) - 0.2mm & cube(9)",
+        "sqrt(square(gyroid(10))) - 0.2mm & cube(9)",
+        "let f = abs(gyroid(10))\nf - 1mm & cube(9)",
+    ],
+)
+def test_where_no_edit_of_one_place_mends_it_none_is_shown(text: str) -> None:
+    (found,) = said(text)
+    assert (found.code, found.edit) == ("E145", None)
+
+
+def test_a_setting_with_a_unit_is_refused_for_a_number_of_the_lattice() -> None:
+    text = "param t = 0.4 in 0.2..1\nparam r = 9 in 5..20\ngyroid(10) |> shell(2 * t) & sphere(r)"
+    program = porelang.compile(text)
+    assert program.design(t=0.5, r="11mm").settings["r"] == 11
+    with pytest.raises(porelang.PoreError, match=r"`t` is a number of the lattice's own units, and 0.5mm is a length"):
+        program.design(t="0.5mm")
+    lifted = porelang.compile(text.replace("gyroid(10)", "metric(gyroid(10))"))
+    assert lifted.design(t="0.5mm").settings["t"] == 0.5
 
 
 def test_each_place_is_told() -> None:
@@ -91,6 +135,10 @@ def test_each_place_is_told() -> None:
         "metric(gyroid(10)) |> shell(0.4mm) & cube(20)",
         "metric(gyroid(10), 3) - 0.3mm & cube(20)",
         "thicken(sphere(20), gyroid(5), 0.3mm) |> shell(0.4mm)",
+        # a share from 0 to 1 is a weight, and has no surface
+        "sphere(20 + 3 * saturate(gyroid(9)))",
+        "offset(cube(20), mix(0.2mm, 1mm, saturate(gyroid(9))))",
+        "sample(sphere(9), 1mm, cube(20)) |> shell(1mm)",
     ],
 )
 def test_a_number_of_the_lattice_and_a_distance_are_taken(text: str) -> None:

@@ -23,10 +23,11 @@ import numpy as np
 
 from porelang import interval as iv
 from porelang.analysis.enclose import NOWHERE, Enclosure, enclosed_leaf, enclosed_operation
+from porelang.data import SampledField
 from porelang.formula import Formula
 from porelang.interval import INF, Array, Interval, interval
 from porelang.ir import Stage
-from porelang.ops import TABLE
+from porelang.ops import TABLE, grid
 from porelang.tape import AXES, PICK, Tape
 
 #: What rounding in float64 adds to a form, of its magnitude, with room for what its own slopes lose.
@@ -61,7 +62,8 @@ SHORT = 80
 
 def has_rules(tape: Tape) -> bool:
     """Whether each operation that runs at points has a rule here, or one value over most boxes."""
-    return all(tape.ops[i] in _RULES or tape.ops[i] in _LEVEL or tape.kinds[i] == "bool" for i in tape.field)
+    known = {*_RULES, *_LEVEL, _CUBIC}
+    return all(tape.ops[i] in known or tape.kinds[i] == "bool" for i in tape.field)
 
 
 def linear(formula: Formula, box: Sequence[Interval]) -> list[Enclosure]:
@@ -71,6 +73,7 @@ def linear(formula: Formula, box: Sequence[Interval]) -> list[Enclosure]:
     wide = [k for k, r in enumerate(box) if bool(np.any(r.hi > r.lo))]  # slopes along the others are of no use
     known: dict[int, Any] = {}
     found: dict[int, Enclosure] = {}
+    slopes: _Slopes = {}
     roots = frozenset(tape.roots)
     with np.errstate(all="ignore"):
         for i, op in enumerate(tape.ops):
@@ -82,7 +85,10 @@ def linear(formula: Formula, box: Sequence[Interval]) -> list[Enclosure]:
                 made = enclosed_leaf(formula, i, box)
             if tape.kinds[i] == "real" and isinstance(made, Enclosure):
                 rule = _RULES.get(op) if tape.stages[i] is Stage.FIELD else None
-                made = _made(None if rule is None else rule(made.range, *inputs), made)
+                parts = None if rule is None else rule(made.range, *inputs)
+                if op == _CUBIC and tape.stages[i] is Stage.FIELD and inputs[0] is not None:
+                    parts = _cubic(slopes, tape.inputs[i], tape.values[i], *inputs)
+                made = _made(parts, made)
                 if op in AXES and AXES[op] in wide:
                     made = _coordinate(wide.index(AXES[op]), len(wide), made.range)
             known[i] = made
@@ -277,6 +283,33 @@ def _select(_: Interval, condition: Enclosure, u: Form, v: Form) -> Parts:
     none = np.zeros((1, 1))
     of_u, of_v = (none if f.a is None else f.a for f in (u, v))
     return c, np.where(yes, of_u, of_v), np.where(yes, u.r, v.r)
+
+
+#: What was found of derivatives of lookups, by where they look and the payload: a lookup and its neighbours share them.
+_Slopes = dict[tuple[tuple[int, ...], grid.Payload], Interval]
+_CUBIC = "lookup_cubic"
+#: Of derivatives beyond this order in all the range is as close: they are used times what is small.
+_ORDER = 2
+
+
+def _cubic(
+    slopes: _Slopes, at: tuple[int, ...], payload: Any, data: SampledField, x: Form, y: Form, z: Form
+) -> Parts | None:
+    """A lookup with a smooth gradient, by its slopes from c to any place of the box; where it may jump, the range."""
+    if sum(payload[1:]) > _ORDER:
+        return None
+    px, py, pz = (Interval(np.minimum(f.c, f.range.lo), np.maximum(f.c, f.range.hi), f.range.nan) for f in (x, y, z))
+    there = grid.enclose(data, interval(x.c), interval(y.c), interval(z.c), payload, True)
+    value = np.where(grid.jumps(data, px, py, pz, payload, True), np.nan, (there.lo + there.hi) / 2)
+    total: Parts = (value, None, (there.hi - there.lo) / 2)
+    component, i, j, k = payload
+    for one, orders in ((x, (i + 1, j, k)), (y, (i, j + 1, k)), (z, (i, j, k + 1))):
+        key = (at, (component, *orders))
+        if key not in slopes:
+            slopes[key] = grid.enclose(data, px, py, pz, key[1], True)
+        a, r = _sloped(one, value, slopes[key].lo, slopes[key].hi)[1:]
+        total = (value, _sum(total[1], a), total[2] + r)
+    return total
 
 
 _TAU = math.tau

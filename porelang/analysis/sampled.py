@@ -65,12 +65,12 @@ def unstretched(roots: Sequence[Node], bindings: Bindings) -> list[Node]:
         out[n] = None
         if n.op != "at":
             todo += within(n)
-        elif _keeps_lengths(n.args[1:], bindings):
+        elif keeps_lengths(n.args[1:], bindings):
             todo.append(n.args[0])
     return list(out)
 
 
-def _keeps_lengths(point: Sequence[Node], bindings: Bindings) -> bool:
+def keeps_lengths(point: Sequence[Node], bindings: Bindings) -> bool:
     """Whether a place depends on the point as by a rotation and a translation, wherever samples look."""
     at = sampler([node("d", c, value=axis) for c in point for axis in range(3)], bindings)
     if at is None:

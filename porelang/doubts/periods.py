@@ -34,14 +34,14 @@ def drifting(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic 
     for output in found.outputs.values():
         if len(output.nodes) != 1:
             continue
-        way = _way_to(lattice, output.nodes[0])
+        way = way_to(lattice, output.nodes[0])
         if way is None:
             continue
         around = _around(way)
         points = None if around is None else inside_of(around, bindings)
         if points is None:
             points = inside_of(output.nodes[0], bindings)
-        at = sampler([_seen(way, n) for n in (*periods, *rates)], bindings)
+        at = sampler([seen_from(way, n) for n in (*periods, *rates)], bindings)
         if points is None or at is None or not len(points):
             continue
         values = np.stack(at(points))
@@ -105,10 +105,10 @@ def _name_of(around: Node, found: Elaborated, s: Suspicion) -> str | None:
 
 
 #: From a solid down to a lattice in it: each node on the way, and which of its arguments is next.
-_Way = list[tuple[Node, int]]
+Way = list[tuple[Node, int]]
 
 
-def _way_to(lattice: Node, root: Node) -> _Way | None:
+def way_to(lattice: Node, root: Node) -> Way | None:
     """How a lattice is found in a solid; None where it is not, or only in what moves another field."""
 
     def below(n: Node) -> tuple[Node, ...]:
@@ -118,7 +118,7 @@ def _way_to(lattice: Node, root: Node) -> _Way | None:
     for n in order([root], below):  # arguments come first
         if n is lattice or any(a in holds for a in below(n)):
             holds.add(n)
-    way: _Way = []
+    way: Way = []
     here = root
     if root not in holds:
         return None
@@ -129,7 +129,7 @@ def _way_to(lattice: Node, root: Node) -> _Way | None:
     return way
 
 
-def _seen(way: _Way, field: Node) -> Node:
+def seen_from(way: Way, field: Node) -> Node:
     """A field of a lattice's own place as it is seen where the solid is: moved, turned and bent as the lattice is."""
     for n, _ in reversed(way):
         if n.op == "at":
@@ -137,7 +137,7 @@ def _seen(way: _Way, field: Node) -> Node:
     return field
 
 
-def _around(way: _Way) -> Node | None:
+def _around(way: Way) -> Node | None:
     """What a lattice is cut with on the way; None where that is nothing."""
     solid: Node | None = None
     for n, i in reversed(way):

@@ -19,13 +19,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from porelang.elaborate.values import Scalar, Value
-from porelang.ir import Node, order
+from porelang.ir import Node, X, Y, Z, constant, order
 from porelang.syntax import tree
 from porelang.units import RATIO
 
 _GIVES = re.compile(r"a (distance|raw lattice)|as (\w+)")
 #: Operations that keep what their first argument is.
 _KEPT = frozenset({"neg", "abs", "at", "ensure"})
+#: Operations that fold the values of a lattice at its surface, so that they do not pass through 0 there.
+_FOLDING = frozenset({"abs", "square", "hypot"})
+#: Tasks whose data are values of their fields.
+_SAMPLING = frozenset({"sample", "blur"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +39,8 @@ class Nature:
     `raw`: a raw lattice is in it, so that its values are no mm. `total`: it is a sum or a difference of two distances
     (this node), which bounds none of them. `plain`: it is as a function gave it, perhaps moved, and nothing was made of
     it yet. `period` is that of the lattice it is, where that is known. `scaled`: a raw lattice times a number, which is
-    a texture where it is added to a distance.
+    a texture where it is added to a distance. `folded`: it is a magnitude, which is 0 at a
+    surface and not negative beside. `uneven`: it was made of distances, and may be none any more.
     """
 
     raw: bool = False
@@ -43,6 +48,8 @@ class Nature:
     plain: bool = False
     period: Node | None = None
     scaled: bool = False
+    folded: bool = False
+    uneven: bool = False
 
 
 #: What is known of nodes so far; None where it was found that nothing is.
@@ -59,7 +66,7 @@ def note(known: Natures, definition: tree.Def, arguments: Mapping[str, Value], r
     if fact[2]:
         given = arguments.get(fact[2])
         same = nature(known, given.node) if isinstance(given, Scalar) else None
-        found = None if same is None else replace(same, period=None)
+        found = None if same is None else replace(same, period=None, uneven=not same.raw)
     else:
         w = arguments.get("w")
         raw = fact[1] == "raw lattice"
@@ -71,7 +78,8 @@ def note(known: Natures, definition: tree.Def, arguments: Mapping[str, Value], r
 
 
 def note_scaled(known: Natures, op: str, numbers: Sequence[Value], made: Value) -> None:
-    """Note that a raw lattice times a bare number, which may vary, is one still; so is one over a number."""
+    """Note that a raw lattice times a bare number, which may vary, is one still; so is one over a number. A distance
+    times a number is none any more."""
     if len(numbers) != 2 or not isinstance(made, Scalar) or made.dimension not in (None, RATIO):
         return
     for one, other in (numbers, (numbers[1], numbers[0])) if op == "mul" else (numbers,):
@@ -80,10 +88,10 @@ def note_scaled(known: Natures, op: str, numbers: Sequence[Value], made: Value) 
         if op == "div" and other.node.axes:
             continue
         lattice, factor = nature(known, one.node), nature(known, other.node)
-        if lattice is not None and lattice.raw and (factor is None or factor.raw):
+        if lattice is not None and (factor is None or (lattice.raw and factor.raw)):
             known.setdefault(made.node, None)
-            if known[made.node] is None:
-                known[made.node] = Nature(raw=True, plain=True, scaled=True)
+            if known[made.node] is None and (lattice.raw or lattice.total is None):
+                known[made.node] = Nature(raw=lattice.raw, plain=lattice.raw, scaled=True, uneven=not lattice.raw)
 
 
 def nature(known: Natures, n: Node) -> Nature | None:
@@ -101,9 +109,19 @@ def _parts(n: Node) -> tuple[Node, ...]:
         return ()
     if n.op in _KEPT:
         return n.args[:1]
-    if n.op in ("add", "sub", "max", "min"):
+    if n.op in ("add", "sub", "max", "min", "hypot"):
         return n.args
+    if n.op in ("square", "sqrt"):
+        return n.args
+    if n.op in ("lookup", "lookup_cubic"):
+        grid, (component, *orders) = n.args[0], _payload(n)
+        return (grid.args[component],) if grid.op in _SAMPLING and not any(orders) else ()
     return n.args[1:] if n.op == "select" else ()
+
+
+def _payload(n: Node) -> tuple[int, ...]:
+    assert isinstance(n.value, tuple)
+    return tuple(v for v in n.value if isinstance(v, int))
 
 
 def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
@@ -115,24 +133,52 @@ def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
         if n.op == "abs" and a.total is not None:
             return None
         same = n.op in ("at", "ensure")
-        return Nature(a.raw, a.total, a.plain and same, None if n.op == "at" else a.period, a.scaled)
+        folded = n.op == "abs" or a.folded
+        uneven = not a.raw and (a.uneven or (n.op == "at" and not _moves(n.args[1:])))
+        period = None if n.op == "at" else a.period
+        return Nature(a.raw, a.total, a.plain and same, period, a.scaled, folded, uneven)
+    if len(parts) == 1 or n.op == "hypot":  # of a distance they are numbers to be used as such
+        lattice = next((p for p in parts if p is not None and p.raw), None)
+        return None if lattice is None else Nature(raw=True, folded=lattice.folded or n.op in _FOLDING)
     a, b = parts
     total = any(p is not None and p.total is not None for p in parts)
     if n.op in ("add", "sub"):
         if a is None or b is None:  # grown, shrunk, or with a texture
             one = a or b
-            return None if total or one is None else replace(one, plain=False)
+            return None if total or one is None else replace(one, plain=False, folded=False)
+        if not (a.raw or b.raw) and (a.scaled or b.scaled) and not total:  # (1 - t) * a + t * b
+            return Nature(scaled=True, uneven=True)
         if total or not (a.raw or b.raw):
             return Nature(total=n)
         if a.raw != b.raw and (a.scaled or b.scaled):
             return replace(b if a.raw else a, plain=False)
+        if a.raw != b.raw:
+            return Nature(uneven=True)
         mixed = a.scaled or b.scaled  # (1 - t) * a + t * b is a lattice as they are
         return Nature(raw=True, plain=mixed, scaled=mixed) if a.raw and b.raw else None
     if total:
         return None
     if a is None or b is None:
-        if n.op == "select" or not n.args[parts.index(None)].axes:  # a clamped distance is a number to be used as one
-            return None
-        one = a or b
-        return Nature(one.raw) if one is not None else None
-    return Nature(a.raw or b.raw, plain=n.op == "select" and a.plain and b.plain)
+        one, other = a or b, n.args[parts.index(None)]
+        if n.op == "select" or (not other.axes and not _clamps(n.op, one, other)):
+            return None  # a clamped distance, or a share from 0 to 1, is a number to be used as one
+        return Nature(one.raw, uneven=one.uneven) if one is not None else None
+    raw = a.raw or b.raw
+    return Nature(raw, plain=n.op == "select" and a.plain and b.plain, uneven=not raw and (a.uneven or b.uneven))
+
+
+def _moves(point: Sequence[Node]) -> bool:
+    """Whether a point is the one that is looked from, moved by as much everywhere. Whether others are turned, values
+    tell."""
+    for here, axis in zip(point, (X, Y, Z), strict=True):
+        moved = here.op in ("add", "sub") and here.args[0] is axis and not here.args[1].axes
+        if here is not axis and not moved:
+            return False
+    return True
+
+
+def _clamps(op: str, field: Nature | None, end: Node) -> bool:
+    """Whether a raw lattice is held above or below an end beyond its surface, where it is as it was."""
+    if field is None or not field.raw or end.op != "const":
+        return False
+    return constant(end) < 0 if op == "max" else constant(end) > 0

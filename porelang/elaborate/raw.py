@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.elaborate.bare import doubt, short, value_of
 from porelang.elaborate.context import Context
 from porelang.elaborate.natures import nature
+from porelang.elaborate.results import Suspicion
 from porelang.elaborate.values import Function, Given, ListValue, Poison, Scalar, Value
-from porelang.ir import order, within
+from porelang.ir import Node, order, within
 from porelang.source import Span
 from porelang.units import LENGTH
 
@@ -27,7 +29,7 @@ _KEEPING = frozenset({"add", "sub", "min", "max", "neg", "abs", "at", "ensure", 
 _ADDS = re.compile(r"(\w+) \* (\w+) to (\w+)")
 #: The function that makes mm of it.
 LIFT = "metric"
-_FOLDED = re.compile(r"abs\((\w+)\)")
+_ABS = "abs"
 
 
 def length_on_lattice(
@@ -38,19 +40,47 @@ def length_on_lattice(
     if len(numbers) != 2 or op not in _MEETING | _CUTTING:
         return None
     one, other = numbers
+    if op in ("add", "sub"):
+        _on_uneven(ctx, numbers, places, span)
     for field, length, at, lies in ((one, other, places[1], places[0]), (other, one, places[0], places[1])):
         if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
             continue
+        if op not in _CUTTING and length.dimension is None and _is_raw(ctx, field):
+            _note_params(ctx, length.node)
         if not _is_length(ctx, length) or (op in _CUTTING and length.node.axes) or not _is_raw(ctx, field):
             continue
         place = ctx.users_place(span)
         if place is span:
-            return _told(ctx, at, _lift([lies]), length.dimension == LENGTH)
+            edit = _lift([lies], (), [lies] if _is_folded(ctx, field) else [])
+            return _told(ctx, at, edit, length.dimension == LENGTH)
         given = list(ctx.given_at.get(place, {}).values())
         said = _length_among(ctx, given)
         sure = length.dimension == LENGTH or (said is not None and _is_known(said))
-        return _told(ctx, place if said is None else said.span, _lifted(ctx, given), sure)
+        return _told(ctx, place if said is None else said.span, _lifted(ctx, given), sure, said is None)
     return None
+
+
+def _on_uneven(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], span: Span) -> None:
+    """Suspect a length that is added to what was made of distances, and may be none any more."""
+    for i, field in enumerate(numbers):
+        length, lies = numbers[1 - i], places[i]
+        if not (isinstance(field, Scalar) and isinstance(length, Scalar)) or length.dimension != LENGTH:
+            continue
+        found, place = nature(ctx.natures, field.node), ctx.users_place(span)
+        direct = place is span
+        if found is None or found.raw or not found.uneven or (direct and length.node.axes):
+            continue
+        given = [] if direct else [g for g in ctx.given_at.get(place, {}).values() if _is_uneven(ctx, g.value)]
+        spans = [lies] if direct else [g.span for g in given]
+        at = places[1 - i] if direct else place
+        edit = _lift(spans, (), [lies] if direct and found.folded else ())
+        where, text = (edit.span, edit.text) if edit else (None, "")
+        ctx.suspect(Suspicion("uneven", at, (field.node, length.node), where, instead=text))
+
+
+def _is_uneven(ctx: Context, value: Value) -> bool:
+    found = nature(ctx.natures, value.node) if isinstance(value, Scalar) else None
+    return found is not None and found.uneven
 
 
 def call_on_lattice(ctx: Context, function: Function, given: Mapping[str, Given]) -> Poison | None:
@@ -69,8 +99,27 @@ def note_length(ctx: Context, numbers: Sequence[Value], made: Value) -> None:
     for one, other in (numbers, (numbers[1], numbers[0])):
         if not (isinstance(one, Scalar) and isinstance(other, Scalar)) or other.dimension is not None:
             continue
-        if _is_length(ctx, one) and nature(ctx.natures, other.node) is None and ctx.constant(other.node) is None:
+        known = nature(ctx.natures, other.node)
+        if (
+            _is_length(ctx, one)
+            and (known is None or (known.scaled and not known.raw))
+            and ctx.constant(other.node) is None
+        ):
             ctx.lengths[made.node] = True
+
+
+def _note_params(ctx: Context, number: Node) -> None:
+    """Note the params without a unit that are what meets a lattice, or times a number are: they count its units."""
+    if number.axes:
+        return
+    for n in order([number], lambda n: n.args if n.op in _KEEPING or _is_multiple(n) else ()):
+        info = ctx.found.params.get(str(n.value)) if n.op == "param" else None
+        if info is not None and info.dimension is None and not info.raw:
+            ctx.found.params[info.name] = replace(info, raw=True)
+
+
+def _is_multiple(n: Node) -> bool:
+    return n.op in ("mul", "div") and any(a.op == "const" for a in n.args)
 
 
 def _length_among(ctx: Context, given: Sequence[Given]) -> Given | None:
@@ -92,8 +141,7 @@ def _is_length(ctx: Context, value: Scalar) -> bool:
     for n in order([value.node], lambda n: () if n in known else within(n)):
         if n not in known:
             parts = n.args[1:] if n.op == "select" else n.args[:1] if n.op == "at" else n.args
-            scaled = n.op in ("mul", "div") and any(a.op == "const" for a in n.args)
-            known[n] = (n.op in _KEEPING or scaled) and any(known.get(a, False) for a in parts)
+            known[n] = (n.op in _KEEPING or _is_multiple(n)) and any(known.get(a, False) for a in parts)
     return known[value.node]
 
 
@@ -109,22 +157,38 @@ def _is_raw(ctx: Context, value: Value) -> bool:
 
 def _lifted(ctx: Context, given: Iterable[Given]) -> Edit | None:
     """The arguments of a call with each raw lattice made a distance."""
-    spans = {g.span: isinstance(g.value, ListValue) for g in given if _is_raw(ctx, g.value)}
-    return _lift(sorted(spans, key=lambda s: s.start), [s for s, is_list in spans.items() if is_list])
+    lifted = {g.span: g.value for g in given if _is_raw(ctx, g.value)}
+    lists = [s for s, value in lifted.items() if isinstance(value, ListValue)]
+    if any(isinstance(v, ListValue) and any(_is_number(i) for i in v.items) for v in lifted.values()):
+        return None  # a number in the list is no field to be lifted with the others
+    spans = sorted(lifted, key=lambda s: s.start)
+    return _lift(spans, lists, [s for s, value in lifted.items() if _is_folded(ctx, value)])
 
 
-def _lift(spans: Sequence[Span], lists: Sequence[Span] = ()) -> Edit | None:
+def _is_number(value: Value) -> bool:
+    return isinstance(value, Scalar) and not value.node.axes
+
+
+def _is_folded(ctx: Context, value: Value) -> bool:
+    """Whether a value is the magnitude of a lattice: its surface is no place where it changes its sign."""
+    found = nature(ctx.natures, value.node) if isinstance(value, Scalar) else None
+    return found is not None and found.folded
+
+
+def _lift(spans: Sequence[Span], lists: Sequence[Span] = (), folded: Sequence[Span] = ()) -> Edit | None:
     """One edit that wraps the texts of places in `metric(...)`; None where there are none, or not in one text."""
     if not spans or any(s.source is not spans[0].source or s.source.prelude for s in spans):
         return None
     source, text, end = spans[0].source, "", value_of(spans[0]).start
     for s in spans:
         value = value_of(s)
-        folded = _FOLDED.fullmatch(value.text)
         if s in lists:
             wrapped = f"[for f in {value.text}: {LIFT}(f)]"
-        elif folded:  # of a distance without a sign the surface is no place where it changes
-            wrapped = f"abs({LIFT}({folded[1]}))"
+        elif s in folded:  # what is folded is lifted within: no distance is found to where nothing changes its sign
+            inner = _without_brackets(value.text.removeprefix(_ABS))
+            if not value.text.startswith(_ABS) or inner == value.text.removeprefix(_ABS):
+                return None
+            wrapped = f"{_ABS}({LIFT}({inner}))"
         else:
             wrapped = f"{LIFT}({_without_brackets(value.text)})"
         text += source.text[end : value.start] + wrapped
@@ -142,14 +206,14 @@ def _without_brackets(text: str) -> str:
     return text
 
 
-def _told(ctx: Context, said: Span, edit: Edit | None, sure: bool) -> Poison | None:
-    value = value_of(said)
+def _told(ctx: Context, said: Span, edit: Edit | None, sure: bool, within_it: bool = False) -> Poison | None:
+    value, does = value_of(said), "holds" if within_it else "is" if sure else "is made of"
     lifted = f"`{short(edit.text)}`" if edit is not None else f"`{LIFT}(...)` of the lattice"
     other = "a raw number, without a unit" if sure else "`bare(...)` of the length, if raw units are meant"
     porous = "for a porosity there are `to_porosity` and `shell_to_porosity`"
     told = Diagnostic(
         "E145" if sure else "W212",
-        f"`{short(value.text)}` is {'' if sure else 'made of '}a length, and the values of a raw lattice are not in mm",
+        f"`{short(value.text)}` {does} a length, and the values of a raw lattice are not in mm",
         value,
         "meets a raw lattice, whose values have no unit",
         () if edit is None else (Label(edit.span, f"its distance in mm is {lifted}"),),

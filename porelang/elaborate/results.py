@@ -22,7 +22,8 @@ class ParamInfo:
 
     `numbers` holds the values of a choice among numbers: they are set by value, not by index. `structural` says that
     something is counted or picked by it: the program is compiled once for each of its values. `written` is the unit
-    that its declaration has, `deg` or `%`, in which its values are shown; "" where it has none.
+    that its declaration has, `deg` or `%`, in which its values are shown; "" where it has none. `raw` says that it
+    has no unit and counts those of a lattice, which are no mm.
     """
 
     name: str
@@ -37,6 +38,7 @@ class ParamInfo:
     span: Span
     structural: bool = False
     written: str = ""
+    raw: bool = False
 
     @property
     def ends(self) -> tuple[float, ...]:
@@ -202,7 +204,9 @@ class Suspicion:
     stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """
 
-    what: Literal["total", "copies", "apart", "pores", "seam", "empty", "period", "still", "fold", "fits", "jump"]
+    what: Literal[
+        "total", "copies", "apart", "pores", "seam", "empty", "period", "still", "fold", "fits", "jump", "uneven"
+    ]
     span: Span
     nodes: tuple[Node, ...]
     argument: Span | None = None

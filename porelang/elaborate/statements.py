@@ -198,6 +198,8 @@ def _output(ctx: Context, s: tree.Out, value: Value) -> None:
         suspect.total_as_solid(ctx, value)
     if isinstance(value, Scalar | Vector | Bool):
         known = nature(ctx.natures, value.node) if isinstance(value, Scalar) else None
+        if known is not None and known.scaled and not known.raw:  # a distance times a number may be any field
+            known = None
         made = known is not None and not known.plain
         ctx.found.outputs.setdefault(s.name, Output(s.name, value, s.value.span, known is not None, made))
     elif not isinstance(value, Poison):

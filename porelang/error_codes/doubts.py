@@ -208,6 +208,16 @@ DOUBTS = (
         "let way = [y, x, 0]\nalign(gyroid(6), way, symmetry=2, about=[0, 1.5, 0]) & cylinder(12, 8)",
     ),
     Code(
+        "W238",
+        "a length that is added to what is a distance no longer",
+        "A distance rises by 1 mm in each mm, so that `shell(0.8mm)` of it is a wall of 0.8 mm. What is stretched,\n"
+        "twisted or bent round, and what is a mixture of two, rises by more or less: the wall is thinner or thicker.\n"
+        "How much so was measured in the part; up to a tenth, and at single places, nothing is said. `metric` stands\n"
+        "outermost: about the twist, the blend or the crossfade, not within.",
+        "twist(metric(gyroid(10)), 0.1) |> shell(0.8mm) & cube(30)",
+        "metric(twist(gyroid(10), 0.1)) |> shell(0.8mm) & cube(30)",
+    ),
+    Code(
         "W241",
         "a part that lies beyond the data that it reads",
         "Samples go on beyond their box as at its faces. That is right for a skin a little larger than what was\n"

@@ -88,6 +88,8 @@ def _make_lattice(grid: SampledField, dtype: np.dtype[Any]) -> Any:
 #: the largest sum of their magnitudes in a cell. Order 0 has (-1, 9, 9, -1)/16 in the middle of a cell; order 1 has
 #: (-1, 10, -1)/8 there; order 2 (-2, 3, -1) and order 3 (3, -6, 3) at a node. Lines continued at the border have less.
 _CUBIC = ((1.0, 1.25), (1.0, 1.5), (0.0, 6.0), (0.0, 12.0))
+_FROM, _TO = slice(None, -1), slice(1, None)
+_UNKNOWN = np.empty((0, 0, 0, 2))
 
 
 def enclose(grid: SampledField, x: Interval, y: Interval, z: Interval, payload: Payload, cubic: bool) -> Interval:
@@ -112,19 +114,22 @@ def enclose(grid: SampledField, x: Interval, y: Interval, z: Interval, payload: 
     for order, r in zip(orders, rate.tolist(), strict=True):
         sum_, sum_of_sizes = _CUBIC[order] if cubic else (1.0, 1.0)
         total, size = total * sum_ * r**order, size * sum_of_sizes * r**order
-    out = np.empty((int(np.prod(shape)), 2))
-    loops.enclose(
-        nodes,
-        blocks,
-        made,
-        cubic,
-        np.array(orders, np.int64),
-        rate,
-        lo.reshape(3, -1),
-        hi.reshape(3, -1),
-        np.array([total, size]),
-        out,
-    )
+
+    def over(lo: Array, hi: Array, pieces: Array) -> Array:
+        ranges = np.empty((lo.shape[1], 2))
+        factors = np.array([total, size])
+        loops.enclose(nodes, blocks, made, cubic, np.array(orders, np.int64), rate, lo, hi, factors, pieces, ranges)
+        return ranges
+
+    def in_pieces() -> Array:
+        edges = [np.arange(n + 1) * (top - 1) // n for top in grid.shape for n in [min(top - 1, loops.PIECES)]]
+        ends = (np.meshgrid(*(e[part].astype(float) for e in edges), indexing="ij") for part in (_FROM, _TO))
+        low, high = (np.stack([e.reshape(-1) for e in end]) for end in ends)
+        return over(low, high, _UNKNOWN).reshape(*(len(e) - 1 for e in edges), 2)
+
+    whole = cubic and not any(orders)
+    pieces = derived(grid, ("pieces", component), in_pieces) if whole else _UNKNOWN
+    out = over(lo.reshape(3, -1), hi.reshape(3, -1), pieces)
     none = np.broadcast_to(x.empty | y.empty | z.empty, shape)
     least, most = out[:, 0].reshape(shape), out[:, 1].reshape(shape)
     nan = np.broadcast_to(x.nan | y.nan | z.nan, shape)
