@@ -117,7 +117,9 @@ def _by_sides(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: Seen) -> R
         if not side.axes:
             return None
         # what a solid is cut by has no end, whatever is in it
-        low, high = _held(kin.with_root(side), bound, 0 if ends else depth, 0 if ends or side.op == "neg" else clamps, seen)
+        low, high = _held(
+            kin.with_root(side), bound, 0 if ends else depth, 0 if ends or side.op == "neg" else clamps, seen
+        )
         lo, hi = np.maximum(lo, low), np.minimum(hi, high)
         ends = not ((lo <= hi).all(axis=1) & ((hi - lo).max(axis=1) >= UNIVERSE)).any()
     return (lo, hi) if ends else None
