@@ -125,7 +125,8 @@ DOUBTED = [
     ("align(gyroid(6), [20, x - 60, 0], symmetry=2) & cylinder(12, 8)", "W236"),
     ("gyroid(6) |> shell(0.3) |> align([20, x - 60, 0], symmetry=2) & cylinder(12, 8)", "W236"),
     (
-        "param w = 6mm in 4mm..9mm\nalign(diamond(w), [20, x - 60, 0], symmetry=2, about=[0, w / 4, 0]) & cylinder(12, 8)",
+        "param w = 6mm in 4mm..9mm\nlet v = [20, x - 60, 0]\n"
+        "align(diamond(w), v, symmetry=2, about=[0, w / 4, 0]) & cylinder(12, 8)",
         "W236",
     ),
     ("align(gyroid(6), [20, x + 40, 0], symmetry=4) & cylinder(12, 8)", "W236"),
@@ -133,9 +134,9 @@ DOUBTED = [
     ("align(gyroid(10), grad(sphere(20))) & sphere(40)", "W239"),
     ("metric(gyroid(10) |> align(grad(hypot(x, y)))) |> shell(0.8mm) & cylinder(35mm, 30mm)", "W239"),
     ("schwarz_p(10) |> align([y, x, 0], symmetry=4) & cylinder(30, 8)", "W239"),
-    ("along(gyroid(6), arc(8, 0deg, 90deg)) & pipe(arc(8, 0deg, 90deg), 7)", "W239"),
+    ("along(gyroid(6), arc(8, 0deg, 90deg)) & pipe(arc(8, 0deg, 90deg), 7) & cylinder(5, 20)", "W239"),
     (
-        "gyroid(phase=[x / 6, y / 6, between(z + 3, z - 2 - x / 60, cells=3)]) & z - 2 - x / 60 & -3 - z & box([60, 40, 40])",
+        "gyroid(phase=[x / 6, y / 6, between(z + 3, z - 2 - x / 60, cells=3)]) & z - 2 & -3 - z & cylinder(20, 9)",
         "W239",
     ),
     ("wedges(gyroid(6), 7) & cylinder(30, 8)", "W218"),

@@ -104,10 +104,10 @@ def _found(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: Seen) -> Roug
 
 
 def _by_sides(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: Seen) -> Rough | None:
-    """Boxes of a long intersection by its sides, each by itself and short ones first: a bundle of tubes without its bores
-    reads 37 of them for each of its tubes. Where some of them end, branches of the others are not followed: a rod ends a
-    lattice along its curve, which has a choice for each corner. None of a short one, and where the sides do not end by
-    themselves."""
+    """Boxes of a long intersection by its sides, each by itself and short ones first: a bundle of tubes without its
+    bores reads 37 of them for each of its tubes. Where some of them end, branches of the others are not followed: a rod
+    ends a lattice along its curve, which has a choice for each corner. None of a short one, and where the sides do not
+    end by themselves."""
     root = kin.formula.root
     if root.op != "max" or bound.below is not None or len(kin.formula.tape) < _LONG:
         return None

@@ -1,5 +1,5 @@
-"""Cells that coordinates stretch or fold: what is looked up at other coordinates keeps its shape only where these change
-as the point does, but for a turn and a size."""
+"""Cells that coordinates stretch or fold: what is looked up at other coordinates keeps its shape only where these
+change as the point does, but for a turn and a size."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from porelang.ir import order, within
 
 #: As many points of a part are looked at, and the distance in mm to those beside them that tell the slopes.
 POINTS, ASIDE = 1000, 1e-4
-#: A cell that is longer one way than another by more than this factor is told of, where more of the part than this share
-#: has such cells, or such that are folded over.
+#: A cell that is longer one way than another by more than this factor is told of, where more of the part than this
+#: share has such cells, or such that are folded over.
 STRETCHED, SHARE = 2.0, 0.05
 #: Beyond this factor there are no cells left to speak of.
 FLAT = 100.0
@@ -56,6 +56,4 @@ def stretched(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic
         middle = float(np.median(factor[long]))
         worst, label = long & (factor >= middle), f"by {middle:.2g}:1 or more at"
     place = coordinates(points[worst][0], 3)
-    return Diagnostic(
-        "W239", message, s.span, f"{label} ({place}), for one", hint=s.instead or None, severity="warning"
-    )
+    return Diagnostic("W239", message, s.span, f"{label} ({place}), for one", hint=s.instead, severity="warning")

@@ -260,9 +260,9 @@ class Context:
             guarded = node("select", condition, r.condition, const(True))
             self.required[r if condition.stage is Stage.FIELD else replace(r, condition=guarded)] = None
 
-    def contract(self, message: str, span: Span, others: tuple[Label, ...]) -> int:
+    def contract(self, message: str, span: Span, others: tuple[Label, ...], hint: str) -> int:
         """A condition over space; its number names it in `ensure` nodes."""
-        self.found.contracts.append(Requirement(const(True), message, self.users_place(span), others))
+        self.found.contracts.append(Requirement(const(True), message, self.users_place(span), others, hint=hint))
         return len(self.found.contracts) - 1
 
     def record(self, function: Function, arguments: Mapping[str, Value], site: Span) -> None:

@@ -163,7 +163,7 @@ class Listed(dict[str, Row]):
 class Requirement:
     """A condition over params that must hold for every setting, or (a `check`) for the one in use.
 
-    `solve` is the number, among the tasks, of the `solve` that it is about what it finds for.
+    `solve` is the number, among the tasks, of the `solve` that it is about what it finds for; `hint` a way out.
     """
 
     condition: Node
@@ -171,6 +171,7 @@ class Requirement:
     span: Span
     others: tuple[Label, ...] = ()
     solve: int | None = None
+    hint: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -210,14 +210,14 @@ DOUBTS = (
     Code(
         "W239",
         "cells that are stretched or folded",
-        "`align`, `along`, `beside` and `between` give a lattice other coordinates than x, y and z. Where these change\n"
-        "by more in one direction than in another, its cells are longer than wide; where they turn back, cells are\n"
-        "folded over, mirrored. More than a twentieth of the part has cells of more than 2:1, or such that are folded.\n"
+        "`align`, `along`, `beside` and `between` give a lattice other coordinates than x, y and z. Where these\n"
+        "change by more in one direction than in another, its cells are longer than wide; where they turn back, cells\n"
+        "are folded over, mirrored. More than a twentieth of the part has cells of over 2:1, or such that are folded.\n"
         "`align` turns the cells about `about`: near it they keep their size, and where v turns by an angle over the\n"
-        "distance from it they are stretched by about as much. Round a centre that v points away from there are none:\n"
-        "`polar`, `spherical`, `cylinder_map` and `sphere_map` are for that, and `phase(w, part, orientation=v)` finds\n"
-        "cells along any direction that has some, and says what it got. `along` narrows cells on the inside of a bend\n"
-        "that is not much wider than the part; `between` flattens them where there are many for the room.",
+        "distance from it they are stretched by about as much. Round a centre that v points away from are none:\n"
+        "`polar`, `spherical`, `cylinder_map` and `sphere_map` are for that, and `phase(w, part, orientation=v)`\n"
+        "finds cells along any direction that has some, and says what it got. `along` narrows cells on the inside of\n"
+        "a bend that is not much wider than the part; `between` flattens them where there are many for the room.",
         "align(gyroid(6), grad(sphere(20))) & sphere(12)",
         "align(gyroid(6), grad(sphere(60)), about=[60, 0, 0]) & translate(sphere(12), [60, 0, 0])",
     ),
