@@ -162,7 +162,7 @@ def doubtful_contracts(
                 r.span,
                 f"broken at ({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g})" if in_space else "broken with these settings",
                 r.others,
-                "clamp the field, `max(field, least)`, or shift it" if share < 1 else "check its sign",
+                r.hint or ("clamp the field, `max(field, least)`, or shift it" if share < 1 else "check its sign"),
                 severity="warning",
             )
     return list(found.values())

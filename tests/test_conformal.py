@@ -327,6 +327,33 @@ def test_outside_the_first_ring_wedges_keep_their_width() -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
+        ("pipe([[0, 0, 0], [9, 0, 0], [9, 0, 0], [9, 9, 0]], 3)", "each apart from the one before"),
+        ("along(gyroid(6), [[0, 0, 0], [0, 0, 0]])", "none that repeats the one before it"),
+        (
+            "along(gyroid(6), [[0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 0, 0]], w=6, closed=true)",
+            "`closed=true` joins them",
+        ),
+        ("along(gyroid(6), [[0, 0], [40, 0]])", "a point in space has three coordinates"),
+        ("align(gyroid(6), p, up=[0, 0, 0])", "as in `up=[0, 1, 0]`"),
+        ("gyroid(phase=[x / 8, 7.5 * atan2(y, x) / tau, z / 8])", "`atan2(y, x) / 1turn` is a number of turns"),
+    ],
+)
+def test_what_is_refused_is_told_in_the_words_of_the_call(text: str, says: str) -> None:
+    """Points that are one tore the pattern: a step of no length has no direction."""
+    with pytest.raises(porelang.PoreError) as caught:
+        porelang.compile(text)
+    assert len(caught.value.diagnostics) == 1
+    assert says in str(caught.value)
+
+
+def test_surfaces_that_are_exchanged_are_told_so() -> None:
+    (d,) = porelang.compile("gyroid(phase=[x / 10, y / 10, between(z - 5, z + 5)]) & cube(9)").warnings
+    assert (d.code, d.hint[:16]) == ("W201", "exchange the two")
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
         ("along(gyroid(6), [[0, 0, 0]])", "at least 2 `points`"),
         ("along(gyroid(6), [[0, 0, 0], [9, 0, 0], [9, 9, 0]], closed=true)", "w > 0"),
         ("along(gyroid(6), [[0, 0, 0], [9, 0, 0], [9, 9, 0]], bend=10mm)", "widest_bend"),

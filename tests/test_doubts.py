@@ -25,6 +25,8 @@ from porelang.source import Source
 ROOT = Path(__file__).parent.parent
 #: What is said of a field that is no part: it has no surface, which is so; a collection has no output.
 OF_FIELDS = {"W211", "W221"}
+#: The paper draws cells that are sheared, and so does the figure.
+OF_FIGURES = {"fig07d_aligned": {"W239"}}
 
 
 def said(text: str, measure: bool = False) -> list[Diagnostic]:
@@ -131,15 +133,25 @@ DOUBTED = [
     ("translate(polar(gyroid(6), turn=100) & cylinder(20, 20), [50, 0, 0])", "W218"),
     ("param w = 6mm in 4mm..10mm\npolar(gyroid(w), turn=100) & cylinder(20, 20)", "W218"),
     # directions that are 0, and turns that a lattice does not share
-    ("align(gyroid(6), grad(clamp(length(p) - 5, 0, 10))) & sphere(12)", "W235"),
+    ("align(gyroid(6), grad(clamp(x, 0, 20))) & sphere(12)", "W235"),
     ("gyroid(6) |> align([max(x, 0), 0, 0]) & sphere(12)", "W235"),
-    ("align(gyroid(6), [y, x, 0], symmetry=2) & cylinder(12, 8)", "W236"),
-    ("gyroid(6) |> shell(0.3) |> align([y, x, 0], symmetry=2) & cylinder(12, 8)", "W236"),
+    ("align(gyroid(6), [20, x - 60, 0], symmetry=2) & cylinder(12, 8)", "W236"),
+    ("gyroid(6) |> shell(0.3) |> align([20, x - 60, 0], symmetry=2) & cylinder(12, 8)", "W236"),
     (
-        "param w = 6mm in 4mm..9mm\nalign(diamond(w), [y, x, 0], symmetry=2, about=[0, w / 4, 0]) & cylinder(12, 8)",
+        "param w = 6mm in 4mm..9mm\nlet v = [20, x - 60, 0]\n"
+        "align(diamond(w), v, symmetry=2, about=[0, w / 4, 0]) & cylinder(12, 8)",
         "W236",
     ),
-    ("align(gyroid(6), [y, x, 0], symmetry=4) & cylinder(12, 8)", "W236"),
+    ("align(gyroid(6), [20, x + 40, 0], symmetry=4) & cylinder(12, 8)", "W236"),
+    # coordinates that stretch and fold cells
+    ("align(gyroid(10), grad(sphere(20))) & sphere(40)", "W239"),
+    ("metric(gyroid(10) |> align(grad(hypot(x, y)))) |> shell(0.8mm) & cylinder(35mm, 30mm)", "W239"),
+    ("schwarz_p(10) |> align([y, x, 0], symmetry=4) & cylinder(30, 8)", "W239"),
+    ("along(gyroid(6), arc(8, 0deg, 90deg)) & pipe(arc(8, 0deg, 90deg), 7) & cylinder(5, 20)", "W239"),
+    (
+        "gyroid(phase=[x / 6, y / 6, between(z + 3, z - 2 - x / 60, cells=3)]) & z - 2 & -3 - z & cylinder(20, 9)",
+        "W239",
+    ),
     ("wedges(gyroid(6), 7) & cylinder(30, 8)", "W218"),
     ("gyroid(phase=sphere_map(18, cells=12)) |> shell(1.2) & sphere(21) \\ sphere(15)", "W218"),
     ("translate(gyroid(phase=sphere_map(18, cells=12)) & sphere(21) \\ sphere(15), [90, 0, 0])", "W218"),
@@ -212,12 +224,12 @@ RIGHT = [
     "gyroid(phase=if x > 20 then p / 10 else p / 11) & sphere(20)",
     "along(gyroid(6), arc(30, 0deg, 90deg), w=12mm) & pipe(arc(30, 0deg, 90deg), 5)",
     "along(gyroid(6), arc(30, 0deg, 90deg)) & pipe(arc(30, 0deg, 90deg), 5)",
-    "align(gyroid(6), grad(sphere(5))) & sphere(12)",
-    "align(gyroid(6), grad(max(length(p) - 5, 0))) & sphere(12) \\ sphere(6)",
+    "align(gyroid(6), grad(sphere(50)), about=[50, 0, 0]) & translate(sphere(12), [50, 0, 0])",
+    "align(gyroid(6), grad(max(x + 7, 0))) & sphere(12) & -6 - x",
     "align(schwarz_p(6), [y, x, 0], symmetry=2) & cylinder(12, 8)",
     "align(schwarz_p(6), [y, x, 0], symmetry=4) & cylinder(12, 8)",
-    "align(gyroid(6), [y, x, 0], symmetry=2, about=[0, 1.5, 0]) & cylinder(12, 8)",
-    "align(diamond(8), p, symmetry=2, about=[1, 1, 0]) & sphere(12)",
+    "align(gyroid(6), [20, x - 60, 0], symmetry=2, about=[0, 1.5, 0]) & cylinder(12, 8)",
+    "align(diamond(8), [20, x - 60, 0], symmetry=2, about=[1, 1, 0]) & sphere(12)",
     "align(gyroid(6), [1, 0.2 * sin(x / 5), 0], symmetry=2) & cylinder(12, 8)",
     "align(gyroid(6), [sign(x), 0, 0], symmetry=2) & cylinder(12, 8)",
     # numbers of degrees, as numbers and as what they were made of
@@ -407,7 +419,7 @@ WRITTEN = dict(written_programs())
 @pytest.mark.parametrize("name", WRITTEN)
 def test_no_false_alarm_about_a_program_that_is_right(name: str) -> None:
     found = {d.code for d in said_of(WRITTEN[name]) if d.code != "W201"}
-    assert found <= (OF_FIELDS if not name.startswith("examples") else set())
+    assert found <= (OF_FIELDS if not name.startswith("examples") else OF_FIGURES.get(Path(name).stem, set()))
 
 
 @pytest.mark.parametrize("name", sorted(p.stem for p in (ROOT / "tests" / "errors").glob("*.pore")))

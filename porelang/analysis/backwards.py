@@ -7,19 +7,19 @@ What is the lesser of two is one or the other: both are followed, and the box ho
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.enclose import enclose_all
-from porelang.analysis.kin import Kin, Points, members
+from porelang.analysis.kin import Kin, Points, kin_of, members
 from porelang.analysis.turned import solved, turns
 from porelang.data import FARTHEST
 from porelang.formula import Formula
 from porelang.interval import Interval, interval, meet
-from porelang.ir import ZERO, Node, X, Y, Z, is_const, node, substitute
+from porelang.ir import ZERO, Node, X, Y, Z, is_const, node, order, substitute, within
 from porelang.ops import TABLE
 from porelang.tape import PICK, Tape
 
@@ -30,6 +30,11 @@ DEEPEST, CLAMPED = 40, 1
 _TURNS, _TURNED = 4, 8
 #: Intersections of so many operations are bounded by their sides, one by one.
 _LONG = 120
+#: Clamps are taken apart where that does not read more operations than this.
+_HALVED = 2000
+#: So many operations are read before no more branches are followed, of a solid and of those that share parts with it: a
+#: third of a second. A field without an end has branches within branches, of which none leads to one.
+MOST = 10_000
 _NEARLY = 1 - 1e-9
 
 #: Boxes (n, 3) .. (n, 3); where lo > hi there is nothing.
@@ -41,13 +46,13 @@ def rough_boxes(kin: Kin, seen: Seen | None = None) -> Rough:
 
     `seen` keeps what was found from one solid to the next that shares parts with it.
     """
-    return _held(kin, _Bound(0.0), DEEPEST, CLAMPED, {} if seen is None else seen)
+    return _held(kin, _Bound(0.0), DEEPEST, CLAMPED, Seen() if seen is None else seen)
 
 
 def surely_void(kin: Kin) -> NDArray[np.bool_]:
     """Which solids are proven to hold no point where `root < 0`, though there may be some where it is 0: as where a
     shape is cut by one that covers it, and both end at one surface."""
-    lo, hi = _held(kin, _Bound(0.0, kin.formula.root), DEEPEST, CLAMPED, {})
+    lo, hi = _held(kin, _Bound(0.0, kin.formula.root), DEEPEST, CLAMPED, Seen())
     return np.asarray((lo > hi).any(axis=1), np.bool_)
 
 
@@ -59,16 +64,21 @@ class _Bound:
     below: Node | None = None
 
 
-#: Boxes that were found, by the root, what is known of it, how deep was looked, and how many solids have which numbers.
-Seen = dict[tuple[Node, _Bound, int, int, bytes], Rough]
+@dataclass(slots=True)
+class Seen:
+    """Boxes that were found, by the root, what is known of it, how deep was looked, and how many solids have which
+    numbers; and how many more operations may be read while branches are followed."""
+
+    boxes: dict[tuple[Node, _Bound, tuple[bool, int], int, bytes], Rough] = field(default_factory=dict)
+    left: int = MOST
 
 
 def _held(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: Seen) -> Rough:
     """Boxes of `root <= most`."""
-    key = (kin.formula.root, bound, clamps, len(kin), kin.numbers.tobytes())
-    if key not in seen:
-        seen[key] = _found(kin, bound, depth, clamps, seen)
-    lo, hi = seen[key]
+    key = (kin.formula.root, bound, (bool(depth), clamps), len(kin), kin.numbers.tobytes())
+    if key not in seen.boxes:
+        seen.boxes[key] = _found(kin, bound, depth, clamps, seen)
+    lo, hi = seen.boxes[key]
     return lo.copy(), hi.copy()
 
 
@@ -76,34 +86,43 @@ def _found(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: Seen) -> Roug
     if (cut := _by_sides(kin, bound, depth, clamps, seen)) is not None:
         return cut
     halves = _halves(kin, bound) if clamps else []
+    if len(halves) * len(kin.formula.tape) > _HALVED:
+        halves = []
+    seen.left -= len(kin.formula.tape)
     known, lo, hi = _pushed_back(kin, bound, 1 if halves else _TURNS)
     there = np.flatnonzero((lo <= hi).all(axis=1))
     if not len(there):
         return lo, hi
     for either in halves:
-        low, high = _hull([_held(part, least, 0, clamps - 1, seen) for part, least in either])
+        low, high = _hull([_held(part, least, 0, clamps - 1, seen) for part, least in either], len(kin))
         lo, hi = np.maximum(lo, low), np.minimum(hi, high)
     far = np.flatnonzero(((hi - lo).max(axis=1) >= UNIVERSE) & (lo <= hi).all(axis=1))
-    if depth and len(far):
+    if depth and len(far) and seen.left > 0:
         some = kin.some(far)
         lo[far], hi[far] = _by_branches(some, _rows(known, far, len(kin)), lo[far], hi[far], depth, seen)
     return lo, hi
 
 
 def _by_sides(kin: Kin, bound: _Bound, depth: int, clamps: int, seen: Seen) -> Rough | None:
-    """Boxes of a long intersection by its sides, each by itself: a bundle of tubes without its bores reads 37 of them
-    for each of its tubes. None of a short one, and where the sides do not end by themselves."""
+    """Boxes of a long intersection by its sides, each by itself and short ones first: a bundle of tubes without its
+    bores reads 37 of them for each of its tubes. Where some of them end, branches of the others are not followed: a rod
+    ends a lattice along its curve, which has a choice for each corner. None of a short one, and where the sides do not
+    end by themselves."""
     root = kin.formula.root
     if root.op != "max" or bound.below is not None or len(kin.formula.tape) < _LONG:
         return None
     lo, hi = np.full((len(kin), 3), -UNIVERSE), np.full((len(kin), 3), UNIVERSE)
-    for side in _sides(root):
+    ends = False
+    for side in sorted(_sides(root), key=lambda n: len(order([n], within))):
         if not side.axes:
             return None
         # what a solid is cut by has no end, whatever is in it
-        low, high = _held(kin.with_root(side), bound, depth, 0 if side.op == "neg" else clamps, seen)
+        low, high = _held(
+            kin.with_root(side), bound, 0 if ends else depth, 0 if ends or side.op == "neg" else clamps, seen
+        )
         lo, hi = np.maximum(lo, low), np.minimum(hi, high)
-    return None if ((lo <= hi).all(axis=1) & ((hi - lo).max(axis=1) >= UNIVERSE)).any() else (lo, hi)
+        ends = not ((lo <= hi).all(axis=1) & ((hi - lo).max(axis=1) >= UNIVERSE)).any()
+    return (lo, hi) if ends else None
 
 
 def _sides(root: Node) -> list[Node]:
@@ -228,8 +247,10 @@ def _halves(kin: Kin, bound: _Bound) -> list[tuple[tuple[Kin, _Bound], tuple[Kin
     return found
 
 
-def _hull(parts: list[Rough]) -> Rough:
-    """The boxes that hold those of every part."""
+def _hull(parts: list[Rough], count: int) -> Rough:
+    """The boxes that hold those of every part, of so many solids; of one solid a part may be several."""
+    if count == 1:
+        parts = [(lo.min(axis=0, keepdims=True), hi.max(axis=0, keepdims=True)) for lo, hi in parts]
     return np.min([p[0] for p in parts], axis=0), np.max([p[1] for p in parts], axis=0)
 
 
@@ -244,15 +265,20 @@ def _by_branches(kin: Kin, known: Mapping[int, Interval], lo: Points, hi: Points
         if not np.isfinite(most) or most >= UNIVERSE:
             continue
         if tape.ops[i] == "min":
-            ways = [(m, most) for m in members(tape.nodes[i])]
+            ways = [(m, most) for m in _members(kin, tape.nodes[i])]
         else:
-            ways = _either_way(tape.nodes[i], most, lambda n: _a_number(tape, known, n))
-        parts = [_held(kin.with_root(root), _Bound(least), depth - 1, CLAMPED, seen) for root, least in ways]
-        low, high = _hull(parts)
+            either = _either_way(tape.nodes[i], most, lambda n: _a_number(tape, known, n))
+            ways = [(kin.with_root(root), least) for root, least in either]
+        low, high = _hull([_held(way, _Bound(least), depth - 1, CLAMPED, seen) for way, least in ways], len(kin))
         lo, hi = np.maximum(lo, low), np.minimum(hi, high)
-        if (hi - lo).max() < UNIVERSE:
+        if (hi - lo).max() < UNIVERSE or seen.left <= 0:
             break
     return lo, hi
+
+
+def _members(kin: Kin, least: Node) -> list[Kin]:
+    """The members of a union inside a formula: of one solid, those that are alike as one, as the pieces of a curve."""
+    return [kin.with_root(m) for m in members(least)] if kin.slots else kin_of(kin.formula, [*members(least)])
 
 
 def _either_way(choice: Node, most: float, sure: Callable[[Node], bool]) -> list[tuple[Node, float]]:

@@ -170,7 +170,7 @@ def _void(kins: list[Kin]) -> bool:
 def _rough(formula: Formula, kins: list[Kin], known: Box | None = None) -> list[tuple[Points, Points]]:
     """Boxes of the members of a union, with an end wherever that can be proven; `kins` is left with those that are
     there, or where too many have none with the union as one."""
-    seen: Seen = {}
+    seen = Seen()
     rough = [rough_boxes(kin, seen) for kin in kins]
     if known is not None:
         rough = [(np.maximum(lo, known.lo), np.minimum(hi, known.hi)) for lo, hi in rough]

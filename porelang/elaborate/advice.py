@@ -109,6 +109,10 @@ _WORDS = (
     (re.compile(r"min_component\((\w+)\) > 0"), r"`\1` to be above 0 along every axis"),
     (re.compile(r"dot\((\w+), \1\) > 0"), r"a `\1` that points somewhere, not [0, 0, 0]"),
     (re.compile(r"len\((\w+)\) >= (\d+)"), r"at least \2 `\1`"),
+    (
+        re.compile(r"len\((\w+)\) >= (\d+) and shortest_piece\(\1\) >= [\d.]+"),
+        r"at least \2 `\1`, each apart from the one before",
+    ),
     (re.compile(r"(\w+) is a whole number"), r"a whole number for `\1`"),
 )
 

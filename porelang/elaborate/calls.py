@@ -19,6 +19,7 @@ from porelang.elaborate.values import (
     Choice,
     Function,
     Given,
+    ListValue,
     Poison,
     Scalar,
     Scope,
@@ -217,6 +218,7 @@ def _coerce(
         return None
     code = "E062" if isinstance(value, Scalar | Vector) and value.dimension is not None else "E060"
     others = (Label(p.span, "declared here"),) if not p.span.source.prelude else ()
+    message = f"`{p.name}` of `{function.name}` must be {wanted}, not {describe(value)}"
     hint = f"divide it by a length: `{place.text} / 10mm`" if declared[0].name == "rate" else ""
     edit: Edit | None = None
     if isinstance(value, Function):
@@ -233,13 +235,16 @@ def _coerce(
         hint, edit = "a number stands without quotes", Edit(place, value.value)
     elif declared[0].name == "vector" and (along := advice.axis(value, place)):
         hint, edit = f"a direction is a vector: write `{along}`", Edit(value_of(place), along)
+    elif isinstance(value, ListValue) and len(value.items) == 2 and declared[0].name in ("vector", "point"):
+        hint = "`[x, y, 0]` is one in the plane z = 0"
+        message = message if not place.source.prelude else "a point in space has three coordinates, not two"
     elif code == "E060" and isinstance(value, Scalar) and not value.node.axes:
         hint = {"point": f"a point is `[{place.text}, 0, 0]`", "list": f"a list is `[{place.text}]`"}.get(
             declared[0].name, ""
         )
     ctx.error(
         code,
-        f"`{p.name}` of `{function.name}` must be {wanted}, not {describe(value)}",
+        message,
         place,
         label=f"this is {describe(value)}",
         others=others,
@@ -288,7 +293,8 @@ def _contracts(
         if condition_node.stage is Stage.UNIFORM:
             ctx.require(condition_node, message, place, others)
         else:
-            ensured.append((ctx.contract(message, place, others), condition_node))
+            told = "" if function.definition is None else function.definition.fact(f"Else {name}") or ""
+            ensured.append((ctx.contract(message, place, others, told), condition_node))
     return ensured
 
 

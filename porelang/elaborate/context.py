@@ -56,6 +56,7 @@ class Context:
     what is known of fields, `totals` where distances were added or subtracted (the operator and its place), `cuts`
     where solids are cut (None where a place cuts several), `declared` the names of all params but those that take data,
     `lengths` which nodes without a known unit were made of lengths, `in_degrees` the angle of each number of degrees,
+    `stretching` coordinates that stretch cells, with the name of what makes them and what to do about it,
     `given_at` the arguments of calls in the user's text by their place.
     """
 
@@ -80,6 +81,7 @@ class Context:
         self.cuts: dict[Span, Suspicion | None] = {}
         self.declared: list[str] = []
         self.in_degrees: dict[Node, Scalar] = {}
+        self.stretching: dict[Node, tuple[str, str]] = {}
         self.lengths: dict[Node, bool] = {}
         self.given_at: dict[Span, Mapping[str, Given]] = {}
         self._spent = 0
@@ -258,9 +260,9 @@ class Context:
             guarded = node("select", condition, r.condition, const(True))
             self.required[r if condition.stage is Stage.FIELD else replace(r, condition=guarded)] = None
 
-    def contract(self, message: str, span: Span, others: tuple[Label, ...]) -> int:
+    def contract(self, message: str, span: Span, others: tuple[Label, ...], hint: str) -> int:
         """A condition over space; its number names it in `ensure` nodes."""
-        self.found.contracts.append(Requirement(const(True), message, self.users_place(span), others))
+        self.found.contracts.append(Requirement(const(True), message, self.users_place(span), others, hint=hint))
         return len(self.found.contracts) - 1
 
     def record(self, function: Function, arguments: Mapping[str, Value], site: Span) -> None:

@@ -207,11 +207,16 @@ def apply(ctx: Context, row: Op, arguments: Sequence[Value], places: Sequence[Sp
             edit=None if any(p.source.prelude for p in places) else edit,
         )
     except dimensions.Unfit as unfit:
+        hint = ""
+        if row.units == "turns":
+            hint = "a turn is a unit: `atan2(y, x) / 1turn` is a number of turns"
+            called = "`phase`" if places[0].source.prelude else called  # it reads its phase as a sine, and as a cosine
         return ctx.error(
             "E062",
             f"{called} needs {unfit.wanted}, not {numbers[unfit.argument].dimension}",
             places[unfit.argument],
             label=f"this is {numbers[unfit.argument].dimension}",
+            hint=hint,
         )
     out = lift(lambda *n: node(row.name, *n), numbers, dimension, row.result == "bool")
     if (refused := raw.length_on_lattice(ctx, row.name, numbers, places, span)) is not None:

@@ -165,7 +165,7 @@ class Listed(dict[str, Row]):
 class Requirement:
     """A condition over params that must hold for every setting, or (a `check`) for the one in use.
 
-    `solve` is the number, among the tasks, of the `solve` that it is about what it finds for.
+    `solve` is the number, among the tasks, of the `solve` that it is about what it finds for; `hint` a way out.
     """
 
     condition: Node
@@ -173,6 +173,7 @@ class Requirement:
     span: Span
     others: tuple[Label, ...] = ()
     solve: int | None = None
+    hint: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,12 +201,25 @@ class Suspicion:
     of it. "fold": a lattice, after which part of a turn it should be the same, a place on the axis of that turn
     (three), a direction and the other one of its frame (three each), and what is made of it. "fits": a lattice, what is
     taken for its period along the axis `instead`, and what is made of it. "jump": a lattice and its phase (three).
+    "stretched": what is made at other coordinates, and these, or a lattice and its phase.
     `argument` is the place that an edit would change, `name` the function or the operator, `instead` what might
     stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """
 
     what: Literal[
-        "total", "copies", "apart", "pores", "seam", "empty", "period", "still", "fold", "fits", "jump", "uneven"
+        "total",
+        "copies",
+        "apart",
+        "pores",
+        "seam",
+        "empty",
+        "period",
+        "still",
+        "fold",
+        "fits",
+        "jump",
+        "uneven",
+        "stretched",
     ]
     span: Span
     nodes: tuple[Node, ...]

@@ -129,14 +129,16 @@ def jumps(
     ctx: Context, function: Function, bound: Mapping[str, Value], result: Scalar, given: Mapping[str, Given],
     site: tree.Call,
 ) -> None:  # fmt: skip
-    """Suspect a lattice whose phase passes from one formula to another."""
+    """Suspect a lattice whose phase passes from one formula to another, or stretches cells."""
     turns, found = bound.get("phase"), nature(ctx.natures, result.node) if result.node.axes else None
     if found is None or not found.raw or not isinstance(turns, Vector) or result.node.depends >= UNKNOWN:
         return
-    if any(n.op == "select" and n.args[0].axes for n in order(turns.nodes, within)):
-        place = ctx.users_place(site.span)
+    place, seen = ctx.users_place(site.span), order(turns.nodes, within)
+    if any(n.op == "select" and n.args[0].axes for n in seen):
         spot = given["phase"].span if "phase" in given and place == site.span else None
         ctx.suspect(Suspicion("jump", place, (result.node, *turns.nodes), spot, function.name))
+    if by := next((ctx.stretching[n] for n in seen if n in ctx.stretching), None):
+        ctx.suspect(Suspicion("stretched", place, (result.node, *turns.nodes), name=by[0], instead=by[1]))
 
 
 # ---- calls ----------------------------------------------------------------------------------------------------------
@@ -238,6 +240,12 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
                 )
 
     turned(ctx, definition, bound, given, result, site)
+    if (way_out := definition.fact("Stretches")) is not None and result.node.axes and result.node.depends < UNKNOWN:
+        ctx.stretching.setdefault(result.node, (function.name, way_out))
+        if result.node.op == "at":
+            nodes = (result.node, *result.node.args[1:])
+            place = ctx.users_place(site.span)
+            ctx.suspect(Suspicion("stretched", place, nodes, name=function.name, instead=way_out))
     if fact := _FITS.fullmatch(definition.fact("Fits") or ""):
         field, period = bound.get(fact[1]), bound.get(fact[3])
         if isinstance(field, Scalar) and isinstance(period, Scalar) and ctx.constant(period.node) != 0:

@@ -194,8 +194,8 @@ DOUBTS = (
         "`align(f, v)` turns the cells along v. Where v is 0 there is no direction, and the cells stay as they are:\n"
         "each value is a number, but where v sets in the pattern breaks. A gradient is 0 where its field is level, as\n"
         "a clamped one is. Of single points nothing is said: around each source or sink of v there is one.",
-        "let heat = clamp(length(p) - 5, 0, 10)\nalign(gyroid(6), grad(heat)) & sphere(12)",
-        "align(gyroid(6), grad(sphere(5))) & sphere(12)",
+        "let heat = clamp(x, 0, 10)\nalign(gyroid(6), grad(heat)) & sphere(12)",
+        "align(gyroid(6), [20, x, 0]) & sphere(12)",
     ),
     Code(
         "W236",
@@ -204,8 +204,22 @@ DOUBTS = (
         "is one where directions pass from the one that is taken to its opposite, unless f is the same after half a\n"
         "turn about an axis along z. `about` says where that axis runs: through the origin for Schwarz P, through\n"
         "[0, w/4, 0] for a gyroid, through [w/8, w/8, 0] for a diamond. With `symmetry=4` it is a quarter of a turn.",
-        "let way = [y, x, 0]\nalign(gyroid(6), way, symmetry=2) & cylinder(12, 8)",
-        "let way = [y, x, 0]\nalign(gyroid(6), way, symmetry=2, about=[0, 1.5, 0]) & cylinder(12, 8)",
+        "let way = [20, x - 60, 0]\nalign(gyroid(6), way, symmetry=2) & cylinder(12, 8)",
+        "let way = [20, x - 60, 0]\nalign(gyroid(6), way, symmetry=2, about=[0, 1.5, 0]) & cylinder(12, 8)",
+    ),
+    Code(
+        "W239",
+        "cells that are stretched or folded",
+        "`align`, `along`, `beside` and `between` give a lattice other coordinates than x, y and z. Where these\n"
+        "change by more in one direction than in another, its cells are longer than wide; where they turn back, cells\n"
+        "are folded over, mirrored. More than a twentieth of the part has cells of over 2:1, or such that are folded.\n"
+        "`align` turns the cells about `about`: near it they keep their size, and where v turns by an angle over the\n"
+        "distance from it they are stretched by about as much. Round a centre that v points away from are none:\n"
+        "`polar`, `spherical`, `cylinder_map` and `sphere_map` are for that, and `phase(w, part, orientation=v)`\n"
+        "finds cells along any direction that has some, and says what it got. `along` narrows cells on the inside of\n"
+        "a bend that is not much wider than the part; `between` flattens them where there are many for the room.",
+        "align(gyroid(6), grad(sphere(20))) & sphere(12)",
+        "align(gyroid(6), grad(sphere(60)), about=[60, 0, 0]) & translate(sphere(12), [60, 0, 0])",
     ),
     Code(
         "W238",
