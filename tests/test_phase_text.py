@@ -113,7 +113,7 @@ def test_jacobian_of_a_random_period_from_a_file(random: Design) -> None:
 
 def test_it_says_what_it_got() -> None:
     (note,) = along_z().notes("lattice")
-    told = r"phase: asked 10\.\d\.\.39\.\d mm, got \d+\.\d\.\.\d+\.\d; stretch at most 1\.\d\d; "
+    told = r"phase: asked 10\.0\.\.40\.0 mm, got \d+\.\d\.\.\d+\.\d; stretch at most 1\.\d\d; "
     assert re.fullmatch(told + r"turned by up to \d\d degrees; no folds", note.message)
     assert note.span is not None
     assert note.span.text == "phase(25mm + z / 10, part)"
@@ -206,6 +206,25 @@ def test_a_whole_number_of_cells_fits(cells: str, counts: tuple[int | None, ...]
         assert found / was == pytest.approx(np.full(3, 12 / was[2]), rel=1e-6)
     if cells == "[7, 0, 13]":
         assert found[1] == pytest.approx(was[1], rel=1e-6)
+
+
+@pytest.mark.parametrize("by", ["", " * 1.5 + 1mm"])
+def test_all_nodes_of_data_are_looked_at(tmp_path: Path, by: str) -> None:
+    """One of 68921 samples is no period, and another is half the others: no grid of points would meet them."""
+    values = np.full((41, 41, 41), 12.0)
+    values[10, 30, 22] = 6
+    for bad in (False, True):
+        if bad:
+            values[20, 17, 13] = -3
+        np.savez(tmp_path / "w.npz", w=values, origin=[-40.0] * 3, spacing=2.0)
+        loaded = f'load("{tmp_path / "w.npz"}", "w", unit=mm){by}'
+        d = porelang.compile(f"let part = cube(60)\ngyroid(phase=phase({loaded}, part)) & part").design()
+        if bad:
+            with pytest.raises(porelang.PoreError, match="the period that is asked for is -"):
+                d.notes()
+        else:
+            least = 10 if by else 6
+            assert f"asked {least}.0.." in d.notes()[0].message
 
 
 # ---- what is said ----------------------------------------------------------------------------------------------------
