@@ -90,9 +90,11 @@ def find(
         if apart:
             break
         nodes = [corner[a] + spacing[a] * np.arange(wanted.period.shape[a + 1] + 1) for a in range(3)]
-        start = on_grid(found, nodes) if found is not None else _even(wanted, nodes)
-        if found is not None and first_fold(start, wanted) is not None:
+        start = None if found is None else on_grid(found, nodes)
+        if start is None or first_fold(start, wanted) is not None:
             start = _even(wanted, nodes)
+            if volume:  # from even cells the first step may fold however short it is, and would be the last
+                start = turned(replace(wanted, volume=False), start)
         found = _sampled(turned(wanted, start), corner, spacing)
     coarse, least = wanted.period.shape[1:], _smallest(wanted)
     counts = np.maximum(_counts(sides, least / 2), coarse)
@@ -104,7 +106,7 @@ def find(
     kept = on_grid(found, nodes) if found is not None else _integrals(asked, nodes, low, high)
     phase = _sampled(kept, corner, sides / counts)
     phase = _anchored(phase, asked, low, high) if cells is None else _fitted(phase, cells, low, high)
-    told = got(phase, of, free, direction)
+    told = got(phase, of, free, direction, volume)
     if isinstance(told, Fold):
         raise fail("E148", f"the cells of this phase would fold at ({coordinates(told.place)})",
                    hint="their period changes too fast there: blur it, or give it less range")  # fmt: skip

@@ -54,6 +54,8 @@ class Got:
     directed: float = 0.0
     askew_95: float = 0.0
     askew_most: float = 0.0
+    sized: float = 0.0
+    volume_95: float = 0.0
 
     @property
     def facts(self) -> tuple[float, ...]:
@@ -65,14 +67,17 @@ class Got:
         turn = f"turned by up to {self.turn_most:.0f} degrees" if self.turn_most >= 0.5 else "not turned"
         if self.directed:
             turn = f"within {self.askew_95:.0f} degrees of the direction given (95 %), {self.askew_most:.0f} at most"
-        return f"asked {asked} mm, got {found}; stretch at most {self.stretch_most:.2f}; {turn}; no folds"
+        volume = f"volume within {100 * self.volume_95:.0f} % (95 %); " if self.sized else ""
+        return f"asked {asked} mm, got {found}; {volume}stretch at most {self.stretch_most:.2f}; {turn}; no folds"
 
 
 def told(facts: Sequence[float]) -> tuple[str, str, str]:
     """In words: the note of a phase, what is doubtful about it ("" where nothing is), and a hint, from its facts."""
     of = Got(*facts)
     wrong, hint = [], "let cells turn: leave `orientation` out" if not of.turned and not of.directed else ""
-    if of.off_95 > MISSED:
+    if of.sized and of.volume_95 > MISSED:
+        wrong.append(f"one cell in twenty misses its volume by {100 * of.volume_95:.0f} % or more")
+    if not of.sized and of.off_95 > MISSED:
         wrong.append(
             f"one cell in twenty misses its size by {100 * of.off_95:.0f} % or more, one by {100 * of.off_most:.0f} %"
         )
@@ -111,7 +116,9 @@ class Fold:
     place: Triple
 
 
-def got(phase: SampledField, of: Look, free: bool = True, direction: Field | None = None) -> Got | Fold:
+def got(
+    phase: SampledField, of: Look, free: bool = True, direction: Field | None = None, sized: bool = False
+) -> Got | Fold:
     """What a phase got in the small cells within a part, at their centres. Each is looked at for folds."""
     from porelang.tasks.phase.loops import shapes
 
@@ -126,9 +133,10 @@ def got(phase: SampledField, of: Look, free: bool = True, direction: Field | Non
     for a in range(3):
         slopes[:, a] = on_grid(phase, centres, (int(a == 0), int(a == 1), int(a == 2)))[:, keep]
     asked = of.asked
-    numbers, stretch, volume = np.empty(asked.shape), np.empty(len(cells)), np.empty(len(cells))
-    shapes(slopes, asked, numbers, stretch, volume)
-    folded = ~(volume > FLAT)
+    numbers = np.empty(asked.shape)
+    stretch, flat, volume = (np.empty(len(cells)) for _ in range(3))
+    shapes(slopes, asked, numbers, stretch, flat, volume)
+    folded = ~(flat > FLAT)
     if folded.any():
         x, y, z = (float(c[0]) for c in places(cells[folded][:1]))
         return Fold((x, y, z))
@@ -146,6 +154,10 @@ def got(phase: SampledField, of: Look, free: bool = True, direction: Field | Non
     if direction is not None:
         askew = _degrees(np.abs((turns[0] * direction(*places(cells[::few]))).sum(0)))
         found += [1.0, np.quantile(askew, 0.95), askew.max()]
+    else:
+        found += [0.0, 0.0, 0.0]
+    if sized:
+        found += [1.0, np.quantile(np.abs(volume - 1), 0.95)]
     return Got(*(float(v) for v in found))
 
 
