@@ -6,6 +6,7 @@ cell of the rim, where boundaries that are free let cells stretch).
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from functools import cache, reduce
 from typing import Any
@@ -23,7 +24,7 @@ from porelang.ops.grid import lookup_cubic
 from porelang.progress import CancelledError, watching
 from porelang.tasks.phase.asked import phase_of
 from porelang.tasks.phase.find import find
-from porelang.tasks.phase.got import Got
+from porelang.tasks.phase.got import Got, told
 from porelang.tasks.phase.grids import on_grid
 from porelang.tasks.phase.poisson import apply, poisson, pull, solve
 from porelang.tasks.phase.turning import Wanted, first_fold, rotations, turned
@@ -47,7 +48,7 @@ WAVES = np.random.default_rng(3).normal(0, 1 / 60, (200, 3)), np.random.default_
 def gaussian(x: Values, y: Values, z: Values) -> Values:
     """A random field of the correlation length 60 mm: 200 waves, and as harsh as that study's was: cells that cannot
     turn err by 18 % (of six such fields by 15 to 28, and free ones by 9 to 24)."""
-    points = np.stack([x, y, z])
+    points = np.stack(np.broadcast_arrays(x, y, z))
     return sum(np.cos(np.tensordot(k, points, 1) + s) for k, s in zip(*WAVES, strict=True))  # type: ignore[return-value]
 
 
@@ -249,6 +250,72 @@ def test_what_is_read_on_a_grid_is_the_cubic_there() -> None:
         found = on_grid(field, axes, orders)
         for c in range(2):
             assert found[c] == pytest.approx(lookup_cubic(field, x, y, z, (c, *orders)), abs=1e-9)
+
+
+# ---- changes that are narrow ----------------------------------------------------------------------------------------
+def rod(x: Values, y: Values, z: Values) -> Values:
+    return np.maximum(np.hypot(x, y) - 20, abs(z) - 150)
+
+
+@pytest.mark.parametrize("at", [0.0, 2.0, 5.0, 7.3])
+@pytest.mark.parametrize("axes", [4, 7])
+def test_a_band_narrower_than_a_cell_of_the_grid_is_there_wherever_it_lies(at: float, axes: int) -> None:
+    """8 mm of 5 mm cells among those of 8 mm: over 16 mm, 8/5 + 8/8 cells; and a dip of 4 mm in 12."""
+    for period, asked in (
+        (lambda x, y, z: np.where(abs(z - at) < 4, 5.0, 8.0) + 0 * (x + y), 2.6),
+        (lambda x, y, z: 12 - 8 * np.exp(-(((z - at) / 4) ** 2)) + 0 * (x + y), 2.1618),
+    ):
+        phase, told = find(period, rod, (-20.0, -20.0, -150.0), (20.0, 20.0, 150.0), True, axes=axes)
+        ends = turns_at(phase, np.array([[0, 0], [0, 0], [at - 8, at + 8]]))[2]
+        assert ends[1] - ends[0] == pytest.approx(asked, rel=0.09)
+        assert told.asked_least == pytest.approx(5 if asked == 2.6 else 4, abs=0.02 if axes == 4 else 0.2)
+        assert told.least < 1.15 * told.asked_least
+
+
+def test_fixed_cells_along_a_narrow_dip_are_the_integral() -> None:
+    """Of w(z) the third component of cells that keep the axes is the integral of dz / w, in a part that is no box."""
+    phase, _ = find(lambda x, y, z: 12 - 8 * np.exp(-(((z - 3) / 4) ** 2)) + 0 * (x + y), rod,
+                    (-20.0, -20.0, -150.0), (20.0, 20.0, 150.0), False, axes=4)  # fmt: skip
+    z = np.linspace(-100, 100, 4001)
+    inverse = 1 / (12 - 8 * np.exp(-(((z - 3) / 4) ** 2)))
+    closed = np.concatenate([[0], np.cumsum((inverse[1:] + inverse[:-1]) / 2)]) * 0.05
+    for x in (0.0, 15.0):
+        u = turns_at(phase, np.stack([x + 0 * z, 0 * z, z]), [2])[0]
+        assert np.abs(u - closed - np.mean(u - closed)).max() < 0.03
+
+
+def test_what_is_asked_for_and_missed_is_doubted() -> None:
+    """A dip about a hole of 6 mm in a plate, of cells of half the size: one cell in twenty does not show it."""
+
+    def plate(x: Values, y: Values, z: Values) -> Values:
+        return np.maximum(np.maximum(abs(x) - 100, abs(y) - 60), abs(z) - 6)
+
+    def dip(x: Values, y: Values, z: Values) -> Values:
+        return 10 - 5 * np.exp(-((np.hypot(x - 63, y - 20) / 6) ** 2)) + 0 * z
+
+    of = find(dip, plate, (-100.0, -60.0, -6.0), (100.0, 60.0, 6.0), True, axes=3)[1]
+    assert of.off_95 < 0.05
+    assert of.asked_least == pytest.approx(5, abs=0.05)
+    assert re.search(r"cells of 5\.0 mm are asked for, and the smallest are \d\.\d mm", told(of.facts)[1])
+
+
+def test_a_period_that_is_none_in_a_narrow_place_is_refused() -> None:
+    def box(x: Values, y: Values, z: Values) -> Values:
+        return np.maximum(np.maximum(abs(x) - 50, abs(y) - 30), abs(z) - 20)
+
+    low, high = (-50.0, -30.0, -20.0), (50.0, 30.0, 20.0)
+    for period, axes in (
+        (lambda x, y, z: 10 - 12 * np.exp(-(((x - 3.3) / 0.3) ** 2)) + 0 * (y + z), 1),
+        (lambda x, y, z: 10 - 12 * np.exp(-((np.hypot(x - 3.3, y) / 0.8) ** 2)) + 0 * z, 3),
+        (lambda x, y, z: 10 - 12 * np.exp(-((x - 3.3) ** 2 + y**2 + z**2) / 2), 7),
+    ):
+        with pytest.raises(PoreError) as error:
+            find(period, box, low, high, True, axes=axes)
+        (d,) = error.value.diagnostics
+        asked, *place = (float(v) for v in re.findall(r"-?\d+\.?\d*", d.message))
+        assert d.code == "E147"
+        assert asked <= 0
+        assert float(period(*np.array(place))) == pytest.approx(asked, abs=0.2)
 
 
 # ---- what it is made of ----------------------------------------------------------------------------------------------

@@ -9,7 +9,9 @@ PHASES = (
         "E147",
         "a period that is none",
         "`phase(w, within)` is the phase of a lattice whose cells have the size w: a length above 0 everywhere within\n"
-        "the part. The message says what it is, and where. Beyond the part it may be anything.",
+        "the part. The message says what it is, and where; all samples of a file are looked at, and formulas at\n"
+        "places a hundredth of the longest side apart, along one axis or two much finer. Beyond the part it may be\n"
+        "anything.",
         "gyroid(phase=phase(0mm, sphere(30))) & sphere(30)",
         "gyroid(phase=phase(10mm + z / 20, sphere(30))) & sphere(30)",
     ),
@@ -47,8 +49,10 @@ PHASES = (
         "cells that are not as they were asked for",
         "Cells of one shape whose size varies exist for few fields: `phase` gets as near as can be, and says so.\n"
         "Here one cell in twenty misses its size by 10 % or more, is 1.15 times as long as it should be against its\n"
-        "width, or lies 10 degrees off the direction that was given. A size that grows with the distance from a long\n"
-        "axis cannot be had, whatever one does. Give it less range or a longer way, let cells turn (`orientation`\n"
+        "width, or lies 10 degrees off the direction that was given; or the smallest or largest cells that are asked\n"
+        "for are missed by a fifth, as a size that is asked for over no more than a few cells is. A size that grows\n"
+        "with the distance from a long axis cannot be had, whatever one does. Give it less range or a longer way, let\n"
+        "cells turn (`orientation` "
         'left out), or give up some of their shape for their size: `keep="volume"`.',
         "",
         "gyroid(phase=phase(10mm + z / 20, sphere(30))) & sphere(30)",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,10 @@ from numpy.typing import NDArray
 from porelang.backends.numpy import NumpyField
 from porelang.data import SampledField
 from porelang.formula import Formula
+from porelang.ir import X, Y, Z, order
 from porelang.tasks.bake import region
 from porelang.tasks.phase.find import Fit, find
-from porelang.tasks.phase.got import Field
+from porelang.tasks.phase.look import Field
 
 
 def phase_of(
@@ -34,7 +36,23 @@ def phase_of(
     apart = len(bits) == 3 and all(bits[a] & ~(1 << a) == 0 for a in range(3)) and direction is None
     solid = _values(within)
     way = None if direction is None else _unit(_values(direction))
-    return find(_values(period), lambda x, y, z: solid(x, y, z)[0], box.lo, box.hi, free, volume, way, apart, cells)[0]
+    inside: Field = lambda x, y, z: solid(x, y, z)[0]  # noqa: E731
+    axes = functools.reduce(int.__or__, bits)
+    return find(_values(period), inside, box.lo, box.hi, free, volume, way, apart, cells, axes, _nodes(period))[0]
+
+
+def _nodes(fields: Formula) -> list[list[NDArray[Any]]]:
+    """Where the nodes of the data lie that fields read at the point itself, along each axis."""
+    read = {n.args[0]: fields.bindings.get(n.args[0]) for n in order(fields.roots)
+            if n.op in ("lookup", "lookup_cubic") and n.args[1:] == (X, Y, Z)}  # fmt: skip
+    return [
+        [
+            start + step * np.arange(count, dtype=np.float64)
+            for start, step, count in zip(g.origin, g.spacing, g.shape, strict=True)
+        ]
+        for g in read.values()
+        if isinstance(g, SampledField)
+    ]
 
 
 def _values(fields: Formula) -> Field:

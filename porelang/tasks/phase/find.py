@@ -1,7 +1,8 @@
 """Finds the phase of a lattice in a box: from a coarse grid to finer ones, and kept fine enough for its smallest cell.
 
-The phase is much smoother than the lattice that it drives: solved with 32 cells along the longest side and
-interpolated from there, its periods are those of a solution with 128, in a tenth of the time.
+The phase is smoother than the lattice that it drives: of a period that changes slowly, what is solved with 32 cells
+along the longest side and interpolated from there has the periods of a solution with 128, in a tenth of the time. Along
+an axis on which the period changes within such a cell, there are twice as many, or four times, and so on.
 """
 
 from __future__ import annotations
@@ -14,11 +15,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.data import LARGEST_VALUE, NEAREST, SampledField, Triple, coordinates
+from porelang.data import NEAREST, SampledField, Triple, coordinates
 from porelang.diagnostics import fail
 from porelang.ops.grid import lookup_cubic
-from porelang.tasks.phase.got import Field, Fold, Got, got
+from porelang.tasks.phase.got import Fold, Got, got
 from porelang.tasks.phase.grids import on_grid
+from porelang.tasks.phase.look import EDGE, Field, Look, averaged, components, look, unseen, with_nodes
 from porelang.tasks.phase.poisson import OUTSIDE
 from porelang.tasks.phase.turning import Wanted, first_fold, turned
 
@@ -28,10 +30,12 @@ LEVELS = (16, 32)
 FEWEST = 4
 #: Of the longest side: so much more than the box is found on each side, for what reaches beyond the part.
 MARGIN = 1 / 16
-#: Points in a cell of the finer grid, along each axis, where it is looked at what was got.
+#: Small cells in a cell of the finest grid that is solved on, along each axis: in each is looked what is asked for
+#: (`look`), and in its middle what was got (`got`).
 LOOKED = 3
-#: Of the box's sides: so far from its faces a cell that reaches beyond it is looked at.
-EDGE = 1e-3
+#: Turns by which a phase may be off for what varies within a cell of the grid that it is solved on, and the cells that
+#: there may be.
+UNSEEN, MOST_CELLS = 0.03, 130_000
 #: Nodes of what is kept: 1.5 GB.
 MOST_NODES = 64_000_000
 
@@ -46,36 +50,51 @@ def find(
     direction: Field | None = None,
     apart: bool = False,
     cells: Fit | None = None,
+    axes: int = 7,
+    of_data: Sequence[Sequence[Values]] = (),
 ) -> tuple[SampledField, Got]:
     """The phase (3 components, in turns, 0 at the place nearest to the origin) over a box, and what it got.
 
     `period` is in mm: one number at each point, or three (3, ...) for the axes of the cells; `inside` is negative
     within the part. `free` lets cells turn, or they stand along a `direction` (3, ...); `volume` gives up shape for
-    size. With `apart` each of the three periods varies along its own axis alone: the phase is known in closed form.
-    `cells` says how many there are to be along the sides of the box; then they begin at its lower end.
+    size. With `apart` each of the three periods varies along its own axis alone: no equation is solved, as each
+    component of the phase is an integral along its axis.
+    `cells` says how many there are to be along the sides of the box; then they begin at its lower end. `axes` are those
+    that the period depends on, as bits, and `of_data` the nodes of data that it reads, along each axis, all looked at.
     Errors: E092 where the box holds no part, E096 for cells so small that too many samples are needed, E147 where the
     period is none, E148 where cells would fold.
     """
-    of = _for_axes(period)
     sides = np.array(high) - np.array(low)
     margin = MARGIN * float(sides.max())
     corner, sides = np.array(low) - margin, sides + 2 * margin
 
-    def grid(level: int) -> tuple[Values, Wanted]:
-        counts = _counts(sides, float(sides.max()) / level)
-        spacing = sides / counts
-        return spacing, replace(
-            _wanted(of, inside, (low, high), corner, spacing, counts, direction), free=free, volume=volume
-        )
+    def seen(counts: NDArray[np.int64]) -> Look:
+        found = look(period, inside, low, high, [LOOKED * int(n) for n in counts], axes)
+        if found is None:
+            raise _empty()
+        return found
 
+    def grid(counts: NDArray[np.int64]) -> tuple[Values, Wanted]:
+        spacing = sides / counts
+        return spacing, replace(_wanted(of, corner, spacing, counts, direction), free=free, volume=volume)
+
+    known = [[v[(v >= a) & (v <= b)] for v, a, b in zip(n, low, high, strict=True)] for n in of_data]
+    levels = [_counts(sides, float(sides.max()) / level) for level in LEVELS]
+    of = with_nodes(seen(levels[-1]), period, inside, known)
+    while (finer := _finer(of, levels[-1], sides)) is not None:
+        levels[-1] = finer
+        of = replace(seen(finer), least=of.least, most=of.most)
     found: SampledField | None = None
-    spacing, wanted = grid(LEVELS[-1])
-    for level in () if apart else LEVELS:
-        spacing, wanted = grid(level)
+    for counts in levels[-1:] if apart else levels:
+        spacing, wanted = grid(counts)
+        if apart:
+            break
         nodes = [corner[a] + spacing[a] * np.arange(wanted.period.shape[a + 1] + 1) for a in range(3)]
-        start = on_grid(found, nodes) if found is not None else _even(wanted, nodes)
-        if found is not None and first_fold(start, wanted) is not None:
+        start = None if found is None else on_grid(found, nodes)
+        if start is None or first_fold(start, wanted) is not None:
             start = _even(wanted, nodes)
+            if volume:  # from even cells the first step may fold however short it is, and would be the last
+                start = turned(replace(wanted, volume=False), start)
         found = _sampled(turned(wanted, start), corner, spacing)
     coarse, least = wanted.period.shape[1:], _smallest(wanted)
     counts = np.maximum(_counts(sides, least / 2), coarse)
@@ -83,16 +102,14 @@ def find(
         raise fail("E096", f"cells of {least:.3g} mm need {math.prod(int(n) + 1 for n in counts):.2g} samples here",
                    hint="ask for larger cells, or for a smaller part `within`")  # fmt: skip
     nodes = [corner[a] + sides[a] * np.arange(counts[a] + 1) / counts[a] for a in range(3)]
-    kept = on_grid(found, nodes) if found is not None else _integrals(of, nodes, low, high)
+    asked = _for_axes(period)
+    kept = on_grid(found, nodes) if found is not None else _integrals(asked, nodes, low, high)
     phase = _sampled(kept, corner, sides / counts)
-    phase = _anchored(phase, of, low, high) if cells is None else _fitted(phase, cells, low, high)
-    at = [low[a] + (high[a] - low[a]) * (np.arange(LOOKED * coarse[a]) + 0.5) / (LOOKED * coarse[a]) for a in range(3)]
-    told = got(phase, of, inside, (at[0], at[1], at[2]), free, direction)
+    phase = _anchored(phase, asked, low, high) if cells is None else _fitted(phase, cells, low, high)
+    told = got(phase, of, free, direction, volume)
     if isinstance(told, Fold):
         raise fail("E148", f"the cells of this phase would fold at ({coordinates(told.place)})",
                    hint="their period changes too fast there: blur it, or give it less range")  # fmt: skip
-    if told is None:
-        raise _empty()
     return SampledField(phase.values, phase.origin, phase.spacing, told.facts), told
 
 
@@ -124,12 +141,23 @@ def _fitted(phase: SampledField, fit: Fit, low: Triple, high: Triple) -> Sampled
     return SampledField.from_array((phase.values - first) * factors, phase.origin, phase.spacing)
 
 
+def _finer(of: Look, counts: NDArray[np.int64], sides: Values) -> NDArray[np.int64] | None:
+    """Twice as many cells along the axis along which a phase would err most; None where it errs by little, or where its
+    cells are finer than those of the lattice, or too many."""
+    off = [unseen(of, a, LOOKED) if sides[a] / counts[a] > of.least / 2 else 0.0 for a in range(3)]
+    axis = int(np.argmax(off))
+    finer = counts * np.where(np.arange(3) == axis, 2, 1)
+    return finer if off[axis] > UNSEEN and math.prod(int(n) for n in finer) <= MOST_CELLS else None
+
+
 def _for_axes(period: Field) -> Field:
     """A field of periods as one that gives three everywhere (3, ...)."""
 
+    several = components(period)
+
     def at(x: Values, y: Values, z: Values) -> Values:
-        shape = np.broadcast_shapes(x.shape, y.shape, z.shape)
-        return np.broadcast_to(np.asarray(period(x, y, z), np.float64), (3, *shape))
+        values = several(x, y, z)
+        return np.broadcast_to(values, (3, *values.shape[1:]))
 
     return at
 
@@ -143,8 +171,6 @@ def _integrals(period: Field, nodes: Sequence[Values], low: Triple, high: Triple
         half = np.diff(ends) / 2
         inner = np.clip(ends[:-1, None] + half[:, None] * (1 + points), low[axis], high[axis]).reshape(-1)
         asked = period(*(inner if a == axis else middle[a] for a in range(3)))[axis]
-        _check(asked, ~((asked >= NEAREST) & (asked <= LARGEST_VALUE)), [inner if a == axis else middle[a] + 0 * inner
-                                                                         for a in range(3)])  # fmt: skip
         steps = half * (weights / asked.reshape(-1, len(points))).sum(1)
         along.append(np.concatenate([[0.0], np.cumsum(steps)]))
     return np.stack(np.meshgrid(*along, indexing="ij"))
@@ -154,60 +180,26 @@ def _counts(sides: Values, spacing: float) -> NDArray[np.int64]:
     return np.maximum(np.ceil(sides / spacing - 1e-9).astype(np.int64), FEWEST)
 
 
-def _wanted(
-    period: Field,
-    inside: Field,
-    box: tuple[Triple, Triple],
-    corner: Values,
-    spacing: Values,
-    counts: NDArray[np.int64],
-    direction: Field | None = None,
-) -> Wanted:
-    """What is asked for in the cells; beyond the part, where its field may be anything, a period like those within.
-
-    A cell that reaches beyond the box of the part is looked at within it: a plate may be thinner than a cell.
-    """
+def _wanted(of: Look, corner: Values, spacing: Values, counts: NDArray[np.int64], direction: Field | None) -> Wanted:
+    """What is asked for in the cells; beyond the part, where its field may be anything, a period like those within."""
     ends = [corner[a] + spacing[a] * np.arange(counts[a] + 1) for a in range(3)]
-    low, high = (np.array(box[0]), np.array(box[1]))
-    thin = EDGE * (high - low)
-    near = [np.clip(ends[a], low[a] + thin[a], high[a] - thin[a]) for a in range(3)]
-    between = [np.clip(ends[a][:-1] + spacing[a] / 2, low[a] + thin[a], high[a] - thin[a]) for a in range(3)]
-    nodes, centres = np.meshgrid(*near, indexing="ij"), np.meshgrid(*between, indexing="ij")
-    overlaps = [np.diff(np.clip(ends[a], low[a], high[a])) for a in range(3)]
-    overlap = np.ones(tuple(counts))
-    for a, of_axis in enumerate(overlaps):
-        overlap *= (of_axis / of_axis.max()).reshape([-1 if b == a else 1 for b in range(3)])
-    at_corners = np.broadcast_to(inside(*nodes), nodes[0].shape) < 0
-    central = np.broadcast_to(inside(*centres), centres[0].shape) < 0
-    share = 8.0 * central  # of each cell that lies within: at its centre and its corners
-    for i, j, k in np.ndindex(2, 2, 2):
-        x, y, z = (slice(1, None) if n else slice(None, -1) for n in (i, j, k))
-        share += at_corners[x, y, z]
-    share *= overlap / 16
-    within, central = share > 0, central & (overlap > 0)
-    if not within.any():
-        raise _empty()
-    asked = np.array(period(*centres))
-    right = (asked >= NEAREST) & (asked <= LARGEST_VALUE)
-    for of, wrong in zip(asked, central & ~right, strict=True):
-        _check(of, wrong, centres)
-    for c, fits in enumerate(right):
+    share, asked = averaged(of, ends)
+    within = share > 0
+    for c, fits in enumerate(np.isfinite(asked)):
         good = asked[c][within & fits]
-        if not good.size:
-            raise _empty()
         asked[c] = np.where(fits, asked[c], np.exp(np.log(good).mean())).clip(good.min(), good.max())
     steps: Triple = (float(spacing[0]), float(spacing[1]), float(spacing[2]))
-    way = None if direction is None else direction(*centres)
-    return Wanted(asked, np.maximum(share, OUTSIDE), _about(within), steps, direction=way)
-
-
-def _check(asked: Values, wrong: NDArray[np.bool_], at: Sequence[Values]) -> None:
-    """Refuse periods that are none. Errors: E147."""
-    if wrong.any():
-        first = int(np.argmax(wrong))
-        place = coordinates(float(c.reshape(-1)[first]) for c in at)
-        raise fail("E147", f"the period that is asked for is {asked.reshape(-1)[first]:.3g} mm at ({place})",
-                   hint="a period is a length above 0 everywhere within the part")  # fmt: skip
+    way = None
+    if direction is not None:
+        low, high = (np.array([e[i] for e in of.ends]) for i in (0, -1))
+        thin = EDGE * (high - low)
+        middles = [
+            np.clip(e[:-1] + h / 2, a, b) for e, h, a, b in zip(ends, spacing, low + thin, high - thin, strict=True)
+        ]
+        way = direction(*np.meshgrid(*middles, indexing="ij"))
+    return Wanted(
+        np.broadcast_to(asked, (3, *share.shape)), np.maximum(share, OUTSIDE), _about(within), steps, direction=way
+    )
 
 
 def _about(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:

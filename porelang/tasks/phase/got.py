@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 
 import numpy as np
@@ -11,17 +11,18 @@ from numpy.typing import NDArray
 from porelang.data import SampledField, Triple
 from porelang.progress import checkpoint
 from porelang.tasks.phase.grids import on_grid
+from porelang.tasks.phase.look import Field, Look
 from porelang.tasks.phase.turning import rotations
 
 Values = NDArray[np.float64]
-#: A field of x, y and z in mm, as arrays that broadcast.
-Field = Callable[[Values, Values, Values], Values]
 #: A cell of this volume, against a cube of its size, is as good as folded: between the points looked at it may be.
 FLAT = 0.02
 #: Of so many points spread among them it is looked at how cells are turned: that varies slowly.
 TURNED = 60_000
 #: What is doubted: the stretch of 5 % of the cells, and by how much 5 % of them miss their number per mm.
 STRETCHED, MISSED = 1.15, 0.10
+#: How much larger the smallest cells may be than the smallest that are asked for, and the largest smaller.
+LOST = 1.2
 #: A direction that 5 % of the cells miss by more, in degrees.
 ASKEW = 10.0
 
@@ -31,8 +32,9 @@ class Got:
     """Of the points looked at within a part: periods in mm, angles in degrees.
 
     `off` is by how much the number of cells per mm along an axis of the cells misses 1 / w, relative to it; `stretch`
-    how much longer a cell is than wide, against what was asked for (the largest by the smallest singular value of w
-    times the Jacobian); `turn` the angle by which cells are turned from the axes of the part. `askew` is by how much
+    how much longer a cell is one way than another, against what was asked for (the largest by the smallest singular
+    value of w times the Jacobian, 1 for cells of the right shape); `turn` the angle by which cells are turned from the
+    axes of the part. `askew` is by how much
     the cells miss the direction that they were to stand along. `turned` and `directed` are 1 where cells may turn, and
     where a direction is given.
     """
@@ -52,6 +54,8 @@ class Got:
     directed: float = 0.0
     askew_95: float = 0.0
     askew_most: float = 0.0
+    sized: float = 0.0
+    volume_95: float = 0.0
 
     @property
     def facts(self) -> tuple[float, ...]:
@@ -63,15 +67,28 @@ class Got:
         turn = f"turned by up to {self.turn_most:.0f} degrees" if self.turn_most >= 0.5 else "not turned"
         if self.directed:
             turn = f"within {self.askew_95:.0f} degrees of the direction given (95 %), {self.askew_most:.0f} at most"
-        return f"asked {asked} mm, got {found}; stretch at most {self.stretch_most:.2f}; {turn}; no folds"
+        volume = f"volume within {100 * self.volume_95:.0f} % (95 %); " if self.sized else ""
+        return f"asked {asked} mm, got {found}; {volume}stretch at most {self.stretch_most:.2f}; {turn}; no folds"
 
 
 def told(facts: Sequence[float]) -> tuple[str, str, str]:
-    """The note of a phase, what is doubtful about it ("" where nothing is), and a hint, from its facts."""
+    """In words: the note of a phase, what is doubtful about it ("" where nothing is), and a hint, from its facts."""
     of = Got(*facts)
     wrong, hint = [], "let cells turn: leave `orientation` out" if not of.turned and not of.directed else ""
-    if of.off_95 > MISSED:
-        wrong.append(f"one cell in twenty misses its size by {100 * of.off_95:.0f} % or more")
+    if of.sized and of.volume_95 > MISSED:
+        wrong.append(f"one cell in twenty misses its volume by {100 * of.volume_95:.0f} % or more")
+    if not of.sized and of.off_95 > MISSED:
+        wrong.append(
+            f"one cell in twenty misses its size by {100 * of.off_95:.0f} % or more, one by {100 * of.off_most:.0f} %"
+        )
+    lost = [(a, b, how) for a, b, how, by in (
+        (of.asked_least, of.least, "smallest", of.least / of.asked_least),
+        (of.asked_most, of.most, "largest", of.asked_most / of.most),
+    ) if by > LOST]  # fmt: skip
+    for asked, found, how in lost:
+        wrong.append(f"cells of {_mm(asked)} mm are asked for, and the {how} are {_mm(found)} mm")
+    if lost and not hint:
+        hint = "a size that is asked for over no more than a few cells cannot be had: let it vary over a longer way"
     if of.stretch_95 > STRETCHED:
         wrong.append(f"one in twenty is {of.stretch_95:.2f} times as long as it should be against its width, or more")
     if of.askew_95 > ASKEW:
@@ -88,6 +105,10 @@ def _range(low: float, high: float) -> str:
     return one if one == other else f"{one}..{other}"
 
 
+def _mm(size: float) -> str:
+    return f"{size:.3g}" if size < 1 else f"{size:.1f}"
+
+
 @dataclass(frozen=True, slots=True)
 class Fold:
     """A place within the part where a phase folds: its cells would be turned inside out there."""
@@ -96,49 +117,47 @@ class Fold:
 
 
 def got(
-    phase: SampledField,
-    period: Field,
-    inside: Field,
-    centres: tuple[Values, Values, Values],
-    free: bool = True,
-    direction: Field | None = None,
-) -> Got | Fold | None:
-    """What a phase got at the points of a grid of `centres` that lie within the part; None if no point does.
-
-    `period` gives (3, n), `inside` is negative within. Every point is looked at for folds.
-    """
+    phase: SampledField, of: Look, free: bool = True, direction: Field | None = None, sized: bool = False
+) -> Got | Fold:
+    """What a phase got in the small cells within a part, at their centres. Each is looked at for folds."""
     from porelang.tasks.phase.loops import shapes
 
-    x, y, z = np.meshgrid(*centres, indexing="ij")
-    keep = np.asarray(inside(x, y, z)) < 0
-    at = (x[keep], y[keep], z[keep])
-    if not len(at[0]):
-        return None
+    keep, centres = of.inside, of.centres
+    cells = np.flatnonzero(keep)
+
+    def places(cells: NDArray[np.int64]) -> list[Values]:
+        return [c[i] for c, i in zip(centres, np.unravel_index(cells, keep.shape), strict=True)]
+
     checkpoint()
-    slopes = np.empty((3, 3, len(at[0])))
+    slopes = np.empty((3, 3, len(cells)))
     for a in range(3):
         slopes[:, a] = on_grid(phase, centres, (int(a == 0), int(a == 1), int(a == 2)))[:, keep]
-    asked = np.broadcast_to(np.asarray(period(*at), np.float64), (3, len(at[0])))
-    numbers, stretch, volume = np.empty(asked.shape), np.empty(len(at[0])), np.empty(len(at[0]))
-    shapes(slopes, asked, numbers, stretch, volume)
-    folded = ~(volume > FLAT)
+    asked = of.asked
+    numbers = np.empty(asked.shape)
+    stretch, flat, volume = (np.empty(len(cells)) for _ in range(3))
+    shapes(slopes, asked, numbers, stretch, flat, volume)
+    folded = ~(flat > FLAT)
     if folded.any():
-        n = int(np.argmax(folded))
-        return Fold((float(at[0][n]), float(at[1][n]), float(at[2][n])))
+        x, y, z = (float(c[0]) for c in places(cells[folded][:1]))
+        return Fold((x, y, z))
     checkpoint()
     off = np.abs(numbers * asked - 1)
     few = max(1, len(asked[0]) // TURNED)
     turns = rotations(asked[:, None, ::few] * slopes[..., ::few])
     turn = _degrees((turns[0, 0] + turns[1, 1] + turns[2, 2] - 1) / 2)
     found = [
-        *(asked.min(), asked.max(), 1 / numbers.max(), 1 / numbers.min()),
+        *(of.least, of.most, 1 / numbers.max(), 1 / numbers.min()),
         *(np.median(off), np.quantile(off, 0.95), off.max()),
         *(np.quantile(stretch, 0.95), stretch.max(), np.median(turn), turn.max()),
         float(free),
     ]
     if direction is not None:
-        askew = _degrees(np.abs((turns[0] * direction(*(c[::few] for c in at))).sum(0)))
+        askew = _degrees(np.abs((turns[0] * direction(*places(cells[::few]))).sum(0)))
         found += [1.0, np.quantile(askew, 0.95), askew.max()]
+    else:
+        found += [0.0, 0.0, 0.0]
+    if sized:
+        found += [1.0, np.quantile(np.abs(volume - 1), 0.95)]
     return Got(*(float(v) for v in found))
 
 

@@ -67,11 +67,12 @@ def rotations(matrices: Array, out: Array) -> None:
 
 
 @compiled
-def shapes(slopes: Array, asked: Array, numbers: Array, stretch: Array, volume: Array) -> None:
-    """Of each Jacobian (3, 3, n): the length of its rows, how much longer than wide it is, and its relative volume.
+def shapes(slopes: Array, asked: Array, numbers: Array, stretch: Array, flat: Array, volume: Array) -> None:
+    """Of each Jacobian (3, 3, n): the length of its rows, how much longer than wide it is, how flat, and its volume.
 
-    The latter two are of its rows times the periods `asked` (3, n): the largest by the smallest singular value, by the
-    roots of a cubic as cosines; and the determinant by the cube of the mean singular value (of squares).
+    All but the first are of its rows times the periods `asked` (3, n): the largest by the smallest singular value, by
+    the roots of a cubic as cosines; the determinant by the cube of the mean singular value (of squares); and the
+    determinant, the cells in the volume that one was to have.
     """
     for n in range(slopes.shape[2]):
         a, b, c = slopes[0, 0, n], slopes[0, 1, n], slopes[0, 2, n]
@@ -86,7 +87,8 @@ def shapes(slopes: Array, asked: Array, numbers: Array, stretch: Array, volume: 
         xx, yy, zz = a * a + d * d + g * g, b * b + e * e + h * h, c * c + f * f + i * i
         xy, xz, yz = a * b + d * e + g * h, a * c + d * f + g * i, b * c + e * f + h * i
         mean = (xx + yy + zz) / 3
-        volume[n] = det / (mean * math.sqrt(mean))
+        flat[n] = det / (mean * math.sqrt(mean))
+        volume[n] = det
         p, q, r = xx - mean, yy - mean, zz - mean
         size = math.sqrt((p * p + q * q + r * r + 2 * (xy * xy + xz * xz + yz * yz)) / 6)
         cubic = p * (q * r - yz * yz) - xy * (xy * r - yz * xz) + xz * (xy * yz - q * xz)

@@ -30,7 +30,8 @@ DONE = 1e-5
 PRECISION = 1e-3
 #: With `volume`, the share of the weight that shape keeps.
 SHAPE = 0.2
-#: A step that would fold a cell is halved so often before it is not taken at all.
+#: A step that would fold cells is halved so often about them, and then everywhere, before it is not taken at all: the
+#: iteration ends there, as if nothing were to be gained.
 HALVINGS = 6
 
 
@@ -224,11 +225,28 @@ def _fitted(wanted: Wanted, equations: Sequence[Poisson], target: Values, start:
 
 
 def _unfolded(wanted: Wanted, phi: Values, new: Values) -> Values:
-    """As far from `phi`, which has no folds, towards `new` as there are none."""
-    part = 1.0
+    """As far from `phi`, which has no folds, towards `new` as there are none: less far about the cells that would fold,
+    and if that does not do, less far everywhere."""
+    part = np.ones(phi.shape[1:])
     for _ in range(HALVINGS):
+        tried = phi + part * (new - phi)
+        folded = wanted.within & _folds(tried, wanted.spacing)
+        if not folded.any():
+            return tried
+        part = np.minimum(part, np.where(_nodes_about(folded), part / 2, part))
+    part = np.ones(())
+    for _ in range(HALVINGS):
+        part = part / 2
         tried = phi + part * (new - phi)
         if first_fold(tried, wanted) is None:
             return tried
-        part /= 2
     return phi
+
+
+def _nodes_about(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The nodes of cells, and those of the cells beside them."""
+    wide = np.pad(cells, 2)
+    for axis in range(3):
+        wide = np.moveaxis(wide, axis, 0)
+        wide = np.moveaxis(wide[:-3] | wide[1:-2] | wide[2:-1] | wide[3:], 0, axis)
+    return wide
