@@ -201,26 +201,16 @@ class Suspicion:
     of it. "fold": a lattice, after which part of a turn it should be the same, a place on the axis of that turn
     (three), a direction and the other one of its frame (three each), and what is made of it. "fits": a lattice, what is
     taken for its period along the axis `instead`, and what is made of it. "jump": a lattice and its phase (three).
-    "stretched": what is made at other coordinates, and these, or a lattice and its phase.
+    "stretched": what is made at other coordinates, and these, or a lattice and its phase. "uneven": what was a
+    distance, and the length that is added to it.
     `argument` is the place that an edit would change, `name` the function or the operator, `instead` what might
     stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """
 
     what: Literal[
-        "total",
-        "copies",
-        "apart",
-        "pores",
-        "seam",
-        "empty",
-        "period",
-        "still",
-        "fold",
-        "fits",
-        "jump",
+        "total", "copies", "apart", "pores", "seam", "empty", "period", "still", "fold", "fits", "jump", "stretched",
         "uneven",
-        "stretched",
-    ]
+    ]  # fmt: skip
     span: Span
     nodes: tuple[Node, ...]
     argument: Span | None = None
