@@ -6,7 +6,7 @@ import pytest
 
 import porelang
 from porelang.compiler import try_compile
-from porelang.diagnostics import Diagnostic
+from porelang.diagnostics import Diagnostic, PoreError
 from porelang.source import Source
 
 
@@ -143,3 +143,21 @@ def test_each_place_is_told() -> None:
 )
 def test_a_number_of_the_lattice_and_a_distance_are_taken(text: str) -> None:
     assert said(text) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "shown", "hint"),
+    [
+        ("let s = 5MPa + x * 1MPa / 9mm\ngyroid(6) |> shell(s) & sphere(9)", "`s` is a stress", "`s / 100MPa`"),
+        ("gyroid(6) |> shell(mix(0.4, 1.2, 3MPa)) & sphere(9)", "`mix(0.4, 1.2, 3MPa)` is a stress", "100MPa"),
+        ("gyroid(6) - 3N & sphere(9)", "`3N` is a force", "`3N / 100N`"),
+        ("sphere(5) + 3N", "`3N` is a force, and a distance is in mm", "`3N / 100N * 1mm`"),
+    ],
+)
+def test_a_stress_or_a_force_is_no_thickness(text: str, shown: str, hint: str) -> None:
+    with pytest.raises(PoreError) as refused:
+        porelang.compile(text)
+    (told,) = refused.value.diagnostics
+    assert told.code == "E062"
+    assert shown in told.message
+    assert hint in told.hint

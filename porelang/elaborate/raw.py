@@ -18,7 +18,7 @@ from porelang.elaborate.results import Suspicion
 from porelang.elaborate.values import Function, Given, ListValue, Poison, Scalar, Value
 from porelang.ir import Node, order, within
 from porelang.source import Span
-from porelang.units import LENGTH
+from porelang.units import ANGLE, LENGTH, RATIO, UNITS
 
 #: Operations that want both sides in one unit. A solid may be cut by `z - 2mm`: that is another solid.
 _MEETING = frozenset({"add", "sub", "lt", "le", "eq"})
@@ -45,6 +45,8 @@ def length_on_lattice(
     for field, length, at, lies in ((one, other, places[1], places[0]), (other, one, places[0], places[1])):
         if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
             continue
+        if (wrong := _unit_on_field(ctx, field, length, at, span)) is not None:
+            return wrong
         if op not in _CUTTING and length.dimension is None and _is_raw(ctx, field):
             _note_params(ctx, length.node)
         if not _is_length(ctx, length) or (op in _CUTTING and length.node.axes) or not _is_raw(ctx, field):
@@ -58,6 +60,24 @@ def length_on_lattice(
         sure = length.dimension == LENGTH or (said is not None and _is_known(said))
         return _told(ctx, place if said is None else said.span, _lifted(ctx, given), sure, said is None)
     return None
+
+
+def _unit_on_field(ctx: Context, field: Scalar, number: Scalar, at: Span, span: Span) -> Poison | None:
+    """Refuse a stress, a force or the like that meets the values of a lattice, or a distance."""
+    if number.dimension in (None, RATIO, LENGTH, ANGLE) or not field.node.axes or field.dimension not in (None, LENGTH):
+        return None
+    found = nature(ctx.natures, field.node)
+    if found is None:
+        return None
+    place = ctx.users_place(span)
+    given = [g for g in ctx.given_at.get(place, {}).values() if place is not span and g.value is not field]
+    said = next((g.span for g in given if isinstance(g.value, Scalar) and g.value.dimension == number.dimension), None)
+    value = value_of(at if place is span else said or place)
+    unit = next((name for name, u in UNITS.items() if u.dimension == number.dimension and u.scale == 1), None)
+    what = "the values of a raw lattice have no unit" if found.raw else "a distance is in mm"
+    text, each = short(value.text), "" if found.raw else " * 1mm"
+    hint = "divide it by what counts as 1" + (f", as in `{text} / 100{unit}{each}`" if unit is not None else "")
+    return ctx.error("E062", f"`{text}` is {number.dimension}, and {what}", value, hint=hint)
 
 
 def _on_uneven(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], span: Span) -> None:
