@@ -161,3 +161,20 @@ def test_a_stress_or_a_force_is_no_thickness(text: str, shown: str, hint: str) -
     assert told.code == "E062"
     assert shown in told.message
     assert hint in told.hint
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("(metric(gyroid(10)) @ (2 * p)) |> shell(0.8mm) & cube(30)", "is 0.5 mm long"),
+        ("0.4 * sphere(10) - 1mm", "is 2.5 mm long"),
+        ("(sphere(10) @ [x, y, z / 3]) - 1mm & slab([0, 0, 1], 60)", "is 1 to "),
+    ],
+)
+def test_a_distance_no_longer_is_told_by_how_much(text: str, told: str) -> None:
+    """Where a field rises by g in each mm, a length that is added to it is 1/g times as long."""
+    (found,) = said(text)
+    assert (found.code, found.severity) == ("W238", "warning")
+    assert told in found.message
+    assert found.edit is not None
+    assert said(text[: found.edit.span.start] + found.edit.text + text[found.edit.span.end :]) == []
