@@ -221,4 +221,13 @@ DOUBTS = (
         "align(gyroid(6), grad(sphere(20))) & sphere(12)",
         "align(gyroid(6), grad(sphere(60)), about=[60, 0, 0]) & translate(sphere(12), [60, 0, 0])",
     ),
+    Code(
+        "W240",
+        "a curve that misses its points, or bends within the part",
+        "`along` rounds the corners of its points by arcs, the greatest that fit unless `bend=` says a radius. At one\n"
+        "that turns back sharply the curve then lies far from the corner: it says by how much. And where the part\n"
+        "reaches the centre of a bend, on its inside, all sections of the curve meet in a line, and cells break.",
+        "let q = [[0, 0, 0], [40, 0, 0], [0, 20, 0]]\nalong(gyroid(6), q) & pipe(q, 4)",
+        "let q = [[0, 0, 0], [40, 0, 0], [40, 20, 0]]\nalong(gyroid(6), q) & pipe(q, 4)",
+    ),
 )
