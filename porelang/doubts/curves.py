@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from porelang.analysis.sampled import sampler
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic
+from porelang.doubts.parts import parts_of
 from porelang.elaborate.results import Elaborated, Suspicion
 from porelang.formula import Bindings
 from porelang.ir import order, within
@@ -76,7 +77,7 @@ def _reached(
 ) -> bool:
     """Whether a lattice along a curve is seen about the centre of an arc, as far from the curve as that is."""
     made = s.nodes[0]
-    if made.op != "at":
+    if made.op != "at" or parts_of(made, found, bindings) is None:  # a field without an end is no part
         return False
     corner, one, other, r, steep = arc
     inward = (other - one) / np.linalg.norm(other - one)
@@ -84,7 +85,11 @@ def _reached(
     points = centre + r * NEAR * np.random.default_rng(1).uniform(-1, 1, (LOOKED, 3))
     across = sampler(made.args[2:], bindings)
     for output in found.outputs.values():
-        if across is None or made not in order(output.nodes, lambda n: n.args[1:] if n.op == "at" else within(n)):
+        if (
+            across is None
+            or len(output.nodes) > 1
+            or made not in order(output.nodes, lambda n: n.args[1:] if n.op == "at" else within(n))
+        ):
             continue
         solid = sampler(output.nodes[:1], bindings)
         if solid is None:
