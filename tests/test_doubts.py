@@ -143,10 +143,13 @@ DOUBTED = [
         "W236",
     ),
     ("align(gyroid(6), [20, x + 40, 0], symmetry=4) & cylinder(12, 8)", "W236"),
+    # curves that miss their points, or bend within the part
+    ("let q = [[0, 0, 0], [40, 0, 0], [0, 20, 0]]\nalong(gyroid(6), q) & pipe(q, 4)", "W240"),
+    ("let q = [[0, 0, 0], [40, 0, 0], [40, 40, 0]]\nalong(gyroid(6), q, bend=4mm) & pipe(q, 9, bend=4mm)", "W240"),
+    ("let q = arc(10mm, 0deg, 270deg)\nalong(gyroid(6), q) & pipe(q, 12)", "W240"),
     # coordinates that stretch and fold cells
     ("align(gyroid(10), grad(sphere(20))) & sphere(40)", "W239"),
     ("metric(gyroid(10) |> align(grad(hypot(x, y)))) |> shell(0.8mm) & cylinder(35mm, 30mm)", "W239"),
-    ("schwarz_p(10) |> align([y, x, 0], symmetry=4) & cylinder(30, 8)", "W239"),
     ("along(gyroid(6), arc(8, 0deg, 90deg)) & pipe(arc(8, 0deg, 90deg), 7) & cylinder(5, 20)", "W239"),
     (
         "gyroid(phase=[x / 6, y / 6, between(z + 3, z - 2 - x / 60, cells=3)]) & z - 2 & -3 - z & cylinder(20, 9)",
@@ -226,6 +229,11 @@ RIGHT = [
     "along(gyroid(6), arc(30, 0deg, 90deg)) & pipe(arc(30, 0deg, 90deg), 5)",
     "align(gyroid(6), grad(sphere(50)), about=[50, 0, 0]) & translate(sphere(12), [50, 0, 0])",
     "align(gyroid(6), grad(max(x + 7, 0))) & sphere(12) & -6 - x",
+    "let q = [[0, 0, 0], [40, 0, 0], [40, 40, 0]]\nalong(gyroid(6), q, bend=9mm) & pipe(q, 6, bend=9mm)",
+    # the other leg passes through the centre of the bend between
+    "let q = [[0, 0, 0], [30, 0, 0], [30, 30, 0], [22, 30, 9], [22, -9, 0]]\n"
+    "along(gyroid(6), q, bend=3) & pipe(q, 2, bend=3)",
+    "diamond(phase=sphere_map(20, cells=12)) & sphere(25) \\ sphere(15)",
     "align(schwarz_p(6), [y, x, 0], symmetry=2) & cylinder(12, 8)",
     "align(schwarz_p(6), [y, x, 0], symmetry=4) & cylinder(12, 8)",
     "align(gyroid(6), [20, x - 60, 0], symmetry=2, about=[0, 1.5, 0]) & cylinder(12, 8)",

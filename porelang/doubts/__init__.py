@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from porelang.diagnostics import Diagnostic
-from porelang.doubts import frames, lattices, solids, stretches, walls
+from porelang.doubts import curves, frames, lattices, solids, stretches, walls
 from porelang.doubts.periods import drifting
 from porelang.doubts.solids import MOST_CUTS, MOST_NODES, idle_cuts
 from porelang.elaborate.results import Elaborated, Suspicion
@@ -34,6 +34,7 @@ _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | No
     "fits": frames.fits,
     "uneven": walls.uneven,
     "stretched": stretches.stretched,
+    "bend": curves.bend,
 }
 
 

@@ -144,7 +144,7 @@ def jump(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
         return None
     hint = "let both formulas of the phase meet where one takes over from the other"
     if float(np.mean(np.abs(one[1] - other[1]) > 1e-3)) < 0.05:
-        hint = "take `schwarz_p`, `iwp` or `neovius`: they are the same along all axes, and mirrored"
+        hint = "take `schwarz_p`, `iwp`, `neovius` or `diamond`: they are the same along all axes, and mirrored"
     return Diagnostic(
         "W218",
         f"`{s.name}` has seams: its cells do not meet where the phase passes from one formula to another",

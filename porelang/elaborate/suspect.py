@@ -16,7 +16,7 @@ from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import Kind
 from porelang.elaborate.natures import nature
 from porelang.elaborate.results import Suspicion
-from porelang.elaborate.values import Function, Given, Scalar, Value, Vector
+from porelang.elaborate.values import Bool, Function, Given, ListValue, Scalar, Value, Vector, as_vector
 from porelang.ir import UNKNOWN, order, within
 from porelang.source import Span
 from porelang.syntax import tree
@@ -24,6 +24,7 @@ from porelang.syntax import tree
 _COPIES = re.compile(r"(\w+)(?:, in cells of (\w+))?")
 _CLOSES = re.compile(r"(\w+) along y after (\w+)")
 _FITS = re.compile(r"(\w+) along ([xyz]) by (\w+)")
+_ROUNDS = re.compile(r"(\w+) by (\w+)")
 _FOLDS = re.compile(r"(\w+) by (\w+) about z through (\w+)")
 _SETS = ("&", "|", "\\")
 
@@ -246,6 +247,12 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
             nodes = (result.node, *result.node.args[1:])
             place = ctx.users_place(site.span)
             ctx.suspect(Suspicion("stretched", place, nodes, name=function.name, instead=way_out))
+    if fact := _ROUNDS.fullmatch(definition.fact("Rounds") or ""):
+        points, bend, closed = (bound.get(name) for name in (*fact.groups(), "closed"))
+        corners = [as_vector(q) for q in points.items] if isinstance(points, ListValue) else []
+        if isinstance(bend, Scalar) and isinstance(closed, Bool) and corners and result.node.depends < UNKNOWN:
+            nodes = (result.node, bend.node, closed.node, *(n for q in corners if q is not None for n in q.nodes))
+            ctx.suspect(Suspicion("bend", ctx.users_place(site.span), nodes, name=function.name))
     if fact := _FITS.fullmatch(definition.fact("Fits") or ""):
         field, period = bound.get(fact[1]), bound.get(fact[3])
         if isinstance(field, Scalar) and isinstance(period, Scalar) and ctx.constant(period.node) != 0:

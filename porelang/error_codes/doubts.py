@@ -208,6 +208,16 @@ DOUBTS = (
         "let way = [20, x - 60, 0]\nalign(gyroid(6), way, symmetry=2, about=[0, 1.5, 0]) & cylinder(12, 8)",
     ),
     Code(
+        "W238",
+        "a length that is added to what is a distance no longer",
+        "A distance rises by 1 mm in each mm, so that `shell(0.8mm)` of it is a wall of 0.8 mm. What is stretched,\n"
+        "twisted or bent round, and what is a mixture of two, rises by more or less: the wall is thinner or thicker.\n"
+        "How much so was measured in the part; up to a tenth, and at single places, nothing is said. `metric` stands\n"
+        "outermost: about the twist, the blend or the crossfade, not within.",
+        "twist(metric(gyroid(10)), 0.1) |> shell(0.8mm) & cube(30)",
+        "metric(twist(gyroid(10), 0.1)) |> shell(0.8mm) & cube(30)",
+    ),
+    Code(
         "W239",
         "cells that are stretched or folded",
         "`align`, `along`, `beside` and `between` give a lattice other coordinates than x, y and z. Where these\n"
@@ -222,14 +232,13 @@ DOUBTS = (
         "align(gyroid(6), grad(sphere(60)), about=[60, 0, 0]) & translate(sphere(12), [60, 0, 0])",
     ),
     Code(
-        "W238",
-        "a length that is added to what is a distance no longer",
-        "A distance rises by 1 mm in each mm, so that `shell(0.8mm)` of it is a wall of 0.8 mm. What is stretched,\n"
-        "twisted or bent round, and what is a mixture of two, rises by more or less: the wall is thinner or thicker.\n"
-        "How much so was measured in the part; up to a tenth, and at single places, nothing is said. `metric` stands\n"
-        "outermost: about the twist, the blend or the crossfade, not within.",
-        "twist(metric(gyroid(10)), 0.1) |> shell(0.8mm) & cube(30)",
-        "metric(twist(gyroid(10), 0.1)) |> shell(0.8mm) & cube(30)",
+        "W240",
+        "a curve that misses its points, or bends within the part",
+        "`along` rounds the corners of its points by arcs, the greatest that fit unless `bend=` says a radius. At one\n"
+        "that turns back sharply the curve then lies far from the corner: it says by how much. And where the part\n"
+        "reaches the centre of a bend, on its inside, all sections of the curve meet in a line, and cells break.",
+        "let q = [[0, 0, 0], [40, 0, 0], [0, 20, 0]]\nalong(gyroid(6), q) & pipe(q, 4)",
+        "let q = [[0, 0, 0], [40, 0, 0], [40, 20, 0]]\nalong(gyroid(6), q) & pipe(q, 4)",
     ),
     Code(
         "W241",
