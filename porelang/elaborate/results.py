@@ -198,11 +198,14 @@ class Suspicion:
     of it. "fold": a lattice, after which part of a turn it should be the same, a place on the axis of that turn
     (three), a direction and the other one of its frame (three each), and what is made of it. "fits": a lattice, what is
     taken for its period along the axis `instead`, and what is made of it. "jump": a lattice and its phase (three).
+    "beyond": a lattice, and its phase (three) that was found within a solid.
     `argument` is the place that an edit would change, `name` the function or the operator, `instead` what might
     stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """
 
-    what: Literal["total", "copies", "apart", "pores", "seam", "empty", "period", "still", "fold", "fits", "jump"]
+    what: Literal[
+        "total", "copies", "apart", "pores", "seam", "empty", "period", "still", "fold", "fits", "jump", "beyond"
+    ]
     span: Span
     nodes: tuple[Node, ...]
     argument: Span | None = None

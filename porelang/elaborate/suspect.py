@@ -129,14 +129,17 @@ def jumps(
     ctx: Context, function: Function, bound: Mapping[str, Value], result: Scalar, given: Mapping[str, Given],
     site: tree.Call,
 ) -> None:  # fmt: skip
-    """Suspect a lattice whose phase passes from one formula to another."""
+    """Suspect a lattice whose phase passes from one formula to another, or was found within a solid."""
     turns, found = bound.get("phase"), nature(ctx.natures, result.node) if result.node.axes else None
     if found is None or not found.raw or not isinstance(turns, Vector) or result.node.depends >= UNKNOWN:
         return
-    if any(n.op == "select" and n.args[0].axes for n in order(turns.nodes, within)):
-        place = ctx.users_place(site.span)
-        spot = given["phase"].span if "phase" in given and place == site.span else None
+    below = order(turns.nodes, within)
+    place = ctx.users_place(site.span)
+    spot = given["phase"].span if "phase" in given and place == site.span else None
+    if any(n.op == "select" and n.args[0].axes for n in below):
         ctx.suspect(Suspicion("jump", place, (result.node, *turns.nodes), spot, function.name))
+    if any(n.op == "lookup_cubic" and n.args[0].op == "phase" for n in below):
+        ctx.suspect(Suspicion("beyond", place, (result.node, *turns.nodes), spot, function.name))
 
 
 # ---- calls ----------------------------------------------------------------------------------------------------------
