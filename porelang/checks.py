@@ -5,7 +5,6 @@ from __future__ import annotations
 from porelang.contracts import doubtful_contracts
 from porelang.data import Reduced, figures
 from porelang.diagnostics import Diagnostic
-from porelang.doubts.periods import drifting
 from porelang.formula import Formula
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, within
 from porelang.ops import TASK_TABLE
@@ -131,20 +130,6 @@ def late_doubts(design: Design) -> list[Diagnostic]:
         return []
     formula: Formula = design.formula(*(n for _, n in late))
     return doubtful_contracts(late, program.elaborated.contracts, solids, formula.bindings)
-
-
-def drifts_of_data(design: Design, measure: bool) -> list[Diagnostic]:
-    """A warning for each lattice whose period varies and reads data; those that take seconds only if `measure`.
-
-    Of those that read none it has been said when the program was compiled.
-    """
-    found, out = design.program.elaborated, []
-    for s in [s for s in found.suspicions if s.what == "period"]:
-        flat = flatten(*s.nodes)
-        read = [n for n in order(flat) if n.op in TASKS]
-        if read and (measure or all(TASK_TABLE[n.op].cost == "instant" for n in read)):
-            out.append(drifting(s, found, design.formula(*flat).bindings))
-    return [d for d in out if d is not None]
 
 
 def _with_error(found: Reduced, least: float) -> str:

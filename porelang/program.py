@@ -23,6 +23,7 @@ from porelang.bound import Bindable, Within, array_bound, no_such_data, samples_
 from porelang.data import Data, Reduced, SampledField, Triple
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.doors import Doors, Settings, options
+from porelang.doubts import of_data
 from porelang.doubts.data import SAMPLES, Reading, specks, strays
 from porelang.elaborate.context import Bound
 from porelang.elaborate.results import DataInfo, Elaborated, Listed, Output, ParamInfo, Requirement
@@ -405,19 +406,23 @@ class Design(Doors):
         return all_read(roots, self._bindings, self.program.places)
 
     def told(self, *roots: Node, measure: bool = True) -> list[Diagnostic]:
-        """What the tasks that roots read tell of what they found: notes and warnings, at the places that ask for them.
+        """What the tasks that roots read tell of what they found: notes and warnings, at the places that ask for them;
+        and what is doubtful of lattices that read them.
 
         They are found if need be: without `measure` only those that take no time. Errors: theirs.
         """
         out: dict[Diagnostic, None] = {}
-        for n in self.reads(*roots) if measure else order(roots):
-            if n.op in TELL and n.depends < UNKNOWN and (measure or TASK_TABLE[n.op].cost == "instant"):
+        read = self.reads(*roots) if measure else [n for n in order(roots) if n.op in TASKS]
+        known = {n for n in read if n.depends < UNKNOWN and (measure or TASK_TABLE[n.op].cost == "instant")}
+        for n in read:
+            if n in known and n.op in TELL:
                 out.update(dict.fromkeys(told(n, self.task(n), self.program.places.get(n))))
         found = strays(self._readings(roots, measure), self.program.places)
         seen = {d.span for d in found}
         direct = [n for n in order(roots) if n.op in READERS and (measure or TASK_TABLE[n.op].cost == "instant")]
         small = specks(roots, {n: self._bindings[n] for n in direct if n in self._bindings}, self.program.places)
-        return [*out, *found, *(d for d in small if d.span not in seen)]
+        late = of_data(self.program.elaborated, self.formula, known)
+        return list(dict.fromkeys([*out, *found, *(d for d in small if d.span not in seen), *late]))
 
     def _readings(self, roots: Sequence[Node], measure: bool) -> Iterator[Reading]:
         """The solids among roots, and what their tasks look at within others; without `measure` what takes no time."""

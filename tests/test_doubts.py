@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import porelang
-from porelang.checks import drifts_of_data
+from porelang.checks import read_by
 from porelang.cli import main
 from porelang.compiler import try_compile
 from porelang.diagnostics import Diagnostic, PoreError
@@ -603,16 +603,20 @@ def test_the_place_of_a_period_is_right() -> None:
     assert real == pytest.approx(lengths[told.label[6]], rel=0.02)
 
 
+def told_of(design: porelang.Design, measure: bool) -> list[Diagnostic]:
+    return design.told(*read_by(design.program), measure=measure)
+
+
 def test_a_period_from_a_file_is_looked_at_when_the_file_is_read(tmp_path: Path) -> None:
     n = np.linspace(-40, 40, 9)
     np.savez(tmp_path / "w.npz", w=np.broadcast_to(10 + (n + 40) / 8, (9, 9, 9)), origin=[-40.0] * 3, spacing=10.0)
     file = tmp_path / "a.pore"
     file.write_text('let part = sphere(35mm)\ngyroid(load("w.npz", "w")) & part\n')
     program = porelang.compile(path=file)
-    (told,) = drifts_of_data(program.design(), measure=False)
+    (told,) = told_of(program.design(), measure=False)
     assert told.code == "W228"
     assert told.edit is not None
     file.write_text("let part = sphere(35mm)\ngyroid(sample(10 + z / 6, 2mm, part)) & part\n")
     design = porelang.compile(path=file).design()
-    assert drifts_of_data(design, measure=False) == []  # what takes seconds is looked at on request
-    assert [d.code for d in drifts_of_data(design, measure=True)] == ["W228"]
+    assert told_of(design, measure=False) == []  # what takes seconds is looked at on request
+    assert [d.code for d in told_of(design, measure=True)] == ["W228"]

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from test_phase import PERIODS, cylinder, inner
 
 import porelang
-from porelang.checks import drifts_of_data
 from porelang.cli import main
 from porelang.program import Design
 
@@ -260,5 +259,61 @@ def test_what_is_far_from_what_was_asked_is_doubted(tmp_path: Path, capsys: pyte
 
 
 def test_a_phase_is_no_wave_that_drifts(random: Design) -> None:
-    assert drifts_of_data(random, measure=True) == []
-    assert drifts_of_data(along_z(), measure=True) == []
+    for d in (random, along_z()):
+        assert "W228" not in [t.code for t in d.told(*d.program.graph.outputs["lattice"])]
+
+
+@pytest.mark.parametrize(
+    ("text", "share"),
+    [
+        ("gyroid(phase=phase(8mm + z / 10, cube(40))) & cube(60)", 0.54),  # (60^3 - 45^3) / 60^3 = 0.58, most in pores
+        ("gyroid(phase=phase(8mm + z / 10, cube(40))) & cube(44)", None),  # a sixteenth beyond is known
+        ("gyroid(phase=phase(8mm + z / 10, cube(40))) & cube(40) | translate(cube(40), [60, 0, 0])", None),
+        ("translate(gyroid(phase=phase(8mm + z / 10, cube(40))), [60, 0, 0]) & translate(cube(40), [60, 0, 0])", None),
+        ("translate(gyroid(phase=phase(8mm + z / 10, cube(40))), [60, 0, 0]) & cube(80)", 0.96),  # all but a corner
+        ("if x < 0 then gyroid(phase=phase(6mm, translate(cube(40), [-20, 0, 0]))) else gyroid(6)", None),
+    ],
+)
+def test_a_part_that_reaches_beyond_its_phase_is_doubted(text: str, share: float | None) -> None:
+    program = porelang.compile(text if text[0] != "i" else f"({text}) & box([80, 40, 40])")
+    told = [d for d in program.design().told(*program.graph.outputs["part"]) if d.code == "W237"]
+    assert len(told) == (share is not None)
+    if share is not None:
+        said = re.search(r"by (\d+) % of it", told[0].message)
+        assert said is not None
+        assert float(said[1]) == pytest.approx(100 * share, abs=6)
+
+
+def test_a_period_that_tasks_find_is_looked_at_by_all_that_find_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "a.pore"
+    file.write_text("let part = box([40, 20, 20])\ngyroid(sample(6mm + x / 10, 2mm, part)) |> shell(0.8) & part\n")
+    out = str(tmp_path / "a.stl")
+    for command in (
+        ["mesh", str(file), "-o", out, "--voxel", "1mm", "--force"],
+        ["measure", str(file), "--voxel", "1mm"],
+    ):
+        main(command)
+        assert capsys.readouterr().err.count("warning[W228]") == 1
+    with pytest.warns(porelang.PoreWarning, match="W228"):
+        porelang.compile(path=file).mesh(voxel="1mm", force=True)
+
+
+def test_hints_name_what_would_do(tmp_path: Path) -> None:
+    tube = "let part = cylinder(35mm, 40mm) \\ cylinder(10mm, 50mm)\n"
+    for text, hint in (
+        (f"{tube}gyroid(phase=phase(10mm, part, orientation=[x, y, 0])) & part", "`cylinder_map`, `polar` or `wedges`"),
+        ("gyroid(phase=phase(10mm, cube(60), cells=12)) & cube(60)", "`cells` makes them 2 times smaller"),
+    ):
+        program = porelang.compile(text)
+        (told,) = [d for d in program.design().told(*program.graph.outputs["part"]) if d.code == "W229"]
+        assert hint in told.hint
+
+
+def test_a_period_that_jumps_is_told_what_to_write() -> None:
+    with pytest.warns(porelang.PoreWarning) as told:
+        porelang.compile("gyroid(if x > 30 then 12 else 6) & box([80, 40, 40])")
+    (found,) = [w.message.diagnostic for w in told]  # type: ignore[union-attr]
+    assert found.code == "W218"
+    assert "write `phase=phase(if x > 30 then 12 else 6, ...)`" in found.hint

@@ -6,7 +6,6 @@ from argparse import Namespace
 
 from porelang.checks import (
     broken_checks,
-    drifts_of_data,
     find_searches,
     late_doubts,
     read_by,
@@ -44,7 +43,6 @@ def check(options: Namespace) -> int:
             if options.measure:
                 broken += late_doubts(design)
                 broken += idle_cuts(program.elaborated, design.settings)
-            broken += drifts_of_data(design, options.measure)
             broken += design.told(*read_by(program), measure=options.measure)
         except PoreError as error:
             broken = list(error.diagnostics)

@@ -6,15 +6,16 @@ out, nothing is said. What reads a porosity, a file or anything else that takes 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 from porelang.diagnostics import Diagnostic
 from porelang.doubts import curves, frames, lattices, solids, stretches, walls
-from porelang.doubts.periods import drifting
+from porelang.doubts.periods import beyond, drifting
 from porelang.doubts.solids import MOST_CUTS, MOST_NODES, idle_cuts
 from porelang.elaborate.results import Elaborated, Suspicion
-from porelang.formula import Bindings
-from porelang.ir import order, within
+from porelang.formula import Bindings, Formula
+from porelang.ir import TASKS, Node, order, within
+from porelang.rewrites import flatten
 from porelang.settings import off_step
 
 __all__ = ["borne_out", "idle_cuts"]
@@ -35,7 +36,10 @@ _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | No
     "uneven": walls.uneven,
     "stretched": stretches.stretched,
     "bend": curves.bend,
+    "beyond": beyond,
 }
+#: Of these it is looked again, when they read what tasks find.
+_LATE = ("period", "beyond")
 
 
 def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
@@ -56,6 +60,19 @@ def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
         *_unread(found),
         *off_step(found.params, {k: i.default for k, i in found.params.items()}, default=True),
     ]
+
+
+def of_data(found: Elaborated, formula: Callable[..., Formula], known: Collection[Node]) -> list[Diagnostic]:
+    """A warning for each lattice that values bear out when it is known what it reads: all of it is among the tasks that
+    are `known`. Of those that read none it has been said when the program was compiled.
+    """
+    out = []
+    for s in [s for s in found.suspicions if s.what in _LATE]:
+        flat = flatten(*s.nodes)
+        read = [n for n in order(flat) if n.op in TASKS]
+        if read and all(n in known for n in read):
+            out.append(_LOOKS[s.what](s, found, formula(*flat).bindings))
+    return [d for d in out if d is not None]
 
 
 def _unread(found: Elaborated) -> list[Diagnostic]:

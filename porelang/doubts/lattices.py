@@ -143,7 +143,13 @@ def jump(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
     if cut.sum() < FEW or cut.sum() < 0.05 * solid.sum():
         return None
     hint = "let both formulas of the phase meet where one takes over from the other"
-    if float(np.mean(np.abs(one[1] - other[1]) > 1e-3)) < 0.05:
+    asked = next((o.argument for o in found.suspicions if o.what == "period" and o.nodes[0] is lattice), None)
+    if asked is not None:  # a period that jumps: p / w does, too
+        call = f"phase=phase({' '.join(value_of(asked).text.split())}, ...)"
+        hint = (
+            f"write `{call}` with the solid that it fills: no cell is cut; or `crossfade` lattices of one period each"
+        )
+    elif float(np.mean(np.abs(one[1] - other[1]) > 1e-3)) < 0.05:
         hint = "take `schwarz_p`, `iwp`, `neovius` or `diamond`: they are the same along all axes, and mirrored"
     return Diagnostic(
         "W218",

@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.sampled import inside_of, sampler
-from porelang.data import coordinates
+from porelang.data import SampledField, coordinates
 from porelang.diagnostics import Diagnostic, Edit
 from porelang.elaborate.bare import value_of
 from porelang.elaborate.results import Elaborated, Suspicion
 from porelang.formula import Bindings
-from porelang.ir import Node, const, node, order, within
+from porelang.ir import Node, const, node, order, substitute, within
+from porelang.rewrites import flatten
 
 #: By how much cells may miss the period that is asked for before it is said, and as many of the points looked at.
 OFF = 0.25
@@ -56,6 +57,48 @@ def drifting(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic 
         solid = None if around is None or moved else _name_of(around, found, s)
         cell = "xyz"[axis], float(asked[axis, i]), float(real[axis, i])
         return _told(s, points[i], cell, solid, moved)
+    return None
+
+
+def beyond(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    """A warning where a part reaches beyond the box in which the phase of its lattice is known, and shows it there."""
+    lattice, *turns = s.nodes
+    looked = [n for n in order(flatten(*turns), within) if n.op == "lookup_cubic" and n.args[0].op == "phase"]
+    if not looked or any(n.args[0] not in bindings for n in looked):
+        return None
+    known, coordinates_of = bindings[looked[0].args[0]], looked[0].args[1:4]
+    assert isinstance(known, SampledField)
+    for output in found.outputs.values():
+        way = way_to(lattice, output.nodes[0]) if len(output.nodes) == 1 else None
+        around = None if way is None else _around(way)
+        if way is None:
+            continue
+        points = inside_of(output.nodes[0] if around is None else around, bindings)
+        root = output.nodes[0]
+        at = sampler([*(seen_from(way, n) for n in coordinates_of)], bindings)
+        seen = sampler([root, substitute([root], {lattice: lattice + const(1e-3)})[0]], bindings)
+        if points is None or at is None or seen is None:
+            continue
+        places = np.stack(at(points), -1)
+        out = np.asarray(((places < known.origin) | (places > known.end)).any(axis=1))
+        if out.any():
+            with_it, without = seen(points[out])
+            out[out] = with_it != without
+        if out.sum() < FEW:
+            return None
+        share = max(1, round(100 * out.sum() / len(points)))
+        solid = None if around is None or any(n.op == "at" for n, _ in way) else _name_of(around, found, s)
+        far = points[out][int(np.argmax(np.abs(places[out] - np.mean([known.origin, known.end], 0)).max(1)))]
+        return Diagnostic(
+            "W237",
+            f"the part reaches beyond the solid within which the phase of `{s.name}` was found, by {share} % of it",
+            s.argument or s.span,
+            f"known from ({coordinates(known.origin, 3)}) to ({coordinates(known.end, 3)}), and the part reaches "
+            f"({coordinates(far, 3)}); beyond, cells are drawn out into bars",
+            hint=f"find the phase within {f'`{solid}`' if solid else 'a solid that holds the part'}: it is the second "
+            "argument of `phase`",
+            severity="warning",
+        )
     return None
 
 

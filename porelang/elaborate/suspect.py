@@ -130,16 +130,19 @@ def jumps(
     ctx: Context, function: Function, bound: Mapping[str, Value], result: Scalar, given: Mapping[str, Given],
     site: tree.Call,
 ) -> None:  # fmt: skip
-    """Suspect a lattice whose phase passes from one formula to another, or stretches cells."""
+    """Suspect a lattice by its phase: of several formulas, of stretched cells, or found within a solid."""
     turns, found = bound.get("phase"), nature(ctx.natures, result.node) if result.node.axes else None
     if found is None or not found.raw or not isinstance(turns, Vector) or result.node.depends >= UNKNOWN:
         return
-    place, seen = ctx.users_place(site.span), order(turns.nodes, within)
-    if any(n.op == "select" and n.args[0].axes for n in seen):
-        spot = given["phase"].span if "phase" in given and place == site.span else None
-        ctx.suspect(Suspicion("jump", place, (result.node, *turns.nodes), spot, function.name))
-    if by := next((ctx.stretching[n] for n in seen if n in ctx.stretching), None):
-        ctx.suspect(Suspicion("stretched", place, (result.node, *turns.nodes), name=by[0], instead=by[1]))
+    below, nodes = order(turns.nodes, within), (result.node, *turns.nodes)
+    place = ctx.users_place(site.span)
+    spot = given["phase"].span if "phase" in given and place == site.span else None
+    if any(n.op == "select" and n.args[0].axes for n in below):
+        ctx.suspect(Suspicion("jump", place, nodes, spot, function.name))
+    if by := next((ctx.stretching[n] for n in below if n in ctx.stretching), None):
+        ctx.suspect(Suspicion("stretched", place, nodes, name=by[0], instead=by[1]))
+    if any(n.op == "lookup_cubic" and n.args[0].op == "phase" for n in below):
+        ctx.suspect(Suspicion("beyond", place, nodes, spot, function.name))
 
 
 # ---- calls ----------------------------------------------------------------------------------------------------------

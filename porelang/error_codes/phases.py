@@ -1,4 +1,4 @@
-"""E147-E149, W228, W229, W234: lattices whose cells change their size, and the phases that drive them."""
+"""E147-E149, W228, W229, W237: lattices whose cells change their size, and the phases that drive them."""
 
 from __future__ import annotations
 
@@ -56,5 +56,14 @@ PHASES = (
         'left out), or give up some of their shape for their size: `keep="volume"`.',
         "",
         "gyroid(phase=phase(10mm + z / 20, sphere(30))) & sphere(30)",
+    ),
+    Code(
+        "W237",
+        "a part that reaches beyond its phase",
+        "`phase(w, within)` is known in the box of the solid `within`, and a sixteenth of its longest side beyond.\n"
+        "Farther out it is what it is at the end of that box: along that way nothing changes, and cells are drawn out\n"
+        "into bars. Give `phase` the solid that the lattice fills, as it lies where the lattice is made.",
+        "",
+        "let part = cube(60)\ngyroid(phase=phase(8mm + z / 20, part)) & part",
     ),
 )

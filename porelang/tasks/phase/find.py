@@ -105,8 +105,8 @@ def find(
     asked = _for_axes(period)
     kept = on_grid(found, nodes) if found is not None else _integrals(asked, nodes, low, high)
     phase = _sampled(kept, corner, sides / counts)
-    phase = _anchored(phase, asked, low, high) if cells is None else _fitted(phase, cells, low, high)
-    told = got(phase, of, free, direction, volume)
+    phase, grown = (_anchored(phase, asked, low, high), 1.0) if cells is None else _fitted(phase, cells, low, high)
+    told = got(phase, of, free, direction, volume, grown)
     if isinstance(told, Fold):
         raise fail("E148", f"the cells of this phase would fold at ({coordinates(told.place)})",
                    hint="their period changes too fast there: blur it, or give it less range")  # fmt: skip
@@ -122,8 +122,9 @@ class Fit:
     counts: Triple
 
 
-def _fitted(phase: SampledField, fit: Fit, low: Triple, high: Triple) -> SampledField:
-    """A phase whose periods are all changed by a factor, so that so many cells lie between the middles of two sides."""
+def _fitted(phase: SampledField, fit: Fit, low: Triple, high: Triple) -> tuple[SampledField, float]:
+    """A phase whose periods are all changed by a factor, so that so many cells lie between the middles of two sides;
+    and by how much those grow that change most."""
     ends = []
     for axis in range(3):
         at = [np.array([a, b]) if i == axis else np.array([(a + b) / 2] * 2)
@@ -138,7 +139,8 @@ def _fitted(phase: SampledField, fit: Fit, low: Triple, high: Triple) -> Sampled
         factors = np.full(3, fit.counts[longest] / found[longest])
     else:
         factors = np.array([n / f if n else 1.0 for n, f in zip(fit.counts, found, strict=True)])
-    return SampledField.from_array((phase.values - first) * factors, phase.origin, phase.spacing)
+    most = factors[np.argmax(np.abs(np.log(factors)))]
+    return SampledField.from_array((phase.values - first) * factors, phase.origin, phase.spacing), 1 / float(most)
 
 
 def _finer(of: Look, counts: NDArray[np.int64], sides: Values) -> NDArray[np.int64] | None:

@@ -56,6 +56,7 @@ class Got:
     askew_most: float = 0.0
     sized: float = 0.0
     volume_95: float = 0.0
+    grown: float = 1.0
 
     @property
     def facts(self) -> tuple[float, ...]:
@@ -93,7 +94,15 @@ def told(facts: Sequence[float]) -> tuple[str, str, str]:
         wrong.append(f"one in twenty is {of.stretch_95:.2f} times as long as it should be against its width, or more")
     if of.askew_95 > ASKEW:
         wrong.append(f"one in twenty lies {of.askew_95:.0f} degrees or more off the direction given")
-        hint = "directions that turn quickly need cells that differ: blur them, or make the cells larger"
+        hint = (
+            "directions that turn quickly need cells that differ: blur them, or make the cells larger; round an axis "
+        )
+        hint += "take `cylinder_map`, `polar` or `wedges`"
+    if wrong and max(of.grown, 1 / of.grown) > 1 + MISSED:
+        change = f"{of.grown:.2g} times larger" if of.grown > 1 else f"{1 / of.grown:.2g} times smaller"
+        hint = (
+            f"`cells` makes them {change} than they are asked for: give a number nearer to what fits, or leave it out"
+        )
     hint = hint or "let the period vary more slowly, or by less; or `crossfade` lattices of one period each"
     return str(of), "; ".join(wrong), hint
 
@@ -117,7 +126,12 @@ class Fold:
 
 
 def got(
-    phase: SampledField, of: Look, free: bool = True, direction: Field | None = None, sized: bool = False
+    phase: SampledField,
+    of: Look,
+    free: bool = True,
+    direction: Field | None = None,
+    sized: bool = False,
+    grown: float = 1.0,
 ) -> Got | Fold:
     """What a phase got in the small cells within a part, at their centres. Each is looked at for folds."""
     from porelang.tasks.phase.loops import shapes
@@ -156,8 +170,8 @@ def got(
         found += [1.0, np.quantile(askew, 0.95), askew.max()]
     else:
         found += [0.0, 0.0, 0.0]
-    if sized:
-        found += [1.0, np.quantile(np.abs(volume - 1), 0.95)]
+    found += [1.0, np.quantile(np.abs(volume - 1), 0.95)] if sized else [0.0, 0.0]
+    found.append(grown)
     return Got(*(float(v) for v in found))
 
 
