@@ -260,7 +260,7 @@ THREE = "0 0 0\n1 0 0\n0 1 0\n"
         ("E140", "part.ply", ply(3, 2, THREE + "3 0 1 2\n"), "it holds 2 triangles, not 1"),
         ("E140", "part.ply", ply(3, 1, THREE + "3 0 1 7\n"), "names corner 7 of 3"),
         ("E140", "part.obj", obj("f 1 3 2\nf 1 2 4\nf 2 3 99\n"), "index 98 is out of bounds"),
-        ("E140", "part.obj", obj("f -9 -2 -3\nf -4 -3 -1\n"), "index -9"),
+        ("E140", "part.obj", obj("f -9 -2 -3\nf -4 -3 -1\n"), "`f -9 -2 -3` names a corner before the first"),
         ("E140", "part.obj", obj("f 1 3 2\nf 2/1 0/1 3/1\n"), "names corner 0"),
         ("E140", "part.off", lambda p: p.write_text("OFF\n9000000 9 0\n0 0 0\n"), "have no room"),
         ("E140", "part.off", lambda p: p.write_text("solid\n"), "does not begin with `OFF`"),
@@ -330,6 +330,19 @@ def test_3mf_is_read_as_it_is_placed(tmp_path: Path) -> None:
     np.testing.assert_allclose([found.low, found.high], 25.4 * np.array([[0, 0, 3], [5, 2, 5]]), atol=1e-4)
     inside = 25.4 * np.array([[0.2, 0.2, 3.2], [4.6, 0.4, 3.4], [3.4, 0.2, 3.1], [5, 1, 4], [0.6, 0.6, 3.2]])
     np.testing.assert_array_equal(at(field, inside) < 0, [True, True, True, False, False])
+
+
+def test_3mf_holds_supports_that_are_no_part_and_only_known_units(tmp_path: Path) -> None:
+    held = TETRA.replace('x="0"', 'x="-9"')
+    objects = f'<object id="1">{TETRA}</object><object id="2" type="support">{held}</object>'
+    items = '<item objectid="1"/><item objectid="2"/>'
+    three(objects, items, "millimeter")(tmp_path / "held.3mf")
+    found = Found.of(read_shape(str(tmp_path / "held.3mf"), error=0.1))
+    assert (found.triangles, found.low[0]) == (4, 0)
+    three(objects, items, "lightyear")(tmp_path / "held.3mf")
+    refusal = told(lambda: read_shape(str(tmp_path / "held.3mf"), span=SPAN))
+    assert "`lightyear`, which is no unit" in refusal.message
+    assert "inch" in refusal.hint
 
 
 BALL = Path(__file__).parent / "errors" / "data" / "ball.step"
@@ -549,3 +562,33 @@ def test_scan_of_the_example_is_what_was_scanned() -> None:
     sure = np.abs(known(p)) > 0.6
     assert sure.mean() > 0.8
     np.testing.assert_array_equal((at(scan, p) < 0)[sure], (known(p) < 0)[sure])
+
+
+def test_corners_of_an_obj_file_are_counted_back_from_where_they_are_named(tmp_path: Path) -> None:
+    """A second box follows: by the specification -1 is the last corner above the face, not the last of the file."""
+    first = box()
+    lines = [f"v {x} {y} {z}" for x, y, z in first.vertices.tolist()]
+    lines += ["vn 0 0 1", *("f " + " ".join(f"{k - 8}//-1" for k in face) for face in first.faces.tolist())]
+    lines += [f"v {x + 30} {y} {z}" for x, y, z in first.vertices.tolist()]
+    lines += ["f " + " ".join(str(k + 9) for k in face) for face in first.faces.tolist()]
+    path = tmp_path / "two.obj"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    field = read_shape(str(path), error=0.4)
+    facts = Found.of(field)
+    assert (facts.triangles, facts.open_edges) == (24, 0)
+    np.testing.assert_array_equal(at(field, np.array([[0.0, 0, 0], [15, 0, 0], [30, 0, 0]])) < 0, [True, False, True])
+    path.write_text("\n".join(lines).replace("f -", "f -9", 1), encoding="utf-8")
+    assert told(lambda: read_shape(str(path), span=SPAN)).code == "E140"
+
+
+def test_an_error_as_large_as_the_part_is_refused(tmp_path: Path) -> None:
+    path = saved(box(), tmp_path / "box.stl")
+    assert told(lambda: read_shape(path, error=100.0, span=SPAN)).code == "E143"
+
+
+def test_repeated_triangles_are_told_of(tmp_path: Path) -> None:
+    mesh = box()
+    twice = trimesh.Trimesh(mesh.vertices, np.concatenate([mesh.faces, mesh.faces[:3]]), process=False)
+    field = read_shape(saved(twice, tmp_path / "box.ply"), error=0.4)
+    assert (Found.of(field).repeated, Found.of(field).open_edges) == (3, 0)
+    assert "15 triangles (3 of them repeated and left out)" in shape.told_of(field).note

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 import trimesh
 
+from porelang.tasks.shape import surface
 from porelang.tasks.shape.distance import Sampled, distances
+from porelang.tasks.shape.file import UnusableError
+from porelang.tasks.shape.mend import distinct
 from porelang.tasks.shape.soup import merged
-from porelang.tasks.shape.surface import closed
+from porelang.tasks.shape.surface import Closed, closed
 
 pytestmark = pytest.mark.slow
 
@@ -185,3 +188,90 @@ def test_walls_and_gaps_that_samples_miss_are_told_of() -> None:
         assert (wall.lost > 0.5) == lost
         slit = sampled(block([0, 0, 0], [5, 20, 20]), block([5 + thickness, 0, 0], [9, 20, 20]), error=0.5)
         assert (slit.lost > 0.1) == lost
+
+
+def repeats(ball: trimesh.Trimesh) -> dict[str, Some]:
+    """Its triangles with some of them more than once."""
+    faces = np.array(ball.faces)
+    some = np.random.default_rng(1).permutation(len(faces))[:200]
+    cap = np.flatnonzero(ball.triangles_center[:, 2] > 5)
+    return {
+        "some": np.concatenate([faces, faces[some]]),
+        "some, turned": np.concatenate([faces, faces[some][:, ::-1]]),
+        "some first": np.concatenate([faces[some][:, [1, 0, 2]], faces]),
+        "a cap": np.concatenate([faces, faces[cap]]),
+        "a cap, turned": np.concatenate([faces, faces[cap][:, ::-1]]),
+        "a cap, three times": np.concatenate([faces, faces[cap], faces[cap]]),
+        "all": np.concatenate([faces, faces]),
+        "all, turned": np.concatenate([faces, faces[:, ::-1]]),
+    }
+
+
+@pytest.mark.parametrize("which", repeats(trimesh.creation.icosphere(subdivisions=1)))
+def test_triangles_that_stand_more_than_once_change_nothing(which: str) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=10.0)
+    clean = sampled(ball, error=0.5)
+    made = sampled(trimesh.Trimesh(ball.vertices, repeats(ball)[which], process=False), error=0.5)
+    np.testing.assert_array_equal(made.values, clean.values)
+    assert len(distinct(repeats(ball)[which])) == len(ball.faces)
+
+
+def test_faces_in_common_are_kept_where_bodies_need_them() -> None:
+    """Two blocks side by side: the face between them stands there and back. One in another: that in common, twice."""
+    faces = {"beside": block([10, -3, -3], [20, 3, 3]), "within": block([4, -3, -3], [10, 3, 3])}
+    for name, other in faces.items():
+        first = block([0, -3, -3], [10, 3, 3])
+        made = sampled(first, other)
+        assert closed_of(first, other).holes == []
+        agrees(made, to_block(nodes(made), [0, -3, -3], [20 if name == "beside" else 10, 3, 3]))
+
+
+def closed_of(*bodies: trimesh.Trimesh, gap: float = 0.0) -> Closed:
+    whole = trimesh.util.concatenate(bodies)
+    places, numbers = merged(np.array(whole.vertices, np.float64))
+    return closed(places, np.ascontiguousarray(numbers[np.array(whole.faces)]), gap)
+
+
+def test_edges_that_meet_others_between_their_ends_are_no_holes() -> None:
+    """Half of a ball is refined without its curvature: at the seam a large triangle meets two small ones."""
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=10.0)
+    finer = ball.subdivide(np.flatnonzero(ball.triangles_center[:, 0] > 0))
+    assert not finer.is_watertight
+    assert closed_of(finer).holes == []
+    clean, made = sampled(ball, error=0.5), sampled(finer, error=0.5)
+    near = np.abs(clean.values) < 3 * made.spacing
+    assert np.abs(clean.values - made.values)[near].max() < 1e-5
+    assert ((clean.values < 0) == (made.values < 0)).all()
+    assert made.error == 0.5
+
+
+def test_seams_are_sewn() -> None:
+    """A ball in two halves whose rims are a little apart and share no corner."""
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=10.0)
+    middles = ball.triangles_center
+    upper, lower = (
+        ball.submesh([np.flatnonzero(side)], append=True) for side in (middles[:, 2] > 0, middles[:, 2] <= 0)
+    )
+    gap = 0.01
+    lower = lower.subdivide(np.unique(np.flatnonzero(lower.triangles_center[:, 2] > -0.9)))
+    lower.apply_translation([0, 0, -gap / 2])
+    assert len(closed_of(upper, lower).holes) > 0
+    assert closed_of(upper, lower, gap=gap).holes == []
+
+
+def test_bits_are_limited_and_what_that_costs_is_stated(monkeypatch: pytest.MonkeyPatch) -> None:
+    bars = block([-10, -3, -3], [10, 3, 3]), block([-3, -10, -3], [3, 10, 3])
+    fine = sampled(*bars)
+    monkeypatch.setattr(surface, "MOST_BITS", 6000)
+    made = sampled(*bars)
+    assert fine.error == ERROR < made.error
+    known = cross(nodes(made))
+    near = np.abs(known) <= 3 * made.spacing
+    assert np.abs(made.values - known)[near].max() <= made.error
+
+
+def test_triangles_at_random_are_refused() -> None:
+    corners = np.random.default_rng(1).uniform(-50, 50, (1500, 3))
+    faces = np.arange(len(corners)).reshape(-1, 3)
+    with pytest.raises(UnusableError, match="E143"):
+        distances(closed(corners, faces), 0.1, np.nan, lambda done, total: None)

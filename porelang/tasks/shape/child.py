@@ -19,10 +19,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.tasks.shape.distance import distances
+from porelang.tasks.shape.distance import cell, distances
 from porelang.tasks.shape.file import UnusableError
+from porelang.tasks.shape.mend import distinct
 from porelang.tasks.shape.soup import Soup, soup
-from porelang.tasks.shape.surface import closed
+from porelang.tasks.shape.surface import SEAM, closed
 
 
 def main(ending: str, error: float, margin: float, unit: float, source: int, target: int) -> None:
@@ -38,14 +39,28 @@ def main(ending: str, error: float, margin: float, unit: float, source: int, tar
 
 def measured(read: Soup, error: float, margin: float) -> dict[str, NDArray[Any]]:
     """The distances as arrays by name; `facts` are as `porelang.tasks.shape` tells them."""
-    mesh = closed(read.vertices, read.faces)
+    longest = float(np.ptp(read.vertices, axis=0).max())
+    mesh = closed(read.vertices, read.faces, SEAM * cell(longest, error, read.chord))
     made = distances(mesh, error, margin, told, read.chord)
     first = mesh.holes[0][1] if mesh.holes else np.zeros(3)
     opened = sum(n for n, _ in mesh.holes)
     used = mesh.vertices[mesh.faces]
     box = [*used.min(axis=(0, 1)), *used.max(axis=(0, 1))]
     count = len(read.faces)
-    facts = [count, opened, len(mesh.holes), *first, made.error, made.beyond, *box, made.lost, *made.lost_at, read.unit]
+    repeated = count - len(distinct(read.faces))
+    facts = [
+        count,
+        opened,
+        len(mesh.holes),
+        *first,
+        made.error,
+        made.beyond,
+        *box,
+        made.lost,
+        *made.lost_at,
+        read.unit,
+        repeated,
+    ]
     return {
         "values": made.values,
         "origin": made.origin,

@@ -12,12 +12,17 @@ from scipy.ndimage import distance_transform_edt, label
 
 from porelang.data import NEAREST
 from porelang.tasks.shape.file import UnusableError
-from porelang.tasks.shape.surface import SEAM, Closed, Mask, Points, boundary, halved, slices
+from porelang.tasks.shape.mend import Mask, Points
+from porelang.tasks.shape.surface import PER_SQUARE, SEAM, Closed, boundary, cut, halved, slices
 
 #: Trilinear interpolation of what changes by 1 mm a mm errs by half a cell's diagonal at most, where nodes are exact.
 HALF_DIAGONAL = 0.75**0.5
 #: Cells on both sides of the surface at whose nodes the distance is exact.
 BAND = 3.0
+#: Bits of triangles, no longer than a cell, at most: 1 GB.
+MOST_BITS = 10_000_000
+#: Cells that a triangle is long at most, where there are many.
+LONG = 8
 #: 512 MB of float32, and a few minutes.
 MOST_NODES = 128_000_000
 DEFAULT = 128  # errors that the longest side has room for, where none is given
@@ -59,16 +64,27 @@ def distances(mesh: Closed, error: float, margin: float, told: Told, chord: floa
     longest = float((hi - lo).max())
     if longest < NEAREST:
         raise UnusableError("E141", f"is {longest:g} mm long", "check the unit of the file, as in `unit=1m`")
+    if np.isfinite(error) and error > 0.5 * longest:
+        raise UnusableError("E143", f"is {longest:.4g} mm long, and an error of {error:g} mm takes in all of it",
+                            f"`error={longest / DEFAULT:.2g}mm` is what is taken where none is given")  # fmt: skip
     error = error if np.isfinite(error) else longest / DEFAULT
     margin = margin if np.isfinite(margin) else longest / 16
-    h = (1 - chord) * error / (HALF_DIAGONAL + SEAM)
+    h = cell(longest, error, chord)
     margin = max(margin, 2 * h)
     nodes = [int(np.ceil((b - a + 2 * margin) / h)) + 1 for a, b in zip(lo, hi, strict=True)]
     if (total := float(np.prod(np.array(nodes, float)))) > MOST_NODES:
         enough = 1.05 * error * (total / MOST_NODES) ** (1 / 3)
         raise UnusableError("E143", f"takes {total:.2g} samples for an error of {error:g} mm",
                             f"`error={enough:.2g}mm` would do, {MOST_NODES:,} are the most")  # fmt: skip
-    surface = boundary(mesh, h, told)
+    area = 0.5 * float(
+        np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
+    )
+    if (count := PER_SQUARE * area / h**2) > MOST_BITS:
+        enough = 1.05 * error * (count / MOST_BITS) ** 0.5
+        raise UnusableError("E143", f"has {area:.2g} mm2 of triangles, which are too many for an error of {error:g} mm",
+                            f"`error={enough:.2g}mm` would do; does it cross itself everywhere?")  # fmt: skip
+    mesh = cut(mesh, LONG * h)
+    surface, seam = boundary(mesh, h, told)
     if not len(surface):
         raise UnusableError("E142", "encloses nothing: it is a sheet, not a body", "close it, or give it a thickness")
     origin = 0.5 * (lo + hi) - 0.5 * h * (np.array(nodes) - 1)
@@ -76,7 +92,13 @@ def distances(mesh: Closed, error: float, margin: float, told: Told, chord: floa
     bits, _ = halved(surface, np.arange(len(surface)), h)
     values, beyond = _sampled(mesh, surface, bits.mean(axis=1), axes, h, told)
     lost, lost_at = _lost(bits, values, origin, h)
-    return Sampled(values, origin, h, error, beyond, lost, lost_at)
+    return Sampled(values, origin, h, error + seam - SEAM * h, beyond, lost, lost_at)
+
+
+def cell(longest: float, error: float, chord: float) -> float:
+    """The size of cells, in mm, for a mesh that is `longest` mm long; the rest as `distances` takes it."""
+    error = error if np.isfinite(error) else longest / DEFAULT
+    return (1 - chord) * error / (HALF_DIAGONAL + SEAM)
 
 
 def _sampled(

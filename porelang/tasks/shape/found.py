@@ -20,7 +20,8 @@ class Found:
     Its triangles; edges at which no triangle follows, the holes that they make, and the middle of the largest, in mm;
     by how much lookups err at most within some cells of the surface, and by how much nodes err farther away, measured,
     in mm; the corners of the mesh's box; the share of the surface that samples are too far apart for, and a place of
-    it; the unit of the file in mm, as it was given or its format says, 0 where neither is so.
+    it; the unit of the file in mm, as it was given or its format says, 0 where neither is so; the triangles
+    that stood there again and were left out.
     """
 
     triangles: int
@@ -34,12 +35,24 @@ class Found:
     lost: float
     lost_at: Triple
     unit: float
+    repeated: int = 0
 
     @classmethod
     def of(cls, field: SampledField) -> Found:
-        n, edges, holes, x, y, z, error, beyond, a, b, c, d, e, f, lost, p, q, r, unit = field.facts
+        n, edges, holes, x, y, z, error, beyond, a, b, c, d, e, f, lost, p, q, r, unit, repeated = field.facts
         return cls(
-            int(n), int(edges), int(holes), (x, y, z), error, beyond, (a, b, c), (d, e, f), lost, (p, q, r), unit
+            int(n),
+            int(edges),
+            int(holes),
+            (x, y, z),
+            error,
+            beyond,
+            (a, b, c),
+            (d, e, f),
+            lost,
+            (p, q, r),
+            unit,
+            int(repeated),
         )
 
     @property
@@ -52,7 +65,8 @@ def told_of(field: SampledField) -> Told:
     """How large a mesh is and how well it is known, and what is doubtful about it."""
     found = Found.of(field)
     size = " x ".join(f"{side:.4g}" for side in found.size)
-    note = f"{size} mm, {found.triangles:,} triangles, to within {found.error:.2g} mm near its surface"
+    repeated = f" ({found.repeated:,} of them repeated and left out)" if found.repeated else ""
+    note = f"{size} mm, {found.triangles:,} triangles{repeated}, to within {found.error:.2g} mm near its surface"
     return Told(note, (*_holes(found), *_unit(found), *_lost(found)))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +15,7 @@ import trimesh
 from porelang.data import FARTHEST
 from porelang.tasks.shape.distance import DEFAULT
 from porelang.tasks.shape.file import STEP, UnusableError, check_count, look_over, stl_length
-from porelang.tasks.shape.surface import Faces, Points
+from porelang.tasks.shape.mend import Faces, Points
 from porelang.tasks.shape.threemf import triangles_of
 
 METRE = 1000.0  # mm: glTF is in metres, by its standard, and what is made of .step files
@@ -99,9 +99,38 @@ def _read(text: bytes, ending: str, claimed: int | None, error: float) -> tuple[
     if ending == ".obj" and (wrong := re.search(rb"^f[ \t](?:.*[ \t])?0(?:[/ \t\r].*)?$", text, re.MULTILINE)):
         line = wrong[0].decode("latin-1").strip()[:60]
         raise UnusableError("E140", f"is damaged: `{line}` names corner 0, and the first of an .obj file is 1", _AGAIN)
+    if ending == ".obj":
+        text = _counted_from_one(text)
     mesh = _of_faces(text, error) if ending in STEP else _loaded(text, ending)
     unit = METRE if ending in (".glb", *STEP) else 0.0
     return np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64), unit
+
+
+def _counted_from_one(text: bytes) -> bytes:
+    """An .obj file whose faces name no corner by how many lie between: -1 is the last that stands above the face, which
+    readers take for the last of all (trimesh 4.5). Errors: UnusableError."""
+    if not re.search(rb"^[ \t]*f[ \t].*-", text, re.MULTILINE):
+        return text
+    counts, lines = {b"v": 0, b"vt": 0, b"vn": 0}, []
+    for line in re.sub(rb"\\\r?\n", b" ", text).splitlines():  # a line goes on after a backslash
+        words = line.split()
+        if words and words[0] in counts:
+            counts[words[0]] += 1
+        elif words and words[0] == b"f" and b"-" in line:
+            line = b" ".join([b"f", *(_corner(word, counts.values(), line) for word in words[1:])])
+        lines.append(line)
+    return b"\n".join(lines)
+
+
+def _corner(word: bytes, counts: Iterable[int], line: bytes) -> bytes:
+    numbers = word.split(b"/")
+    for k, (number, count) in enumerate(zip(numbers, counts, strict=False)):
+        if number.startswith(b"-"):
+            if not 0 < -int(number) <= count:
+                said = line.decode("latin-1").strip()[:60]
+                raise UnusableError("E140", f"is damaged: `{said}` names a corner before the first", _AGAIN)
+            numbers[k] = str(count + 1 + int(number)).encode()
+    return b"/".join(numbers)
 
 
 def _loaded(text: bytes, ending: str, **how: Any) -> Any:

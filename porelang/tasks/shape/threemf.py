@@ -14,10 +14,12 @@ from xml.etree import ElementTree
 import numpy as np
 
 from porelang.tasks.shape.file import LARGEST, UnusableError, check_count
-from porelang.tasks.shape.surface import Faces, Points
+from porelang.tasks.shape.mend import Faces, Points
 
 #: In mm; the specification's default is the millimetre.
 UNITS = {"micron": 1e-3, "millimeter": 1.0, "centimeter": 10.0, "inch": 25.4, "foot": 304.8, "meter": 1000.0}
+#: Types of objects that are no part of the model: what holds it up in the printer, and what is there for other use.
+ASIDE = ("support", "other")
 _RELATIONS, _MODEL = "_rels/.rels", "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
 _DEEPEST = 64  # components in components
 _MOST_ITEMS = 100_000
@@ -30,6 +32,7 @@ class _Object:
     corners: list[tuple[float, float, float]] = field(default_factory=list)
     triangles: list[tuple[int, int, int]] = field(default_factory=list)
     parts: list[Placed] = field(default_factory=list)
+    aside: bool = False
 
 
 @dataclass
@@ -64,7 +67,7 @@ def triangles_of(file: IO[bytes]) -> tuple[Points, Faces, float]:
             if found is None:
                 raise ValueError(f"there is no object {name[:40]}")
             waiting += [(at, part, _joined(moved, placed), depth + 1) for at, part, moved in found.parts]
-            if found.triangles:
+            if found.triangles and not found.aside:
                 here = np.array(found.corners, np.float64).reshape(-1, 3)
                 triangles = np.array(found.triangles, np.int64)
                 if triangles.min() < 0 or triangles.max() >= len(here):
@@ -107,9 +110,9 @@ def _read(archive: zipfile.ZipFile, path: str) -> _Model:
             tag = str(element.tag).rpartition("}")[2]
             if event == "start":
                 if tag == "model":
-                    made.unit = UNITS[element.get("unit", "millimeter")]
+                    made.unit = _unit(element.get("unit", "millimeter"))
                 elif tag == "object":
-                    current = made.objects[element.get("id", "")] = _Object()
+                    current = made.objects[element.get("id", "")] = _Object(aside=element.get("type") in ASIDE)
                 continue
             match tag:
                 case "vertex":
@@ -128,6 +131,13 @@ def _read(archive: zipfile.ZipFile, path: str) -> _Model:
                     pass
     parser.close()
     return made
+
+
+def _unit(name: str) -> float:
+    if name not in UNITS:
+        raise UnusableError("E140", f"is in `{name[:40]}`, which is no unit of a .3mf file",
+                            f"a unit of it is one of {', '.join(UNITS)}")  # fmt: skip
+    return UNITS[name]
 
 
 def _placed(element: Any, path: str) -> Placed:
