@@ -613,7 +613,8 @@ def test_a_period_from_a_file_is_looked_at_when_the_file_is_read(tmp_path: Path)
     file = tmp_path / "a.pore"
     file.write_text('let part = sphere(35mm)\ngyroid(load("w.npz", "w")) & part\n')
     program = porelang.compile(path=file)
-    (told,) = told_of(program.design(), measure=False)
+    note, told = told_of(program.design(), measure=False)
+    assert note.severity == "note"
     assert told.code == "W228"
     assert told.edit is not None
     file.write_text("let part = sphere(35mm)\ngyroid(sample(10 + z / 6, 2mm, part)) & part\n")

@@ -288,7 +288,7 @@ def test_a_period_that_tasks_find_is_looked_at_by_all_that_find_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "a.pore"
-    file.write_text("let part = box([40, 20, 20])\ngyroid(sample(6mm + x / 10, 2mm, part)) |> shell(0.8) & part\n")
+    file.write_text("let part = box([16, 8, 8])\ngyroid(sample(6mm + x / 3, 2mm, part)) |> shell(0.8) & part\n")
     out = str(tmp_path / "a.stl")
     for command in (
         ["mesh", str(file), "-o", out, "--voxel", "1mm", "--force"],

@@ -14,6 +14,7 @@ import porelang
 from porelang import store
 from porelang.cli import main
 from porelang.data import SampledField
+from porelang.ir import Node
 from porelang.tasks import telling
 from porelang.tasks.run import RUN
 from porelang.tasks.telling import Doubt, Told
@@ -40,7 +41,7 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
         found.append(made.values.size)
         return replace(made, facts=(float(made.values.size),))
 
-    def tells(made: store.Result) -> Told:
+    def tells(asked: Node, made: store.Result) -> Told:
         assert isinstance(made, SampledField)
         return Told(f"{made.facts[0]:g} nodes", (DOUBT,))
 

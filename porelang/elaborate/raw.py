@@ -45,7 +45,7 @@ def length_on_lattice(
     for field, length, at, lies in ((one, other, places[1], places[0]), (other, one, places[0], places[1])):
         if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
             continue
-        if (wrong := _unit_on_field(ctx, field, length, at, span)) is not None:
+        if op in _MEETING and (wrong := _unit_on_field(ctx, field, length, at, span)) is not None:
             return wrong
         if op not in _CUTTING and length.dimension is None and _is_raw(ctx, field):
             _note_params(ctx, length.node)
