@@ -107,9 +107,8 @@ def test_every_figure_is_there() -> None:
 @pytest.mark.parametrize("name", FIGURES)
 def test_figure_is_explained_and_every_param_matters(name: str) -> None:
     program = FIGURES[name]
-    assert {d.code for d in program.warnings} == (
-        {"W239"} if name == "fig07d_aligned" else set()
-    )  # as the paper has it
+    sheared = {"W239"} if name == "fig07d_aligned" else set()  # as the paper draws it
+    assert {d.code for d in program.warnings} == sheared
     number, letter = re.match(r"fig0?(\d+)([a-z]?)_", name).groups()  # type: ignore[union-attr]
     assert program.source.text.startswith(f"# Figure {number} ({letter})" if letter else f"# Figure {number}:")
     assert all(info.doc for info in program.params.values())

@@ -292,7 +292,7 @@ def test_a_period_that_tasks_find_is_looked_at_by_all_that_find_it(
     out = str(tmp_path / "a.stl")
     for command in (
         ["mesh", str(file), "-o", out, "--voxel", "1mm", "--force"],
-        ["measure", str(file), "--voxel", "1mm"],
+        ["slices", str(file), "-o", str(tmp_path / "layers"), "--step", "2mm", "--voxel", "1mm"],
     ):
         main(command)
         assert capsys.readouterr().err.count("warning[W228]") == 1
