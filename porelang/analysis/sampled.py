@@ -29,6 +29,12 @@ _FARTHER, _FOLLOWED = 40, 100
 _STEPS, _LOWEST, _TRIES, _SHORTER = 28, 12, 40, 0.6
 
 
+#: Points within a solid that are enough; how often twice MOST of them are tried, and for how many operations in all.
+_ENOUGH, _TRIED, _WORK = MOST // 10, 12, 40_000_000
+#: Solids of a union whose boxes are looked for one by one; of a box, how much is added to what samples found.
+_APART, _BESIDE = 8, 0.02
+
+
 #: The values of some nodes at points (n, 3), each (n,).
 Sampler = Callable[[Points], list[Points]]
 
@@ -90,18 +96,34 @@ def inside_of(body: Node, bindings: Bindings) -> Points | None:
     """Points spread evenly within a solid; None where samples find none of it, or no end.
 
     Samples of several scales find some of it, or what is nearest, and a box round what was found is widened until it
-    grows no more. A box that encloses it for certain would take ten times as long to find.
+    grows no more: of a union, each of its solids. A box that encloses it for certain would take ten times as long.
     """
-    at = sampler([body], bindings)
+    at, random = sampler([body], bindings), np.random.default_rng(1)
     if at is None:
         return None
-    random = np.random.default_rng(1)
+    solids = _united(body)
+    searches = [at] if len(solids) > _APART else [sampler([solid], bindings) for solid in solids]
+    boxes = [None if one is None else _box_within(one, random) for one in searches]
+    found = [box for box in boxes if box is not None]
+    if not found or any(box is not None and not np.isfinite(box).all() for box in boxes):
+        return None
+    box = np.min([b[0] for b in found], axis=0), np.max([b[1] for b in found], axis=0)
+    return _within(at, box, random, len(order(flatten(body))))
+
+
+def _united(body: Node) -> list[Node]:
+    return [solid for part in body.args for solid in _united(part)] if body.op == "min" else [body]
+
+
+def _box_within(at: Sampler, random: np.random.Generator) -> Points | None:
+    """The corners (2, 3) of a box round the points of a solid that samples find; infinite where they find no end, None
+    where they find no point."""
     points = about_the_origin()
-    before = 0.0
+    before, known = 0.0, np.empty((0, 3))
     for _ in range(12):
         (values,) = at(points)
-        inside: Points = points[values < 0]
-        if not len(inside):  # the nearest is about as far from it as its value says, if that is a distance
+        known = np.concatenate([known, points[values < 0]])
+        if not len(known):  # the nearest is about as far from it as its value says, if that is a distance
             if np.isnan(values).all():
                 return None
             at_least = int(np.nanargmin(values))
@@ -110,17 +132,29 @@ def inside_of(body: Node, bindings: Bindings) -> Points | None:
                 return None
             points = random.uniform(points[at_least] - reach, points[at_least] + reach, (MOST, 3))
             continue
-        lo, hi = inside.min(axis=0), inside.max(axis=0)
+        lo, hi = known.min(axis=0), known.max(axis=0)
         size = float(np.prod(hi - lo))
-        if size < 1.02 * before and len(inside) > MOST // 50:
-            points = random.uniform(lo, hi, (2 * MOST, 3))
-            return points[at(points)[0] < 0]
+        if 0 < size < 1.02 * before:
+            beside = _BESIDE * (hi - lo)
+            return np.stack([lo - beside, hi + beside])
         before = max(size, before)
-        more = 0.2 * (hi - lo) + float(np.abs(values[values < 0]).max())
+        deepest = float(np.abs(values[values < 0]).max()) if (values < 0).any() else 0.0
+        more = 0.2 * (hi - lo) + deepest
         if not np.isfinite(more).all():
-            return None
+            return np.full((2, 3), np.inf)
         points = random.uniform(lo - more, hi + more, (MOST, 3))
-    return None
+    return None if not len(known) else np.full((2, 3), np.inf)
+
+
+def _within(at: Sampler, box: tuple[Points, Points], random: np.random.Generator, operations: int) -> Points:
+    """Points within a solid in a box: of one that fills little of it, more are tried, as far as that takes no time."""
+    found: Points = np.empty((0, 3))
+    for _ in range(max(1, min(_TRIED, _WORK // (2 * MOST * operations)))):
+        points = random.uniform(*box, (2 * MOST, 3))
+        found = np.concatenate([found, points[at(points)[0] < 0]])
+        if len(found) >= _ENOUGH:
+            break
+    return found
 
 
 def depth_of(body: Node, bindings: Bindings) -> float | None:

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from porelang.analysis.sampled import sampler
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic
-from porelang.doubts.parts import parts_of
+from porelang.doubts.parts import Part, parts_of
 from porelang.elaborate.results import Elaborated, Suspicion
 from porelang.formula import Bindings
-from porelang.ir import order, within
+from porelang.ir import X, Y, Z
 
 Points = NDArray[np.float64]
 #: A corner is missed if the curve passes it by more than this part of the room that its arc has: one that turns by more
@@ -21,6 +21,8 @@ MISSED = 0.5
 NEAR, LOOKED, FEW = 0.1, 500, 8
 #: Corners that turn by less (the tangent of half the angle) have wide arcs of which a part may well hold the centre.
 STRAIGHT = 0.1
+#: What moves a part moves all of its points as one, to so many mm.
+STRAY = 1e-6
 
 
 def bend(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
@@ -41,7 +43,7 @@ def bend(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
     for i in range(len(legs) if joined else len(legs) - 1):
         j = (i + 1) % len(legs)
         cosine, least = float(ways[i] @ ways[j]), min(room[i], room[j])
-        steep = float(np.linalg.norm(np.cross(ways[i], ways[j]))) / max(1 + cosine, 1e-9)
+        steep = float(np.sqrt(max(1 - cosine, 0.0) / max(1 + cosine, 1e-9)))  # the tangent of half the turn
         r = asked or least / max(steep, 1 / 200)
         miss = r * (float(np.hypot(1, steep)) - 1)
         corner = f"({coordinates(q[(i + 1) % len(q)], 3)})"
@@ -51,8 +53,7 @@ def bend(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
                 f"the curve of `{s.name}` passes the corner {corner} by {miss:.3g} mm",
                 s.span,
                 f"it is rounded there by an arc of {r:.3g} mm",
-                hint="give several points round it, each of which turns less; or, of a rod as thin, round it by less, "
-                f"as in `bend={_less(r, steep, least):.1g}mm`",
+                hint="give several points round it, each of which turns less",
                 severity="warning",
             )
         if steep > STRAIGHT and _reached(s, found, bindings, (q[(i + 1) % len(q)], ways[i], ways[j], r, steep)):
@@ -67,34 +68,35 @@ def bend(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
     return None
 
 
-def _less(r: float, steep: float, room: float) -> float:
-    """A radius by which a corner is missed by about a tenth of its room."""
-    return min(r, 0.1 * room / max(float(np.hypot(1, steep)) - 1, 1e-9))
-
-
 def _reached(
     s: Suspicion, found: Elaborated, bindings: Bindings, arc: tuple[Points, Points, Points, float, float]
 ) -> bool:
     """Whether a lattice along a curve is seen about the centre of an arc, as far from the curve as that is."""
     made = s.nodes[0]
-    if made.op != "at" or parts_of(made, found, bindings) is None:  # a field without an end is no part
+    if made.op != "at":
         return False
     corner, one, other, r, steep = arc
     inward = (other - one) / np.linalg.norm(other - one)
     centre = corner + r * float(np.hypot(1, steep)) * inward
     points = centre + r * NEAR * np.random.default_rng(1).uniform(-1, 1, (LOOKED, 3))
     across = sampler(made.args[2:], bindings)
-    for output in found.outputs.values():
-        if (
-            across is None
-            or len(output.nodes) > 1
-            or made not in order(output.nodes, lambda n: n.args[1:] if n.op == "at" else within(n))
-        ):
-            continue
-        solid = sampler(output.nodes[:1], bindings)
-        if solid is None:
-            continue
-        own = np.hypot(*across(points)) > (1 - 2 * NEAR) * r  # not where another part of the curve is nearer
-        if int(((solid(points)[0] < 0) & own).sum()) >= FEW:
+    if across is None:
+        return False
+    points = points[np.hypot(*across(points)) > (1 - 2 * NEAR) * r]  # not where another part of the curve is nearer
+    for part, places in parts_of(made, found, bindings):
+        there = _moved(part, points, places, bindings)
+        if there is not None and int(part.shows(there).sum()) >= FEW:
             return True
     return False
+
+
+def _moved(part: Part, points: Points, places: Points, bindings: Bindings) -> Points | None:
+    """Where points of a lattice's own place lie in a part that moves, turns or scales it; None where it bends it."""
+    own = sampler([part.seen(c) for c in (X, Y, Z)], bindings)
+    if own is None or not len(points):
+        return None
+    from_there = np.column_stack([np.stack(own(places), -1), np.ones(len(places))])
+    back, *_ = np.linalg.lstsq(from_there, places, rcond=None)
+    if np.abs(from_there @ back - places).max() > STRAY:
+        return None
+    return np.asarray(np.column_stack([points, np.ones(len(points))]) @ back)

@@ -35,22 +35,23 @@ def still(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | N
     at = sampler(v, bindings)
     if at is None or not (np.linalg.norm(np.stack(at(about_the_origin()), -1), axis=1) < SHORTEST).any():
         return None
-    points = parts_of(made, found, bindings)
-    if points is None:
-        return None
-    none = np.linalg.norm(np.stack(at(points), -1), axis=1) < SHORTEST
-    if none.sum() < FEW:
-        return None
-    share = max(1, round(100 * none.sum() / len(points)))
-    place = coordinates(points[none][0], 3)
-    return Diagnostic(
-        "W235",
-        f"the direction that `{s.name}` follows is 0 in {share} % of the part: the cells are not turned there",
-        s.span if s.argument is None else s.argument,
-        f"it is 0 at ({place}), for one",
-        hint="give it a direction there, as in `if length(v) > 0 then v else [1, 0, 0]`",
-        severity="warning",
-    )
+    for part, points in parts_of(made, found, bindings):
+        seen = sampler([part.seen(n) for n in v], bindings)
+        if seen is None:
+            continue
+        none = np.linalg.norm(np.stack(seen(points), -1), axis=1) < SHORTEST
+        if none.sum() < FEW:
+            continue
+        share = max(1, round(100 * none.sum() / len(points)))
+        return Diagnostic(
+            "W235",
+            f"the direction that `{s.name}` follows is 0 in {share} % of the part: the cells are not turned there",
+            s.span if s.argument is None else s.argument,
+            f"it is 0 at ({coordinates(points[none][0], 3)}), for one",
+            hint="give it a direction there, as in `if length(v) > 0 then v else [1, 0, 0]`",
+            severity="warning",
+        )
+    return None
 
 
 def fold(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
@@ -62,8 +63,11 @@ def fold(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
     times = round(times)
     if _is_symmetric(field, times, np.array(centre), bindings):
         return None
-    points, frame = parts_of(made, found, bindings), sampler(s.nodes[5:11], bindings)
-    if points is None or frame is None or not _passes(np.stack(frame(points), -1), times):
+    for part, points in parts_of(made, found, bindings):
+        frame = sampler([part.seen(n) for n in s.nodes[5:11]], bindings)
+        if frame is not None and _passes(np.stack(frame(points), -1), times):
+            break
+    else:
         return None
     turn = {2: "half a turn", 4: "a quarter of a turn"}[times]
     message = f"`{s.name}` leaves breaks: the lattice is not the same after {turn} about z through `about`"
@@ -95,6 +99,8 @@ def fits(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
     if float(np.mean((at(points)[0] < 0) != (at(there)[0] < 0))) < 0.005:
         return None
     w = None if s.period is None else number(s.period, bindings)
+    if w and abs(given / w - round(given / w)) < 1e-6:
+        return None  # what varies besides its waves may do so along them: walls that grow
     hint, edit = "give it the period of the lattice", None
     if w is not None and s.period is not None:
         ours = str(s.period.value) if s.period.op == "param" else f"{w:g}mm"

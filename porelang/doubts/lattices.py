@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.enclose import EXACT, at_points, enclose
-from porelang.analysis.sampled import MOST, Points, Sampler, about_the_origin, inside_of, number, sampler
+from porelang.analysis.sampled import MOST, Points, Sampler, inside_of, number, sampler
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic, Edit
 from porelang.doubts.parts import parts_of
@@ -124,24 +124,28 @@ def jump(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
     """A lattice that is cut where its phase passes from one formula to another, as over the edges of `sphere_map`."""
     lattice, *turns = s.nodes
     tests = [n.args[0] for n in order(turns, within) if n.op == "select" and n.args[0].axes]
-    which = sampler([node("select", test, ONE, ZERO) for test in tests], bindings)
     cosines = [node("cos", const(math.tau) * u) for u in turns]
     primitive = cosines[0] + cosines[1] + cosines[2]  # is the same along all axes, and mirrored
-    points, seen = parts_of(lattice, found, bindings), lattice
-    if points is None:
-        points = about_the_origin()
-    else:
-        seen = next(o.nodes[0] for o in found.outputs.values() if lattice in order(o.nodes, within))
-    at = sampler([seen, primitive], bindings)
-    if which is None or at is None or not len(points):
-        return None
-    ends = _between(which, points, np.random.default_rng(1).permutation(points))
-    if ends is None:
-        return None
-    one, other = (at(end) for end in ends)
-    solid, cut = (one[0] < 0) | (other[0] < 0), (one[0] < 0) != (other[0] < 0)
-    if cut.sum() < FEW or cut.sum() < 0.05 * solid.sum():
-        return None
+    for part, points in parts_of(lattice, found, bindings):
+        which = sampler([part.seen(node("select", test, ONE, ZERO)) for test in tests], bindings)
+        at = sampler([part.root, part.seen(primitive)], bindings)
+        if which is None or at is None:
+            continue
+        ends = _between(which, points, np.random.default_rng(1).permutation(points))
+        if ends is None:
+            continue
+        one, other = (at(end) for end in ends)
+        solid, cut = (one[0] < 0) | (other[0] < 0), (one[0] < 0) != (other[0] < 0)
+        if cut.sum() < FEW or cut.sum() < 0.05 * solid.sum():
+            continue
+        alike = float(np.mean(np.abs(one[1] - other[1]) > 1e-3)) < 0.05
+        return _seams(s, found, ends[0][cut][0], alike)
+    return None
+
+
+def _seams(s: Suspicion, found: Elaborated, place: Points, alike: bool) -> Diagnostic:
+    """Of a place where cells do not meet; `alike` where those would that are the same along all axes."""
+    lattice = s.nodes[0]
     hint = "let both formulas of the phase meet where one takes over from the other"
     asked = next((o.argument for o in found.suspicions if o.what == "period" and o.nodes[0] is lattice), None)
     if asked is not None:  # a period that jumps: p / w does, too
@@ -149,13 +153,13 @@ def jump(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
         hint = (
             f"write `{call}` with the solid that it fills: no cell is cut; or `crossfade` lattices of one period each"
         )
-    elif float(np.mean(np.abs(one[1] - other[1]) > 1e-3)) < 0.05:
+    elif alike:
         hint = "take `schwarz_p`, `iwp`, `neovius` or `diamond`: they are the same along all axes, and mirrored"
     return Diagnostic(
         "W218",
         f"`{s.name}` has seams: its cells do not meet where the phase passes from one formula to another",
         s.argument or s.span,
-        f"at ({coordinates(ends[0][cut][0], 3)}), for one",
+        f"at ({coordinates(place, 3)}), for one",
         hint=hint,
         severity="warning",
     )

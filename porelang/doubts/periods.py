@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from porelang.analysis.sampled import inside_of, sampler
 from porelang.data import SampledField, coordinates
 from porelang.diagnostics import Diagnostic, Edit
+from porelang.doubts.parts import Way, seen_from, way_to
 from porelang.elaborate.bare import value_of
 from porelang.elaborate.results import Elaborated, Suspicion
 from porelang.formula import Bindings
@@ -145,39 +146,6 @@ def _name_of(around: Node, found: Elaborated, s: Suspicion) -> str | None:
             if beside.start > s.span.end and not re.search(r"\n\s*(let|out|def|check)\b|=>|[{}]", between):
                 return " ".join(beside.text.split())
     return None
-
-
-#: From a solid down to a lattice in it: each node on the way, and which of its arguments is next.
-Way = list[tuple[Node, int]]
-
-
-def way_to(lattice: Node, root: Node) -> Way | None:
-    """How a lattice is found in a solid; None where it is not, or only in what moves another field."""
-
-    def below(n: Node) -> tuple[Node, ...]:
-        return n.args[:1] if n.op == "at" else within(n)
-
-    holds: set[Node] = set()
-    for n in order([root], below):  # arguments come first
-        if n is lattice or any(a in holds for a in below(n)):
-            holds.add(n)
-    way: Way = []
-    here = root
-    if root not in holds:
-        return None
-    while here is not lattice:
-        i = next(i for i, a in enumerate(below(here)) if a in holds)
-        way.append((here, i))
-        here = here.args[i]
-    return way
-
-
-def seen_from(way: Way, field: Node) -> Node:
-    """A field of a lattice's own place as it is seen where the solid is: moved, turned and bent as the lattice is."""
-    for n, _ in reversed(way):
-        if n.op == "at":
-            field = node("at", field, *n.args[1:])
-    return field
 
 
 def _around(way: Way) -> Node | None:

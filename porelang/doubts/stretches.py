@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from porelang.analysis.sampled import sampler
+from porelang.analysis.sampled import Points, Sampler, sampler
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic
 from porelang.doubts.parts import parts_of
@@ -14,7 +14,7 @@ from porelang.formula import Bindings
 from porelang.ir import order, within
 
 #: As many points of a part are looked at, and the distance in mm to those beside them that tell the slopes.
-POINTS, ASIDE = 1000, 1e-4
+POINTS, FEW, ASIDE = 1000, 50, 1e-4
 #: A cell that is longer one way than another by more than this factor is told of, where more of the part than this
 #: share has such cells, or such that are folded over.
 STRETCHED, SHARE = 2.0, 0.05
@@ -25,11 +25,15 @@ FLAT = 100.0
 def stretched(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     """Coordinates that give a lattice cells that are stretched, or folded over."""
     made, *given = s.nodes
-    at = sampler(given, bindings)
-    points = None if at is None else parts_of(made, found, bindings)
-    if at is None or points is None or len(points) < POINTS // 10:
-        return None
-    points = points[:POINTS]
+    for part, points in parts_of(made, found, bindings):
+        at = sampler([part.seen(n) for n in given], bindings)
+        if at is not None and len(points) >= FEW and (told := _told(s, at, points[:POINTS])) is not None:
+            return told
+    return None
+
+
+def _told(s: Suspicion, at: Sampler, points: Points) -> Diagnostic | None:
+    made, *given = s.nodes
     beside = [(np.stack(at(points + e), -1) - np.stack(at(points - e), -1)) / (2 * ASIDE) for e in ASIDE * np.eye(3)]
     slopes = np.stack(beside, -1)
     known = np.isfinite(slopes).all(axis=(1, 2))

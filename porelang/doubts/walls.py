@@ -6,7 +6,7 @@ import numpy as np
 
 from porelang.analysis.sampled import inside_of, keeps_lengths, sampler
 from porelang.diagnostics import Diagnostic, Edit
-from porelang.doubts.periods import seen_from, way_to
+from porelang.doubts.parts import seen_from, way_to
 from porelang.elaborate.results import Elaborated, Suspicion
 from porelang.formula import Bindings
 from porelang.ir import order, within
