@@ -508,6 +508,25 @@ def program(text: str, folder: Path) -> porelang.Program:
     return porelang.compile(path=folder / "part.pore")
 
 
+def test_a_part_ends_where_its_mesh_does(tmp_path: Path) -> None:
+    """A box: its own ends, moved, offset, cut by another; and of a plate as thin as its samples are apart."""
+    saved(box(), tmp_path / "box.stl")
+    saved(trimesh.creation.box([40.0, 30.0, 0.3]), tmp_path / "plate.stl")
+    mesh = 'mesh("box.stl", error=0.4mm)'
+    for text, lo, hi in (
+        (mesh, -BOX, BOX),
+        (f"translate({mesh}, [1, 2, 3])", [-3, -4, -7], [5, 8, 13]),
+        (f"offset({mesh}, 0.5mm)", -BOX - 0.5, BOX + 0.5),
+        (f"{mesh} & box([4, 4, 40])", [-2, -2, -10], [2, 2, 10]),
+        (f"gyroid(3) & {mesh}", -BOX, BOX),
+        ('mesh("plate.stl", error=0.15mm)', [-20, -15, -0.15], [20, 15, 0.15]),
+    ):
+        outer, inner = program(text, tmp_path).design().extent()
+        np.testing.assert_allclose(outer, [lo, hi], atol=0.02, err_msg=text)
+        assert inner is not None
+        np.testing.assert_allclose(inner, [lo, hi], atol=0.02, err_msg=text)
+
+
 @pytest.mark.slow
 def test_mesh_is_a_solid_of_a_program(tmp_path: Path) -> None:
     saved(box(), tmp_path / "box.stl")
