@@ -232,7 +232,12 @@ THREE = "0 0 0\n1 0 0\n0 1 0\n"
         ("E130", "part.stl", Path.mkdir, "is a folder"),
         ("E130", "part.stl", lambda p: p.symlink_to("/dev/zero"), "is a device"),
         ("E130", "part.stl", os.mkfifo, "is a pipe"),
-        ("E131", "part.igs", lambda p: p.write_bytes(b"S      1"), "ends in `.igs`"),
+        (
+            "E131",
+            "part.igs",
+            lambda p: p.write_bytes(b"S      1"),
+            "ends in `.igs`, where a mesh ends in `.stl`, `.obj`, ",
+        ),
         ("E140", "part.step", lambda p: p.write_bytes(b"ISO-10303-21;\nHEADER;"), "it was cut short"),
         ("E140", "part.stp", lambda p: p.write_bytes(b"solid"), "does not begin with"),
         ("E140", "part.3mf", lambda p: p.write_bytes(b"PK\3\4" + b"\xff" * 99), "it was cut short"),
