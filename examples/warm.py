@@ -8,11 +8,13 @@ import porelang
 from porelang.cli import main
 
 EXAMPLES = Path(__file__).parent
-#: A data operation with its derivatives, which no example takes; and a phase, which is much for a small example.
+#: A data operation with its derivatives, which no example takes; a phase, which is much for a small example; and a
+#: mesh, outside the box of whose samples its distance is made of others.
 FIELDS = (
     "grad(sample(x * y, 1mm, sphere(3), smooth=true))",
     'grad(frame("truss.json"))',
     "phase(4 + x / 40, sphere(5))",
+    'mesh("grip.ply", error=3mm)',
 )
 
 #: Samples are kept in float64, where the grid of bending.npz is float32.

@@ -105,7 +105,7 @@ _PSI = 4.4482216152605e6 / 25.4**2
 ELSEWHERE: dict[str, tuple[float, str]] = {
     "nm": (1e-6, "mm"),
     "dm": (100, "mm"),
-    "km": (1e6, "mm"),
+    "km": (1e3, "m"),
     **dict.fromkeys(("ft", "foot", "feet"), (304.8, "mm")),
     **dict.fromkeys(("yd", "yard"), (914.4, "mm")),
     **dict.fromkeys(("mil", "mils", "thou"), (0.0254, "mm")),

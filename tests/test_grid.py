@@ -256,6 +256,34 @@ def test_a_bound_over_many_cells_holds_the_nodes_and_little_more() -> None:
     np.testing.assert_allclose([slope.lo[2], slope.hi[2]], [0, 1])
 
 
+def test_where_a_value_is_taken_is_read_from_planes_of_nodes() -> None:
+    """No place of a value lies without the ranges; those of a distance to a box end at the box."""
+    grid = of(lambda x, y, z: x + 0.3 * RNG.normal(size=x.shape))
+    p = inside(grid, 4000, 1.0)
+    found = evaluate(grid, p, (0, 0, 0, 0), False)
+    for lo, hi in ((-np.inf, -2.5), (-2.0, -1.9), (-1.0, np.inf)):
+        told = ops.narrow(interval(lo, hi), grid, (0, 0, 0, 0))
+        here = p[:, (found >= lo) & (found <= hi)]
+        assert here.size
+        for axis, r in enumerate(told):
+            assert r is not None
+            assert (r.contains(here[axis].min()) & r.contains(here[axis].max())).all()
+    ends = np.array([1.3, 2.1, 0.4])
+    nodes = np.stack(np.meshgrid(*3 * [np.linspace(-3, 3, 13)], indexing="ij"), axis=-1)
+    box = SampledField.from_array((np.abs(nodes) - ends).max(axis=-1), (-3, -3, -3), 0.5)
+    for most in (0.0, 0.25, np.array([0.0, 0.25])):
+        told = ops.narrow(interval(-np.inf, most), box, (0, 0, 0, 0))
+        for r, end in zip(told, ends, strict=True):
+            assert r is not None
+            np.testing.assert_allclose([r.lo, r.hi], [-end - most, end + most], atol=1e-12)
+    never, always = (ops.narrow(interval(-np.inf, most), box, (0, 0, 0, 0))[0] for most in (-9.0, 9.0))
+    assert never is not None
+    assert never.empty
+    assert always is not None
+    assert (always.lo, always.hi) == (-np.inf, np.inf)
+    assert ops.narrow(interval(0, 1), box, (0, 1, 0, 0)) == (None, None, None)
+
+
 def test_bounds_know_of_places_that_are_no_numbers() -> None:
     grid = noise()
     nothing = Interval(np.array([np.inf, 0.0]), np.array([-np.inf, 1.0]), np.array([True, True]))

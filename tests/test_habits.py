@@ -353,6 +353,7 @@ def test_a_setting_in_numbers_of_percent_is_told_how_it_is_written() -> None:
 def test_conversions_are_those_of_the_units() -> None:
     """By their definitions: a foot is 12 in, a litre 1 dm3, a bar 1e5 Pa; 1 psi is 6894.757 Pa (NIST SP 811)."""
     assert converted(1, "ft") == f"{12 * 25.4:g}mm"
+    assert converted(1, "km") == "1000m"
     assert converted(1, "bar") == "0.1MPa"
     assert converted(1, "psi") == "6.89475729kPa"
     assert converted(1, "mm2") == "1mm^2"

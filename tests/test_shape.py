@@ -232,7 +232,12 @@ THREE = "0 0 0\n1 0 0\n0 1 0\n"
         ("E130", "part.stl", Path.mkdir, "is a folder"),
         ("E130", "part.stl", lambda p: p.symlink_to("/dev/zero"), "is a device"),
         ("E130", "part.stl", os.mkfifo, "is a pipe"),
-        ("E131", "part.igs", lambda p: p.write_bytes(b"S      1"), "ends in `.igs`"),
+        (
+            "E131",
+            "part.igs",
+            lambda p: p.write_bytes(b"S      1"),
+            "ends in `.igs`, where a mesh ends in `.stl`, `.obj`, ",
+        ),
         ("E140", "part.step", lambda p: p.write_bytes(b"ISO-10303-21;\nHEADER;"), "it was cut short"),
         ("E140", "part.stp", lambda p: p.write_bytes(b"solid"), "does not begin with"),
         ("E140", "part.3mf", lambda p: p.write_bytes(b"PK\3\4" + b"\xff" * 99), "it was cut short"),
@@ -506,6 +511,25 @@ def test_check_measures_only_when_asked(
 def program(text: str, folder: Path) -> porelang.Program:
     (folder / "part.pore").write_text(text)
     return porelang.compile(path=folder / "part.pore")
+
+
+def test_a_part_ends_where_its_mesh_does(tmp_path: Path) -> None:
+    """A box: its own ends, moved, offset, cut by another; and of a plate as thin as its samples are apart."""
+    saved(box(), tmp_path / "box.stl")
+    saved(trimesh.creation.box([40.0, 30.0, 0.3]), tmp_path / "plate.stl")
+    mesh = 'mesh("box.stl", error=0.4mm)'
+    for text, lo, hi in (
+        (mesh, -BOX, BOX),
+        (f"translate({mesh}, [1, 2, 3])", [-3, -4, -7], [5, 8, 13]),
+        (f"offset({mesh}, 0.5mm)", -BOX - 0.5, BOX + 0.5),
+        (f"{mesh} & box([4, 4, 40])", [-2, -2, -10], [2, 2, 10]),
+        (f"gyroid(3) & {mesh}", -BOX, BOX),
+        ('mesh("plate.stl", error=0.15mm)', [-20, -15, -0.15], [20, 15, 0.15]),
+    ):
+        outer, inner = program(text, tmp_path).design().extent()
+        np.testing.assert_allclose(outer, [lo, hi], atol=0.02, err_msg=text)
+        assert inner is not None
+        np.testing.assert_allclose(inner, [lo, hi], atol=0.02, err_msg=text)
 
 
 @pytest.mark.slow

@@ -275,3 +275,15 @@ def test_triangles_at_random_are_refused() -> None:
     faces = np.arange(len(corners)).reshape(-1, 3)
     with pytest.raises(UnusableError, match="E143"):
         distances(closed(corners, faces), 0.1, np.nan, lambda done, total: None)
+
+
+def test_what_is_torn_or_crosses_itself_everywhere_is_refused_at_once() -> None:
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=10.0)
+    random = np.random.default_rng(5)
+    half = ball.copy()
+    half.update_faces(random.random(len(ball.faces)) < 0.5)
+    with pytest.raises(UnusableError, match="is torn"):
+        closed_of(half)
+    noisy = trimesh.Trimesh(ball.vertices + random.normal(0, 5, ball.vertices.shape), ball.faces, process=False)
+    with pytest.raises(UnusableError, match="too many to be told apart"):
+        distances(closed_of(noisy), 1.0, np.nan, lambda done, total: None)

@@ -202,7 +202,8 @@ def _narrow(formula: Formula, i: int, known: dict[int, Interval]) -> None:
         if row.narrow is None or row.results:
             return
     arguments = [known[a] if a in known else formula.known[a] for a in inputs]
-    for a, r in zip(inputs, row.narrow(known[i], *arguments), strict=True):
+    more = [tape.values[i]] if row.payload else []
+    for a, r in zip(inputs, row.narrow(known[i], *arguments, *more), strict=True):
         if tape.axes[a] and r is not None:
             known[a] = meet(known[a], r)
 

@@ -31,10 +31,12 @@ SHAPES = (
     ),
     Code(
         "E143",
-        "an error, a margin or a unit that a mesh cannot be sampled with",
+        "a mesh that cannot be sampled, or not with this error, margin or unit",
         "The distance to a mesh is sampled on a grid whose cells follow `error`: half the diagonal of a cell, by\n"
         "which a lookup between exact samples errs at most. It is above 0, and large enough for the samples to fit\n"
-        "into memory: half the error takes eight times as many. A .step file says its unit itself.",
+        "into memory: half the error takes eight times as many. A .step file says its unit itself. And triangles\n"
+        "that hang together nowhere, or cross each other everywhere, are no surface for samples to follow: mend them\n"
+        "in the program that made them.",
         "",
         "",
     ),

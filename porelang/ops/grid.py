@@ -136,6 +136,49 @@ def enclose(grid: SampledField, x: Interval, y: Interval, z: Interval, payload: 
     return Interval(np.where(none, np.inf, least), np.where(none, -np.inf, most), nan)
 
 
+def narrow(w: Interval, grid: SampledField, payload: Payload) -> tuple[Interval | None, ...]:
+    """Where the coordinates lie if trilinear interpolation gives what lies in `w`.
+
+    Along an axis the interpolant is a mean of what it is in the planes of nodes before and behind, so that it lies
+    between the lines that join their least and their largest values. Of a signed distance, that at a node before a face
+    of the shape's box is no less than the distance to that face, and behind it no less than minus that: the lines give
+    that face.
+    """
+    component, orders = payload[0], payload[1:]
+    if any(orders):
+        return (None, None, None)
+    out = []
+    for axis, (least, most) in enumerate(derived(grid, ("planes", component), lambda: _planes(grid, component))):
+        origin, spacing = grid.origin[axis], grid.spacing[axis]
+        (a, b), (c, d) = _under(least, w.hi), _under(-most, -w.lo)
+        slack = 2.0**-46 * (abs(origin) / spacing + len(least))
+        lo, hi = np.maximum(a, c) - slack, np.minimum(b, d) + slack
+        out.append(Interval(origin + spacing * lo, origin + spacing * hi, np.zeros(np.shape(lo), np.bool_)))
+    return tuple(out)
+
+
+def _planes(grid: SampledField, component: int) -> list[tuple[Array, Array]]:
+    """The least and the largest value in each plane of nodes across each axis."""
+    values = grid.values[..., component]
+    others = ((1, 2), (0, 2), (0, 1))
+    return [(values.min(axis=o).astype(np.float64), values.max(axis=o).astype(np.float64)) for o in others]
+
+
+def _under(line: Array, most: Array) -> tuple[Array, Array]:
+    """From where to where, in cells, a line through values (n,) is no more than `most`: without an end where it is not
+    so at its own, inf and -inf where it never is."""
+    under = line.reshape(-1, *(1,) * np.ndim(most)) <= most
+    ends = []
+    for values, below in ((line, under), (line[::-1], under[::-1])):
+        node = below.argmax(axis=0)
+        before, there = values[node - 1], values[node]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            crossing = node - 1 + (before - most) / (before - there)
+        end = np.where(node > 0, np.minimum(crossing, node), -np.inf)
+        ends.append(np.where(below.any(axis=0), end, np.inf))
+    return ends[0], len(line) - 1 - ends[1]
+
+
 def jumps(grid: SampledField, x: Interval, y: Interval, z: Interval, payload: Payload, cubic: bool) -> Mask:
     """Over which boxes the result may jump: at nodes where the order is too high to be continuous, else at the ends."""
     mask = np.zeros(np.broadcast_shapes(x.lo.shape, y.lo.shape, z.lo.shape), np.bool_)

@@ -69,9 +69,15 @@ def remembered(
         return data
 
 
-def looked_at(path: str, ending: str, what: str, span: Span | None, look: Callable[[BinaryIO, int], None]) -> None:
+def looked_at(
+    path: str,
+    ending: str | tuple[str, ...],
+    what: str,
+    span: Span | None,
+    look: Callable[[BinaryIO, int], None],
+) -> None:
     """Have `look` look at a file and its size, of which nothing is remembered. Errors: those of `remembered`."""
-    found = _asked(path, (ending,), what, span)
+    found = _asked(path, ending, what, span)
     with _opened(path, found, span) as file:
         look(file, found.st_size)
 

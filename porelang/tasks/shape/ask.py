@@ -62,14 +62,14 @@ def read_shape(
     error, margin, unit = (math.nan if number is None else number for number in (error, margin, unit))
     asked = _Asked(path, ending, error, margin, unit, span)
     part = f"{asked.error!r} {asked.margin!r} {asked.unit!r}"
-    return remembered(path, asked.ending, "a mesh", span, partial(_read, asked), part)
+    return remembered(path, ENDINGS, "a mesh", span, partial(_read, asked), part)
 
 
 def look_at_shape(path: str) -> None:
     """Say what is plainly wrong with the file of a mesh, of which only the beginning is read. Errors: as `read_shape`,
     but those that take measuring."""
     asked = _Asked(path, _ending(path))
-    looked_at(path, asked.ending, "a mesh", None, partial(_look, asked))
+    looked_at(path, ENDINGS, "a mesh", None, partial(_look, asked))
 
 
 def _ending(path: str) -> str:

@@ -26,6 +26,8 @@ LONG = 8
 #: 512 MB of float32, and a few minutes.
 MOST_NODES = 128_000_000
 DEFAULT = 128  # errors that the longest side has room for, where none is given
+#: Of a surface, squares of a cell for each node, at most: walls and gaps that samples tell apart are some cells thick.
+DENSE = 0.4
 CHECKED = 4000  # nodes beyond the band at which its error is measured
 
 Told = Callable[[int, int], None]
@@ -83,6 +85,10 @@ def distances(mesh: Closed, error: float, margin: float, told: Told, chord: floa
         enough = 1.05 * error * (count / MOST_BITS) ** 0.5
         raise UnusableError("E143", f"has {area:.2g} mm2 of triangles, which are too many for an error of {error:g} mm",
                             f"`error={enough:.2g}mm` would do; does it cross itself everywhere?")  # fmt: skip
+    if (dense := area / h**2 / total) > DENSE:
+        enough = 0.95 * error * DENSE / dense
+        raise UnusableError("E143", f"has {area:.2g} mm2 of triangles, too many to be told apart every {h:.2g} mm",
+                            f"mend it if it crosses itself all over; else `error={enough:.2g}mm` would do")  # fmt: skip
     mesh = cut(mesh, LONG * h)
     surface, seam = boundary(mesh, h, told)
     if not len(surface):

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from porelang.tasks.shape.file import UnusableError
 from porelang.tasks.shape.mend import Faces, Mask, Points, connected, distinct, loops, rim, sewn
 
 AT_ONCE = 1 << 18  # places between two looks at the parent
@@ -28,6 +29,9 @@ SEAM = 1 / 32
 FLAT = 1e-6
 #: Triangles of which one need not build a tree.
 FEW = 2000
+#: Of the sides of FEW triangles or more, the share beyond which those without a neighbour are no rims of holes: a scan
+#: of which every tenth triangle is missing has a tenth, one of which half are missing a half.
+TORN = 0.25
 #: Bits that are looked at where shells cross, at most: 2 to 6 s of one core. Four times as many of a mesh of FEW.
 MOST_BITS = 300_000
 #: Bits of triangles that are halved down to a size, for a square of it.
@@ -76,12 +80,18 @@ def closed(vertices: Points, faces: Faces, gap: float = 0.0) -> Closed:
     """A mesh without triangles that stand twice, with open edges sewn that are no farther than `gap` apart, in mm, and
     each hole closed by a fan of triangles from the middle of its rim, which is exact where it is flat.
 
-    So sign and distance are of one surface, also across a hole.
+    So sign and distance are of one surface, also across a hole. Errors: UnusableError, where there is none.
     """
     faces = sewn(vertices, _turned_alike(distinct(faces)), gap)
     edges = rim(faces)
     if not len(edges):
         return Closed(vertices, _outward(vertices, faces), [])
+    if len(faces) > FEW and len(edges) > TORN * 3 * len(faces):
+        raise UnusableError(
+            "E143",
+            f"is torn: of {3 * len(faces):,} sides of its triangles {len(edges):,} have no triangle beside them",
+            "join and mend the triangles in the program that made them",
+        )
     count, of_edge = loops(edges)
     lengths = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
     halves = 0.5 * (vertices[edges[:, 0]] + vertices[edges[:, 1]])
