@@ -31,8 +31,9 @@ _STEPS, _LOWEST, _TRIES, _SHORTER = 28, 12, 40, 0.6
 
 #: Points within a solid that are enough; how often twice MOST of them are tried, and for how many operations in all.
 _ENOUGH, _TRIED, _WORK = MOST // 10, 12, 40_000_000
-#: Solids of a union whose boxes are looked for one by one; of a box, how much is added to what samples found.
-_APART, _BESIDE = 8, 0.02
+#: Solids of a union whose boxes are looked for one by one; how often each is widened at most (of a thin shell every look
+#: finds a few points more); of a box, how much is added to what samples found.
+_APART, _WIDENED, _BESIDE = 8, 36, 0.02
 
 
 #: The values of some nodes at points (n, 3), each (n,).
@@ -120,7 +121,7 @@ def _box_within(at: Sampler, random: np.random.Generator) -> Points | None:
     where they find no point."""
     points = about_the_origin()
     before, known = 0.0, np.empty((0, 3))
-    for _ in range(12):
+    for _ in range(_WIDENED):
         (values,) = at(points)
         known = np.concatenate([known, points[values < 0]])
         if not len(known):  # the nearest is about as far from it as its value says, if that is a distance
