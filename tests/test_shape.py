@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import re
 import runpy
@@ -30,6 +31,7 @@ from porelang.progress import watching
 from porelang.source import Source, Span
 from porelang.tasks import datafile, shape
 from porelang.tasks.shape import Found, ask, file, read_shape
+from porelang.tasks.shape.found import told_of
 
 SPAN = Span(Source("part.pore", 'mesh("part.stl")'), 0, 16)
 BOX = np.array([4.0, 6.0, 10.0])  # half its sides, in mm
@@ -616,3 +618,33 @@ def test_repeated_triangles_are_told_of(tmp_path: Path) -> None:
     field = read_shape(saved(twice, tmp_path / "box.ply"), error=0.4)
     assert (Found.of(field).repeated, Found.of(field).open_edges) == (3, 0)
     assert "15 triangles (3 of them repeated and left out)" in shape.told_of(field).note
+
+
+def test_an_error_that_was_not_reached_is_told() -> None:
+    found = Found(100, 0, 0, (0, 0, 0), 3.2, 0.1, (0, 0, 0), (90, 90, 90), 0.0, (0, 0, 0), 1.0, 0, 1.0)
+    numbers = [v for f in dataclasses.astuple(found) for v in (f if isinstance(f, tuple) else (f,))]
+    field = SampledField(np.zeros((2, 2, 2, 1)), (0, 0, 0), (1, 1, 1), tuple(map(float, numbers)))
+    (doubt,) = told_of(field).doubts
+    assert doubt.code == "W242"
+    assert "3.2 mm, and 1 mm" in doubt.message
+    numbers[-1] = 3.0
+    assert told_of(dataclasses.replace(field, facts=tuple(map(float, numbers)))).doubts == ()
+
+
+@pytest.mark.parametrize("eps", [1e-6, 1e-3])
+def test_triangles_that_nearly_stand_twice_are_one(tmp_path: Path, eps: float) -> None:
+    """Scans that were registered twice, or rounded: the ball is as without them."""
+    ball = trimesh.creation.icosphere(4, radius=20)
+    again = np.random.default_rng(0).permutation(len(ball.faces))[:200]
+    points = np.random.default_rng(0).uniform(-21, 21, (5000, 3))
+    values = []
+    for more in (False, True):
+        vertices = np.vstack([ball.vertices, ball.vertices + eps]) if more else ball.vertices
+        faces = np.vstack([ball.faces, ball.faces[again] + len(ball.vertices)]) if more else ball.faces
+        trimesh.Trimesh(vertices, faces, process=False).export(tmp_path / "ball.stl")
+        (tmp_path / "a.pore").write_text('mesh("ball.stl", error=0.3mm)')
+        program = porelang.compile(path=tmp_path / "a.pore")
+        values.append(program.field()(points))
+        (note,) = program.design().told(*program.graph.outputs["part"])
+        assert ("200 of them repeated" in note.message) is more
+    np.testing.assert_allclose(values[1], values[0], atol=2 * eps)

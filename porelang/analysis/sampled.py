@@ -31,8 +31,8 @@ _STEPS, _LOWEST, _TRIES, _SHORTER = 28, 12, 40, 0.6
 
 #: Points within a solid that are enough; how often twice MOST of them are tried, and for how many operations in all.
 _ENOUGH, _TRIED, _WORK = MOST // 10, 12, 40_000_000
-#: Solids of a union whose boxes are looked for one by one; how often each is widened at most (of a thin shell every look
-#: finds a few points more); of a box, how much is added to what samples found.
+#: Solids of a union whose boxes are looked for one by one; how often each is widened at most, as of a thin shell every
+#: look finds a few points more; of a box, how much is added to what samples found.
 _APART, _WIDENED, _BESIDE = 8, 36, 0.02
 
 

@@ -1,4 +1,4 @@
-"""E140-E144, W232 and W233: meshes that a program reads as shapes."""
+"""E140-E144, W232, W233 and W242: meshes that a program reads as shapes."""
 
 from __future__ import annotations
 
@@ -66,6 +66,15 @@ SHAPES = (
         "unit, which are read as mm, and `unit=1in` says otherwise. Or it has walls or gaps that are thinner than the\n"
         "samples of its distance are apart, so that they are missing or have holes: its `error` is 1/128 of the\n"
         "longest side unless given, and walls need one of half their thickness.",
+        "",
+        "",
+    ),
+    Code(
+        "W242",
+        "a mesh that is known less well than was asked",
+        "The distance to a mesh is that to its outer surface. Where triangles cross each other in many places, as\n"
+        "in scans that lie over one another, some of what lies within is counted as surface: the error that is stated\n"
+        "holds for it too. Unite the shells in the program that made the mesh, or see that walls are much thicker.",
         "",
         "",
     ),

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.tasks.shape.distance import cell, distances
+from porelang.tasks.shape.distance import DEFAULT, cell, distances
 from porelang.tasks.shape.file import UnusableError
-from porelang.tasks.shape.mend import distinct
+from porelang.tasks.shape.mend import ONE, distinct, merged
 from porelang.tasks.shape.soup import Soup, soup
 from porelang.tasks.shape.surface import SEAM, closed
 
@@ -40,14 +40,15 @@ def main(ending: str, error: float, margin: float, unit: float, source: int, tar
 def measured(read: Soup, error: float, margin: float) -> dict[str, NDArray[Any]]:
     """The distances as arrays by name; `facts` are as `porelang.tasks.shape` tells them."""
     longest = float(np.ptp(read.vertices, axis=0).max())
-    mesh = closed(read.vertices, read.faces, SEAM * cell(longest, error, read.chord))
+    gap = SEAM * cell(longest, error, read.chord)
+    mesh = closed(read.vertices, read.faces, gap)
     made = distances(mesh, error, margin, told, read.chord)
     first = mesh.holes[0][1] if mesh.holes else np.zeros(3)
     opened = sum(n for n, _ in mesh.holes)
     used = mesh.vertices[mesh.faces]
     box = [*used.min(axis=(0, 1)), *used.max(axis=(0, 1))]
     count = len(read.faces)
-    repeated = count - len(distinct(read.faces))
+    repeated = count - len(distinct(merged(read.vertices, read.faces, ONE * gap)))
     facts = [
         count,
         opened,
@@ -60,6 +61,7 @@ def measured(read: Soup, error: float, margin: float) -> dict[str, NDArray[Any]]
         *made.lost_at,
         read.unit,
         repeated,
+        error if np.isfinite(error) else longest / DEFAULT,
     ]
     return {
         "values": made.values,

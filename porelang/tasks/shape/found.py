@@ -11,6 +11,8 @@ from porelang.tasks.told import Doubt, Told
 USUAL = (0.5, 3000.0)
 #: More than this share of the surface without samples on both sides of it is no matter of a few sharp tips.
 LOST = 0.005
+#: An error that is larger than the one asked for by more than this factor is no matter of some seams.
+COARSE = 1.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +23,7 @@ class Found:
     by how much lookups err at most within some cells of the surface, and by how much nodes err farther away, measured,
     in mm; the corners of the mesh's box; the share of the surface that samples are too far apart for, and a place of
     it; the unit of the file in mm, as it was given or its format says, 0 where neither is so; the triangles
-    that stood there again and were left out.
+    that stood there again, or had no size, and were left out; and by how much lookups were to err, in mm.
     """
 
     triangles: int
@@ -36,10 +38,11 @@ class Found:
     lost_at: Triple
     unit: float
     repeated: int = 0
+    asked: float = 0.0
 
     @classmethod
     def of(cls, field: SampledField) -> Found:
-        n, edges, holes, x, y, z, error, beyond, a, b, c, d, e, f, lost, p, q, r, unit, repeated = field.facts
+        n, edges, holes, x, y, z, error, beyond, a, b, c, d, e, f, lost, p, q, r, unit, repeated, asked = field.facts
         return cls(
             int(n),
             int(edges),
@@ -53,6 +56,7 @@ class Found:
             (p, q, r),
             unit,
             int(repeated),
+            asked,
         )
 
     @property
@@ -67,7 +71,7 @@ def told_of(field: SampledField) -> Told:
     size = " x ".join(f"{side:.4g}" for side in found.size)
     repeated = f" ({found.repeated:,} of them repeated and left out)" if found.repeated else ""
     note = f"{size} mm, {found.triangles:,} triangles{repeated}, to within {found.error:.2g} mm near its surface"
-    return Told(note, (*_holes(found), *_unit(found), *_lost(found)))
+    return Told(note, (*_holes(found), *_unit(found), *_lost(found), *_coarse(found)))
 
 
 def _holes(found: Found) -> list[Doubt]:
@@ -99,6 +103,19 @@ def _unit(found: Found) -> list[Doubt]:
             f"this mesh is {longest:.3g} mm long: its lengths may be in another unit",
             "lengths in the file are read as mm",
             f"say which: {other}; `unit=1mm` where it is right",
+        )
+    ]
+
+
+def _coarse(found: Found) -> list[Doubt]:
+    if found.error <= COARSE * found.asked:
+        return []
+    return [
+        Doubt(
+            "W242",
+            f"this mesh is known to within {found.error:.2g} mm, and {found.asked:.2g} mm are asked for",
+            "its triangles cross each other in too many places to be taken apart",
+            "unite its shells in the program that made it; walls are to be much thicker than that",
         )
     ]
 

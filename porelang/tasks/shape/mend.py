@@ -14,6 +14,19 @@ Mask = NDArray[np.bool_]
 
 #: Open corners that may lie on edges, over all edges: some 3 s.
 MOST_PAIRS = 5_000_000
+#: Of the distance over which open edges are sewn: corners that are nearer are one.
+ONE = 1 / 4
+
+
+def merged(vertices: Points, faces: Faces, near: float) -> Faces:
+    """Triangles (n, 3) whose corners are one where they are no farther than `near` apart: rounded, or scanned twice."""
+    pairs = cKDTree(vertices).query_pairs(near, output_type="ndarray")
+    if not len(pairs):
+        return faces
+    _, cluster = connected(pairs, len(vertices))
+    _, first = np.unique(cluster, return_index=True)
+    faces = first[cluster][faces]
+    return np.ascontiguousarray(faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)])
 
 
 def distinct(faces: Faces) -> Faces:

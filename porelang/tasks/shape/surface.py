@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from porelang.tasks.shape.file import UnusableError
-from porelang.tasks.shape.mend import Faces, Mask, Points, connected, distinct, loops, rim, sewn
+from porelang.tasks.shape.mend import ONE, Faces, Mask, Points, connected, distinct, loops, merged, rim, sewn
 
 AT_ONCE = 1 << 18  # places between two looks at the parent
 #: How far from the surface, in cells, it is asked on which side a place lies.
@@ -77,12 +77,12 @@ def cut(mesh: Closed, size: float) -> Closed:
 
 
 def closed(vertices: Points, faces: Faces, gap: float = 0.0) -> Closed:
-    """A mesh without triangles that stand twice, with open edges sewn that are no farther than `gap` apart, in mm, and
-    each hole closed by a fan of triangles from the middle of its rim, which is exact where it is flat.
+    """A mesh without triangles that stand twice, or nearly, with open edges sewn that are no farther than `gap` apart,
+    in mm, and each hole closed by a fan of triangles from the middle of its rim, which is exact where it is flat.
 
     So sign and distance are of one surface, also across a hole. Errors: UnusableError, where there is none.
     """
-    faces = sewn(vertices, _turned_alike(distinct(faces)), gap)
+    faces = sewn(vertices, _turned_alike(distinct(merged(vertices, faces, ONE * gap))), gap)
     edges = rim(faces)
     if not len(edges):
         return Closed(vertices, _outward(vertices, faces), [])
