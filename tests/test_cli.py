@@ -652,6 +652,15 @@ def test_a_run_that_is_ended_from_outside_leaves_nothing_behind(tmp_path: Path) 
     assert list(tmp_path.iterdir()) == []
 
 
+def test_what_other_programs_call_an_option_is_known(pore: Pore) -> None:
+    path = pore.write("sphere(3)")
+    for theirs, ours in (("--section", "--cut"), ("--output", "-o")):
+        assert pore("render", path, theirs, "a.png") == 2
+        assert f"did you mean `{ours}`?" in pore.err
+    assert pore("mesh", path, "-o", "a.stl", "--spacing", "1mm") == 2
+    assert "did you mean `--voxel`?" in pore.err
+
+
 def test_an_option_with_one_value_is_given_once(pore: Pore) -> None:
     path = pore.write('param w = 3 in 1..5\npreset "a": w = 2\npreset "b": w = 4\nsphere(w)')
     for twice in (["--preset", "a", "--preset", "b"], ["--preset=a", "--preset=b"]):

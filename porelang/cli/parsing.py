@@ -16,6 +16,13 @@ from porelang import values
 from porelang.cli.arguments import COMMANDS, OPTIONS, Command
 from porelang.diagnostics import PoreError, fail, suggest
 
+#: What other programs call our options.
+CALLED = {
+    **dict.fromkeys(("--section", "--clip", "--clip-plane"), "--cut"),
+    **dict.fromkeys(("--output", "--outfile"), "-o"),
+    **dict.fromkeys(("--cell-size", "--spacing", "--pitch"), "--voxel"),
+    **dict.fromkeys(("--define", "--param"), "--set"),
+}
 
 def parse(argv: Sequence[str]) -> Namespace:
     """The command and its options. Errors: E108. Asked for help or the version, it prints them and exits."""
@@ -221,7 +228,8 @@ def _unknown(command: Command, word: str) -> PoreError:
         elif "-o" in flags:
             hint = f"what is to be written is named after -o: `-o {word}`"
         return fail("E108", f"`{word}` is one word too many for `pore {command.name}`", hint=hint)
-    near = suggest(name, flags)
+    ours = CALLED.get(name, "")
+    near = ours if ours in flags else suggest(name, flags)
     hint = f"did you mean `{near}`?" if near else f"it has {', '.join(flags) or 'none'}"
     if not near and "=" in word and "--set" in flags:
         hint = f"a param is set by `--set {word.lstrip('-')}`"
