@@ -654,7 +654,7 @@ def test_a_run_that_is_ended_from_outside_leaves_nothing_behind(tmp_path: Path) 
 
 def test_what_other_programs_call_an_option_is_known(pore: Pore) -> None:
     path = pore.write("sphere(3)")
-    for theirs, ours in (("--section", "--cut"), ("--output", "-o")):
+    for theirs, ours in (("--section", "--cut"), ("--clip", "--cut")):
         assert pore("render", path, theirs, "a.png") == 2
         assert f"did you mean `{ours}`?" in pore.err
     assert pore("mesh", path, "-o", "a.stl", "--spacing", "1mm") == 2

@@ -19,7 +19,6 @@ from porelang.diagnostics import PoreError, fail, suggest
 #: What other programs call our options.
 CALLED = {
     **dict.fromkeys(("--section", "--clip", "--clip-plane"), "--cut"),
-    **dict.fromkeys(("--output", "--outfile"), "-o"),
     **dict.fromkeys(("--cell-size", "--spacing", "--pitch"), "--voxel"),
     **dict.fromkeys(("--define", "--param"), "--set"),
 }
