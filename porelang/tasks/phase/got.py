@@ -19,7 +19,7 @@ Values = NDArray[np.float64]
 FLAT = 0.02
 #: Of so many points spread among them it is looked at how cells are turned: that varies slowly.
 TURNED = 60_000
-#: What is doubted: the stretch of 5 % of the cells, and by how much 5 % of them miss their number per mm.
+#: What is doubted: the stretch of 5 % of the cells, and by how much 5 % of them miss their size.
 STRETCHED, MISSED = 1.15, 0.10
 #: How much larger the smallest cells may be than the smallest that are asked for, and the largest smaller.
 LOST = 1.2
@@ -31,7 +31,8 @@ ASKEW = 10.0
 class Got:
     """Of the points looked at within a part: periods in mm, angles in degrees.
 
-    `off` is by how much the number of cells per mm along an axis of the cells misses 1 / w, relative to it; `stretch`
+    `off` is by how much the size of a cell along one of its axes, 1 / |grad u|, misses w, relative to w; `volume` the
+    same of volumes, where cells were to keep them (`sized`); `stretch`
     how much longer a cell is one way than another, against what was asked for (the largest by the smallest singular
     value of w times the Jacobian, 1 for cells of the right shape); `turn` the angle by which cells are turned from the
     axes of the part. `askew` is by how much
@@ -155,7 +156,7 @@ def got(
         x, y, z = (float(c[0]) for c in places(cells[folded][:1]))
         return Fold((x, y, z))
     checkpoint()
-    off = np.abs(numbers * asked - 1)
+    off = np.abs(1 / (numbers * asked) - 1)
     few = max(1, len(asked[0]) // TURNED)
     turns = rotations(asked[:, None, ::few] * slopes[..., ::few])
     turn = _degrees((turns[0, 0] + turns[1, 1] + turns[2, 2] - 1) / 2)
@@ -170,7 +171,7 @@ def got(
         found += [1.0, np.quantile(askew, 0.95), askew.max()]
     else:
         found += [0.0, 0.0, 0.0]
-    found += [1.0, np.quantile(np.abs(volume - 1), 0.95)] if sized else [0.0, 0.0]
+    found += [1.0, np.quantile(np.abs(1 / volume - 1), 0.95)] if sized else [0.0, 0.0]
     found.append(grown)
     return Got(*(float(v) for v in found))
 
