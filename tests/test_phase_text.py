@@ -297,6 +297,20 @@ def test_a_part_that_reaches_beyond_its_phase_is_doubted(text: str, share: float
         assert float(said[1]) == pytest.approx(100 * share, abs=6)
 
 
+@pytest.mark.parametrize(
+    "solid",
+    [
+        "g |> shell(shell_to_porosity(g, 0.8, cube(40))) & cube(60)",
+        "sample(g, 2mm, cube(60)) |> shell(0.6) & cube(60)",
+        "blur(g, 1mm, cube(60)) |> shell(0.6) & cube(60)",
+    ],
+)
+def test_a_part_whose_numbers_are_searched_or_whose_lattice_is_sampled_is_doubted_too(solid: str) -> None:
+    program = porelang.compile(f"let g = gyroid(phase=phase(8mm + z / 10, cube(40)))\n{solid}")
+    with pytest.warns(porelang.PoreWarning, match="W237"):
+        program.design().notes()
+
+
 def test_a_period_that_tasks_find_is_looked_at_by_all_that_find_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -26,6 +26,8 @@ OFF = 0.25
 FEW = 8
 #: A cell so many times as long as it should be has no length to be told.
 ENDLESS = 20.0
+#: What looks at fields in its last argument, a solid, and where the fields end among its arguments.
+_FIELDS = {"sample": -2, "blur": -3}
 
 
 def drifting(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
@@ -69,13 +71,12 @@ def beyond(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
         return None
     known, coordinates_of = bindings[looked[0].args[0]], looked[0].args[1:4]
     assert isinstance(known, SampledField)
-    for output in found.outputs.values():
-        way = way_to(lattice, output.nodes[0]) if len(output.nodes) == 1 else None
-        around = None if way is None else _around(way)
+    for root in bodies(found):
+        way = way_to(lattice, root)
         if way is None:
             continue
-        points = inside_of(output.nodes[0] if around is None else around, bindings)
-        root = output.nodes[0]
+        around = _around(way)
+        points = inside_of(root if around is None else around, bindings)
         at = sampler([*(seen_from(way, n) for n in coordinates_of)], bindings)
         seen = sampler([root, substitute([root], {lattice: lattice + const(1e-3)})[0]], bindings)
         if points is None or at is None or seen is None:
@@ -101,6 +102,12 @@ def beyond(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
             severity="warning",
         )
     return None
+
+
+def bodies(found: Elaborated) -> list[Node]:
+    """The outputs of one number, and what they read as samples: a field within the solid that it is sampled in."""
+    roots = [o.nodes[0] for o in found.outputs.values() if len(o.nodes) == 1]
+    return [*roots, *(node("max", f, n.args[-1]) for n in order(roots) for f in n.args[: _FIELDS.get(n.op, 0)])]
 
 
 def _told(
