@@ -271,6 +271,45 @@ def test_what_a_size_misses_is_part_of_what_is_asked_for() -> None:
     assert [int(n) for n in said.groups()] == pytest.approx([100 * (1 - fit / 18)] * 2, abs=1)
 
 
+def test_cells_smaller_than_any_that_is_asked_for_are_doubted() -> None:
+    """Of a size that is least in a plane: round it they are stretched across, and shortened."""
+    program = porelang.compile(
+        "let part = box([110, 40, 40])\nlet u = phase(8.43mm + 0.199 * abs(x + 1.82), part)\n"
+        "out made = gyroid(phase=u) & part\nout turns = u\n"
+    )
+    d = program.design()
+    (told,) = [d for d in d.told(*program.graph.outputs["made"]) if d.code == "W229"]
+    said = re.search(r"cells of 8\.4 mm at least are asked for, and some are (\d\.\d) mm", told.message)
+    assert said is not None
+    points = np.random.default_rng(3).uniform(-1, 1, (20_000, 3)) * [55, 20, 20]
+    least = 1 / np.linalg.norm(slopes_of(d, points), axis=2).max()
+    assert least < 8.43 / 1.2
+    assert float(said[1]) == pytest.approx(least, rel=0.03)
+
+
+def test_what_is_stretched_in_a_narrow_place_is_doubted() -> None:
+    """A dip of 8 mm in a rod of 300 mm: far less than one cell in twenty."""
+    program = porelang.compile(
+        "let part = cylinder(20mm, 300mm)\nlet u = phase(12mm - 8mm * exp(-square(z / 4)), part)\n"
+        "out made = gyroid(phase=u) & part\nout turns = u\n"
+    )
+    d = program.design()
+    (told,) = [d for d in d.told(*program.graph.outputs["made"]) if d.code == "W229"]
+    said = re.fullmatch(
+        r"one cell misses its size by (\d+) %; one is (\d\.\d\d) times as long as it should be against its width",
+        told.message,
+    )
+    assert said is not None
+    points = np.random.default_rng(3).uniform(-1, 1, (40_000, 3)) * [20, 20, 10]
+    points = points[np.hypot(points[:, 0], points[:, 1]) < 20]
+    slopes = slopes_of(d, points)
+    values = np.linalg.svd(slopes, compute_uv=False)
+    asked = 12 - 8 * np.exp(-np.square(points[:, 2] / 4))
+    off = 100 * np.abs(1 / (np.linalg.norm(slopes, axis=2) * asked[:, None]) - 1)
+    assert float(said[1]) == pytest.approx(off.max(), rel=0.1)
+    assert float(said[2]) == pytest.approx((values[:, 0] / values[:, 2]).max(), rel=0.1)
+
+
 def test_a_phase_is_no_wave_that_drifts(random: Design) -> None:
     for d in (random, along_z()):
         assert "W228" not in [t.code for t in d.told(*d.program.graph.outputs["lattice"])]

@@ -21,7 +21,9 @@ FLAT = 0.02
 TURNED = 60_000
 #: What is doubted: the stretch of 5 % of the cells, and by how much 5 % of them miss their size.
 STRETCHED, MISSED = 1.15, 0.10
-#: How much larger the smallest cells may be than the smallest that are asked for, and the largest smaller.
+#: The same of the worst one: a narrow place is less than one cell in twenty of a long part.
+WORST_STRETCHED, WORST_MISSED = 1.5, 0.5
+#: How many times larger or smaller the smallest cells may be than the smallest that are asked for; so the largest.
 LOST = 1.2
 #: A direction that 5 % of the cells miss by more, in degrees.
 ASKEW = 10.0
@@ -83,23 +85,31 @@ def told(facts: Sequence[float]) -> tuple[str, str, str]:
         wrong.append(
             f"one cell in twenty misses its size by {100 * of.off_95:.0f} % or more, one by {100 * of.off_most:.0f} %"
         )
-    lost = [(a, b, how) for a, b, how, by in (
+    elif not of.sized and of.off_most > WORST_MISSED:
+        wrong.append(f"one cell misses its size by {100 * of.off_most:.0f} %")
+    fitted = max(of.grown, 1 / of.grown) > 1 + MISSED  # all cells are smaller then, or larger
+    lost = [f"cells of {_mm(a)} mm are asked for, and the {how} are {_mm(b)} mm" for a, b, how, by in (
         (of.asked_least, of.least, "smallest", of.least / of.asked_least),
         (of.asked_most, of.most, "largest", of.asked_most / of.most),
     ) if by > LOST]  # fmt: skip
-    for asked, found, how in lost:
-        wrong.append(f"cells of {_mm(asked)} mm are asked for, and the {how} are {_mm(found)} mm")
+    beyond = [f"cells of {_mm(a)} mm at {how} are asked for, and some are {_mm(b)} mm" for a, b, how, by in (
+        (of.asked_least, of.least, "least", of.asked_least / of.least),
+        (of.asked_most, of.most, "most", of.most / of.asked_most),
+    ) if by > LOST and not of.sized and not fitted]  # fmt: skip
+    wrong += lost + beyond
     if lost and not hint:
         hint = "a size that is asked for over no more than a few cells cannot be had: let it vary over a longer way"
     if of.stretch_95 > STRETCHED:
         wrong.append(f"one in twenty is {of.stretch_95:.2f} times as long as it should be against its width, or more")
+    elif of.stretch_most > WORST_STRETCHED:
+        wrong.append(f"one is {of.stretch_most:.2f} times as long as it should be against its width")
     if of.askew_95 > ASKEW:
         wrong.append(f"one in twenty lies {of.askew_95:.0f} degrees or more off the direction given")
         hint = (
             "directions that turn quickly need cells that differ: blur them, or make the cells larger; round an axis "
         )
         hint += "take `cylinder_map`, `polar` or `wedges`"
-    if wrong and max(of.grown, 1 / of.grown) > 1 + MISSED:
+    if wrong and fitted:
         change = f"{of.grown:.2g} times larger" if of.grown > 1 else f"{1 / of.grown:.2g} times smaller"
         hint = (
             f"`cells` makes them {change} than they are asked for: give a number nearer to what fits, or leave it out"
