@@ -306,8 +306,9 @@ def test_what_is_stretched_in_a_narrow_place_is_doubted() -> None:
     values = np.linalg.svd(slopes, compute_uv=False)
     asked = 12 - 8 * np.exp(-np.square(points[:, 2] / 4))
     off = 100 * np.abs(1 / (np.linalg.norm(slopes, axis=2) * asked[:, None]) - 1)
-    assert float(said[1]) == pytest.approx(off.max(), rel=0.1)
-    assert float(said[2]) == pytest.approx((values[:, 0] / values[:, 2]).max(), rel=0.1)
+    # it is looked at every 3 mm, and worst between
+    assert 0.8 < float(said[1]) / off.max() < 1.03
+    assert 0.8 < float(said[2]) / (values[:, 0] / values[:, 2]).max() < 1.03
 
 
 def test_a_phase_is_no_wave_that_drifts(random: Design) -> None:
