@@ -351,6 +351,13 @@ def test_a_part_whose_numbers_are_searched_or_whose_lattice_is_sampled_is_doubte
         program.design().notes()
 
 
+def test_samples_farther_out_than_the_part_are_no_matter() -> None:
+    program = porelang.compile(
+        "let g = gyroid(phase=phase(8mm + z / 10, cube(40)))\nsample(g, 2mm, cube(60)) |> shell(0.6) & cube(40)"
+    )
+    assert [d.code for d in program.design().told(*program.graph.outputs["part"])] == [""]
+
+
 def test_a_period_that_tasks_find_is_looked_at_by_all_that_find_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -26,8 +26,6 @@ OFF = 0.25
 FEW = 8
 #: A cell so many times as long as it should be has no length to be told.
 ENDLESS = 20.0
-#: What looks at fields in its last argument, a solid, and where the fields end among its arguments.
-_FIELDS = {"sample": -2, "blur": -3}
 
 
 def drifting(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
@@ -105,9 +103,19 @@ def beyond(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
 
 
 def bodies(found: Elaborated) -> list[Node]:
-    """The outputs of one number, and what they read as samples: a field within the solid that it is sampled in."""
+    """The outputs of one number, with the fields that they read as samples in place of those: a lattice is in them."""
     roots = [o.nodes[0] for o in found.outputs.values() if len(o.nodes) == 1]
-    return [*roots, *(node("max", f, n.args[-1]) for n in order(roots) for f in n.args[: _FIELDS.get(n.op, 0)])]
+    while sampled := {n: f for n in order(roots, within) if (f := _sampled(n)) is not None}:
+        roots = substitute(roots, sampled)
+    return roots
+
+
+def _sampled(n: Node) -> Node | None:
+    """The field that a lookup reads the samples of."""
+    if n.op not in ("lookup", "lookup_cubic") or n.args[0].op not in ("sample", "blur"):
+        return None
+    assert isinstance(n.value, tuple)
+    return n.args[0].args[int(n.value[0])]
 
 
 def _told(
