@@ -147,7 +147,7 @@ def test_what_it_says_it_got_is_what_is_there() -> None:
     assert told.facts == phase.facts
     assert (told.asked_least, told.asked_most) == pytest.approx((asked.min(), asked.max()), rel=0.05)
     assert (told.least, told.most) == pytest.approx((1 / numbers.max(), 1 / numbers.min()), rel=0.05)
-    assert told.off_95 == pytest.approx(np.quantile(abs(numbers * asked[:, None] - 1), 0.95), abs=0.004)
+    assert told.off_95 == pytest.approx(np.quantile(abs(1 / (numbers * asked[:, None]) - 1), 0.95), abs=0.004)
     assert told.stretch_95 == pytest.approx(np.quantile(values[:, 0] / values[:, 2], 0.95), abs=0.01)
     assert told.stretch_most >= 0.99 * (values[:, 0] / values[:, 2]).max()
     u, _, v = np.linalg.svd(slopes)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Mapping
 
 from porelang.diagnostics import Diagnostic
 from porelang.doubts import curves, frames, lattices, solids, stretches, walls
-from porelang.doubts.periods import beyond, drifting
+from porelang.doubts.periods import beyond, bodies, drifting
 from porelang.doubts.solids import MOST_CUTS, MOST_NODES, idle_cuts
 from porelang.elaborate.results import Elaborated, Suspicion
 from porelang.formula import Bindings, Formula
@@ -67,11 +67,20 @@ def of_data(found: Elaborated, formula: Callable[..., Formula], known: Collectio
     are `known`. Of those that read none it has been said when the program was compiled.
     """
     out = []
-    for s in [s for s in found.suspicions if s.what in _LATE]:
+
+    def read(flat: Collection[Node]) -> list[Node]:
+        return [n for n in order(flat) if n.op in TASKS]
+
+    def is_known(flat: Collection[Node]) -> bool:
+        return all(n in known for n in read(flat))
+
+    late = [s for s in found.suspicions if s.what in _LATE]
+    # what a lattice is seen in reads numbers of its own
+    seen = [flat for body in bodies(found) if late and is_known(flat := flatten(body))]
+    for s in late:
         flat = flatten(*s.nodes)
-        read = [n for n in order(flat) if n.op in TASKS]
-        if read and all(n in known for n in read):
-            out.append(_LOOKS[s.what](s, found, formula(*flat).bindings))
+        if read(flat) and is_known(flat):
+            out.append(_LOOKS[s.what](s, found, formula(*flat, *(n for body in seen for n in body)).bindings))
     return [d for d in out if d is not None]
 
 

@@ -69,13 +69,12 @@ def beyond(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
         return None
     known, coordinates_of = bindings[looked[0].args[0]], looked[0].args[1:4]
     assert isinstance(known, SampledField)
-    for output in found.outputs.values():
-        way = way_to(lattice, output.nodes[0]) if len(output.nodes) == 1 else None
-        around = None if way is None else _around(way)
+    for root in bodies(found):
+        way = way_to(lattice, root)
         if way is None:
             continue
-        points = inside_of(output.nodes[0] if around is None else around, bindings)
-        root = output.nodes[0]
+        around = _around(way)
+        points = inside_of(root if around is None else around, bindings)
         at = sampler([*(seen_from(way, n) for n in coordinates_of)], bindings)
         seen = sampler([root, substitute([root], {lattice: lattice + const(1e-3)})[0]], bindings)
         if points is None or at is None or seen is None:
@@ -101,6 +100,22 @@ def beyond(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
             severity="warning",
         )
     return None
+
+
+def bodies(found: Elaborated) -> list[Node]:
+    """The outputs of one number, with the fields that they read as samples in place of those: a lattice is in them."""
+    roots = [o.nodes[0] for o in found.outputs.values() if len(o.nodes) == 1]
+    while sampled := {n: f for n in order(roots, within) if (f := _sampled(n)) is not None}:
+        roots = substitute(roots, sampled)
+    return roots
+
+
+def _sampled(n: Node) -> Node | None:
+    """The field that a lookup reads the samples of."""
+    if n.op not in ("lookup", "lookup_cubic") or n.args[0].op not in ("sample", "blur"):
+        return None
+    assert isinstance(n.value, tuple)
+    return n.args[0].args[int(n.value[0])]
 
 
 def _told(

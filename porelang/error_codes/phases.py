@@ -50,9 +50,10 @@ PHASES = (
         "Cells of one shape whose size varies exist for few fields: `phase` gets as near as can be, and says so.\n"
         "Here one cell in twenty misses its size by 10 % or more, is 1.15 times as long as it should be against its\n"
         "width, or lies 10 degrees off the direction that was given; or the smallest or largest cells that are asked\n"
-        "for are missed by a fifth, as a size that is asked for over no more than a few cells is. A size that grows\n"
-        "with the distance from a long axis cannot be had, whatever one does. Give it less range or a longer way, let\n"
-        "cells turn (`orientation` "
+        "for are missed by a fifth, as a size that is asked for over no more than a few cells is; or some are smaller\n"
+        "or larger by a fifth than any that is asked for; or one misses its size by half or is 1.5 times as long as\n"
+        "it should be, as in a narrow place. A size that grows with the distance from a long axis cannot be had,\n"
+        "whatever one does. Give it less range or a longer way, let cells turn (`orientation` "
         'left out), or give up some of their shape for their size: `keep="volume"`.',
         "",
         "gyroid(phase=phase(10mm + z / 20, sphere(30))) & sphere(30)",
@@ -62,7 +63,8 @@ PHASES = (
         "a part that reaches beyond its phase",
         "`phase(w, within)` is known in the box of the solid `within`, and a sixteenth of its longest side beyond.\n"
         "Farther out it is what it is at the end of that box: along that way nothing changes, and cells are drawn out\n"
-        "into bars. Give `phase` the solid that the lattice fills, as it lies where the lattice is made.",
+        "into bars. Give `phase` the solid that the lattice fills, as it lies where the lattice is made.\n"
+        "It shows when the phase has been found: `pore check` finds it with `--measure`, as `mesh` and others do.",
         "",
         "let part = cube(60)\ngyroid(phase=phase(8mm + z / 20, part)) & part",
     ),

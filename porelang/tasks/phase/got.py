@@ -19,9 +19,11 @@ Values = NDArray[np.float64]
 FLAT = 0.02
 #: Of so many points spread among them it is looked at how cells are turned: that varies slowly.
 TURNED = 60_000
-#: What is doubted: the stretch of 5 % of the cells, and by how much 5 % of them miss their number per mm.
+#: What is doubted: the stretch of 5 % of the cells, and by how much 5 % of them miss their size.
 STRETCHED, MISSED = 1.15, 0.10
-#: How much larger the smallest cells may be than the smallest that are asked for, and the largest smaller.
+#: The same of the worst one: a narrow place is less than one cell in twenty of a long part.
+WORST_STRETCHED, WORST_MISSED = 1.5, 0.5
+#: How many times larger or smaller the smallest cells may be than the smallest that are asked for; so the largest.
 LOST = 1.2
 #: A direction that 5 % of the cells miss by more, in degrees.
 ASKEW = 10.0
@@ -31,7 +33,8 @@ ASKEW = 10.0
 class Got:
     """Of the points looked at within a part: periods in mm, angles in degrees.
 
-    `off` is by how much the number of cells per mm along an axis of the cells misses 1 / w, relative to it; `stretch`
+    `off` is by how much the size of a cell along one of its axes, 1 / |grad u|, misses w, relative to w; `volume` the
+    same of volumes, where cells were to keep them (`sized`); `stretch`
     how much longer a cell is one way than another, against what was asked for (the largest by the smallest singular
     value of w times the Jacobian, 1 for cells of the right shape); `turn` the angle by which cells are turned from the
     axes of the part. `askew` is by how much
@@ -82,23 +85,31 @@ def told(facts: Sequence[float]) -> tuple[str, str, str]:
         wrong.append(
             f"one cell in twenty misses its size by {100 * of.off_95:.0f} % or more, one by {100 * of.off_most:.0f} %"
         )
-    lost = [(a, b, how) for a, b, how, by in (
+    elif not of.sized and of.off_most > WORST_MISSED:
+        wrong.append(f"one cell misses its size by {100 * of.off_most:.0f} %")
+    fitted = max(of.grown, 1 / of.grown) > 1 + MISSED  # all cells are smaller then, or larger
+    lost = [f"cells of {_mm(a)} mm are asked for, and the {how} are {_mm(b)} mm" for a, b, how, by in (
         (of.asked_least, of.least, "smallest", of.least / of.asked_least),
         (of.asked_most, of.most, "largest", of.asked_most / of.most),
     ) if by > LOST]  # fmt: skip
-    for asked, found, how in lost:
-        wrong.append(f"cells of {_mm(asked)} mm are asked for, and the {how} are {_mm(found)} mm")
+    beyond = [f"cells of {_mm(a)} mm at {how} are asked for, and some are {_mm(b)} mm" for a, b, how, by in (
+        (of.asked_least, of.least, "least", of.asked_least / of.least),
+        (of.asked_most, of.most, "most", of.most / of.asked_most),
+    ) if by > LOST and not of.sized and not fitted]  # fmt: skip
+    wrong += lost + beyond
     if lost and not hint:
         hint = "a size that is asked for over no more than a few cells cannot be had: let it vary over a longer way"
     if of.stretch_95 > STRETCHED:
         wrong.append(f"one in twenty is {of.stretch_95:.2f} times as long as it should be against its width, or more")
+    elif of.stretch_most > WORST_STRETCHED:
+        wrong.append(f"one is {of.stretch_most:.2f} times as long as it should be against its width")
     if of.askew_95 > ASKEW:
         wrong.append(f"one in twenty lies {of.askew_95:.0f} degrees or more off the direction given")
         hint = (
             "directions that turn quickly need cells that differ: blur them, or make the cells larger; round an axis "
         )
         hint += "take `cylinder_map`, `polar` or `wedges`"
-    if wrong and max(of.grown, 1 / of.grown) > 1 + MISSED:
+    if wrong and fitted:
         change = f"{of.grown:.2g} times larger" if of.grown > 1 else f"{1 / of.grown:.2g} times smaller"
         hint = (
             f"`cells` makes them {change} than they are asked for: give a number nearer to what fits, or leave it out"
@@ -155,7 +166,7 @@ def got(
         x, y, z = (float(c[0]) for c in places(cells[folded][:1]))
         return Fold((x, y, z))
     checkpoint()
-    off = np.abs(numbers * asked - 1)
+    off = np.abs(1 / (numbers * asked) - 1)
     few = max(1, len(asked[0]) // TURNED)
     turns = rotations(asked[:, None, ::few] * slopes[..., ::few])
     turn = _degrees((turns[0, 0] + turns[1, 1] + turns[2, 2] - 1) / 2)
@@ -170,7 +181,7 @@ def got(
         found += [1.0, np.quantile(askew, 0.95), askew.max()]
     else:
         found += [0.0, 0.0, 0.0]
-    found += [1.0, np.quantile(np.abs(volume - 1), 0.95)] if sized else [0.0, 0.0]
+    found += [1.0, np.quantile(np.abs(1 / volume - 1), 0.95)] if sized else [0.0, 0.0]
     found.append(grown)
     return Got(*(float(v) for v in found))
 
