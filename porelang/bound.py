@@ -50,6 +50,21 @@ def array_bound(info: DataInfo, given: str) -> tuple[str, str, str]:
     return os.path.abspath(file), array, options
 
 
+def no_idle_options(
+    data: Mapping[str, DataInfo], given: Mapping[str, Bindable], voxel: float | str | None, within: Within | None
+) -> None:
+    """E155 where `voxel` or `within` is given, and nothing that is bound takes it: files say it themselves."""
+    idle = [word for word, said in (("within", within), ("voxel", voxel)) if said is not None]
+    if not (idle and given and all(isinstance(d, str | SampledField) for d in given.values())):
+        return
+    name, first = next(iter(given.items()))
+    what = "a file" if isinstance(first, str) else "a SampledField"
+    hint = f"leave `{idle[0]}` out: it is for a function or an array"
+    if isinstance(first, str):
+        hint += ', and how a file is read stands in its text, `"FILE:ARRAY,voxel=1mm"`'
+    raise _wrong(data[name], f"{what} says itself where its samples lie, and `{idle[0]}` is given", hint)
+
+
 def samples_of(info: DataInfo, given: Bindable, voxel: float | str | None, within: Corners | None) -> SampledField:
     """What is bound to a param, as samples. Errors: E155 at its declaration."""
     try:

@@ -19,7 +19,7 @@ import numpy as np
 from porelang import outputs
 from porelang.analysis.box import Extent
 from porelang.analysis.enclose import enclose
-from porelang.bound import Bindable, Within, array_bound, no_such_data, samples_of
+from porelang.bound import Bindable, Within, array_bound, no_idle_options, no_such_data, samples_of
 from porelang.data import Data, Reduced, SampledField, Triple
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.doors import Doors, Settings, options
@@ -170,6 +170,7 @@ class Program(Doors):
             made = samples_of(self.data[name], data, voxel, box)
             bound[name] = ("bound", made.digest)
             held[node("bound", value=(made.digest,))] = made
+        no_idle_options(self.data, given, voxel, within)
         read = {node("bound", value=tuple(payload)) for op, *payload in bound.values() if op == "bound"}
         return self.again(self.structure, bound, {n: held[n] for n in held if n in read})
 

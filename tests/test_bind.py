@@ -164,6 +164,8 @@ WRONG: dict[str, tuple[Callable[[], object], str, str]] = {
     "three of an array": (bind(stress=np.zeros((2, 2, 2, 3))), "3 numbers", "`field`"),
     "a number alone": (bind(stress=5.0), "5.0, which is no data", "the default: `param stress: field = 5.0`"),
     "nothing": (bind(stress=None), "None, which is no data", "FILE:ARRAY"),
+    "a box for a file": (bind(stress="a.npz:s"), "where its samples lie, and `within` is given", "leave `within` out"),
+    "a voxel for a file": (bind(stress="a.npz:s", within=None, voxel=1), "`voxel` is given", "FILE:ARRAY,voxel=1mm"),
     "a text of no file": (bind(stress="5MPa"), "names no array", "result.vtu:von_mises"),
     "a set": (bind(stress={1.0, 2.0}), "no data", "SampledField"),
     "a wide array": (bind(stress=np.broadcast_to(np.zeros(1), (4000, 4000, 4000))), "too many", "second node"),
@@ -285,6 +287,7 @@ def test_options_of_what_is_bound_are_checked(
         (",unit=N", "E155", "what is bound to it is a force"),
         (",unit=Nonsense", "E002", "not a unit"),
         (",voxel=-1mm", "E152", "above 0"),
+        (",unti=Pa", "E132", "did you mean `unit=`? it holds `von_mises`"),
         (",unit=Pa)", "E0", "--bind stress"),
         (",unit=Pa) + (x", "E155", "cannot be bound with"),
     ):

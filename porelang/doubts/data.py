@@ -42,8 +42,8 @@ _BEHIND = "--bind "
 
 @dataclass(frozen=True, slots=True)
 class _Stray:
-    """How much of a solid reads beyond samples, from how far, the corners (2, 3) of where it is looked up, and for which
-    task: None for a part."""
+    """How much of a solid reads beyond samples, from how far, the corners (2, 3) of where it is looked up, and for
+    which task: None for a part."""
 
     share: float
     farthest: float

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from porelang.data import FARTHEST, LARGEST_VALUE, NEAREST, Triple, coordinates
 from porelang.diagnostics import PoreError, fail, suggest
+from porelang.ops.tasks import TASK_TABLE
 from porelang.source import Span
 
 Array = NDArray[Any]
@@ -72,6 +73,13 @@ class Asked:
         has = f"it holds {listed}{where}" if names else "it holds no arrays"
         near = suggest(self.name, names)
         hint = f"did you mean `{shown(near)}`? {has}" if near else has
+        array, comma, option = self.name.partition(",")
+        if comma and array.strip() in names:  # of a `--bind` with a word behind the array that is none
+            options = TASK_TABLE["load"].parameters[2:]
+            word = suggest(option.partition("=")[0].strip(), options)
+            meant = f"did you mean `{word}=`? " if word else ""
+            some = ", ".join(f"`{o}=`" for o in options)
+            hint = f"{meant}it holds `{shown(array.strip())}`; how that is read is said by {some}"
         return self.fail("E132", f"`{self.path}` holds no array `{shown(self.name)}`", hint)
 
 
