@@ -191,3 +191,30 @@ def test_the_unit_of_lengths_is_one() -> None:
         assert [d.code for d in found if d.severity == "error"] == [code]
     made = compiled('let a = load("m.npz", "s", lengths=m)\nout part = a + 0')
     np.testing.assert_allclose(made.field("part")([[1.0, 2, 3]]), 14, rtol=1e-12)
+
+
+def test_of_a_misspelt_unit_of_lengths_one_thing_is_said() -> None:
+    from porelang.compiler import try_compile
+
+    def said(call: str) -> list[Diagnostic]:
+        return [d for d in try_compile(Source("part.pore", call))[1] if d.severity == "error"]
+
+    (found,) = said('load("a.npz", "s", length=m)')
+    assert found.code == "E041"
+    assert "lengths" in found.hint
+    (found,) = said('load("a.npz", "s", lengths=3)')
+    assert "the units are um, mm, cm, m, in" in found.hint
+    assert "kPa" not in found.hint
+    np.savez("far.npz", s=VALUES, origin=[0, 0, 0], spacing=900)
+    with pytest.raises(porelang.PoreError) as raised:
+        compiled('load("far.npz", "s", lengths=m)').field()
+    assert "says that one of the file is 1000 mm" in str(raised.value.diagnostics[0].hint)
+
+
+def test_a_tensor_that_nothing_reads_is_a_field() -> None:
+    np.savez("t.npz", s=np.ones((3, 3, 3, 6)), origin=[0, 0, 0], spacing=1)
+    (found,) = [
+        d for d in compiled('let t = load_tensor("t.npz", "s")\nout part = sphere(3)').warnings if d.code == "W220"
+    ]
+    assert 'field("_t")' in found.hint
+    assert "number" not in found.hint

@@ -183,7 +183,7 @@ def _told(grid: Node, data: SampledField, stray: _Stray, where: Mapping[Node, Sp
     lie = f"from ({coordinates(low)}) to ({coordinates(high)}) mm"
     if stray.unit:
         size = " x ".join(f"{s:.3g}" for s in high - low)
-        said = f"these data of {size} mm hold nothing of the part, and would hold it if they were in {stray.unit}"
+        said = f"these data of {size} mm hold nothing of the part, and would hold it with `lengths={stray.unit}`"
         return _unit_doubt(said, stray.unit, place, f"they lie {lie}")
     much = "all" if stray.share > 0.995 else f"{stray.share:.0%}"
     what = "data" if grid.op in ("load", "bound") else "samples"

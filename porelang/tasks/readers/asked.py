@@ -56,6 +56,13 @@ class Asked:
         """How many mm a length is of a file that does not say."""
         return self.lengths or 1.0
 
+    @property
+    def scale(self) -> str:
+        """What lengths of the file are, for what is said of ones that no part has."""
+        if self.lengths is None:
+            return "lengths are in mm, unless `lengths=m` says what they are"
+        return f"`lengths` says that one of the file is {self.lengths:g} mm"
+
     def fail(self, code: str, message: str, hint: str = "") -> PoreError:
         return fail(code, message, self.span, hint=hint or self.hint)
 
@@ -129,12 +136,12 @@ def placed(asked: Asked, shape: Sequence[int], origin: Triple, spacing: Triple) 
         hint = "it must be above 0: for an axis that runs backwards flip the array (numpy.flip)"
         raise asked.fail("E134", f"`spacing` in `{asked.path}` is ({step})", hint)
     if min(spacing) < NEAREST:
-        raise asked.fail("E134", f"`spacing` in `{asked.path}` is ({step}), below a nanometre", "lengths are in mm")
+        raise asked.fail("E134", f"`spacing` in `{asked.path}` is ({step}), below a nanometre", asked.scale)
     for axis, start, width, count in zip("xyz", origin, spacing, shape, strict=False):
         end = start + width * (count - 1)
         if max(abs(start), abs(end)) > FARTHEST:
             text = f"the grid of `{asked.path}` goes from {start:g} to {end:g} mm along {axis}"
-            raise asked.fail("E134", text, f"parts lie within {FARTHEST:,.0f} mm of the origin: lengths are in mm")
+            raise asked.fail("E134", text, f"parts lie within {FARTHEST:,.0f} mm of the origin: {asked.scale}")
 
 
 def layered(asked: Asked, shape: Sequence[int], what: str = "nodes") -> None:
