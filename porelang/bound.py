@@ -50,6 +50,21 @@ def array_bound(info: DataInfo, given: str) -> tuple[str, str, str]:
     return os.path.abspath(file), array, options
 
 
+def no_idle_options(
+    data: Mapping[str, DataInfo], given: Mapping[str, Bindable], voxel: float | str | None, within: Within | None
+) -> None:
+    """E155 where `voxel` or `within` is given, and nothing that is bound takes it: files say it themselves."""
+    idle = [word for word, said in (("within", within), ("voxel", voxel)) if said is not None]
+    if not (idle and given and all(isinstance(d, str | SampledField) for d in given.values())):
+        return
+    name, first = next(iter(given.items()))
+    what = "a file" if isinstance(first, str) else "a SampledField"
+    hint = f"leave `{idle[0]}` out: it is for a function or an array"
+    if isinstance(first, str):
+        hint += ', and how a file is read stands in its text, `"FILE:ARRAY,voxel=1mm"`'
+    raise _wrong(data[name], f"{what} says itself where its samples lie, and `{idle[0]}` is given", hint)
+
+
 def samples_of(info: DataInfo, given: Bindable, voxel: float | str | None, within: Corners | None) -> SampledField:
     """What is bound to a param, as samples. Errors: E155 at its declaration."""
     try:
@@ -149,7 +164,8 @@ def _sampled(
         bad = ~np.isfinite(found).reshape(len(points), -1).all(axis=1)
         if bad.any():
             raise _wrong(info, f"the function is not a number at ({coordinates(points[int(np.argmax(bad))])})",
-                         "look for a division by zero there")  # fmt: skip
+                         "look for a division by zero there; an interpolator has no values outside its points: give "
+                         "it the nearest there, or a `fill_value`")  # fmt: skip
         values[number] = found.reshape(len(points), info.components)
     spacing = (box[1] - box[0]) / (np.array(shape) - 1)
     return SampledField.from_array(values.reshape(*shape, info.components), box[0].tolist(), spacing.tolist())
@@ -164,6 +180,10 @@ def _spanning(info: DataInfo, given: Any, within: Corners | None, voxel: float |
     if 8 * math.prod(values.shape) > LARGEST:
         hint = "keep every second node, or a part of it"
         raise _wrong(info, f"its {math.prod(values.shape):,} numbers are too many", hint)
+    if values.dtype.kind == "f" and (bad := ~np.isfinite(values)).any():
+        first = ", ".join(str(i) for i in np.argwhere(bad)[0])
+        hint = "fill them: `np.nan_to_num(a, nan=0)`, or with the nearest value that is known"
+        raise _wrong(info, f"{int(bad.sum()):,} of its values are not finite numbers, the first at [{first}]", hint)
     if values.ndim == 0:
         raise _wrong(info, f"it is {given!r:.40}, which is no data")
     box = _box(info, within, "an array")

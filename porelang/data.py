@@ -84,7 +84,7 @@ class SampledField:
         if np.shape(origin) != (3,):
             raise ValueError(f"the origin is {origin!r:.60}, where three numbers belong")
         if np.shape(spacing) not in ((), (1,), (3,)):
-            raise ValueError(f"the spacing is {spacing!r:.60}, where one number or three belong")
+            raise ValueError(f"the spacing is {spacing!r:.60}, where one number belongs, or three")
         place = np.asarray(origin, np.float64)
         step = np.broadcast_to(np.asarray(spacing, np.float64), (3,))
         if not np.isfinite(place).all():

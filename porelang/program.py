@@ -19,12 +19,13 @@ import numpy as np
 from porelang import outputs
 from porelang.analysis.box import Extent
 from porelang.analysis.enclose import enclose
-from porelang.bound import Bindable, Within, array_bound, no_such_data, samples_of
+from porelang.bound import Bindable, Within, array_bound, no_idle_options, no_such_data, samples_of
 from porelang.data import Data, Reduced, SampledField, Triple
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.doors import Doors, Settings, options
 from porelang.doubts import of_data
-from porelang.doubts.data import SAMPLES, Reading, specks, strays
+from porelang.doubts.data import SAMPLES, specks, strays
+from porelang.doubts.elsewhere import Reading, sources
 from porelang.elaborate.context import Bound
 from porelang.elaborate.results import DataInfo, Elaborated, Listed, Output, ParamInfo, Requirement
 from porelang.extents import Cut, part_extent
@@ -169,6 +170,7 @@ class Program(Doors):
             made = samples_of(self.data[name], data, voxel, box)
             bound[name] = ("bound", made.digest)
             held[node("bound", value=(made.digest,))] = made
+        no_idle_options(self.data, given, voxel, within)
         read = {node("bound", value=tuple(payload)) for op, *payload in bound.values() if op == "bound"}
         return self.again(self.structure, bound, {n: held[n] for n in held if n in read})
 
@@ -428,16 +430,17 @@ class Design(Doors):
         """The solids among roots, and what their tasks look at within others; without `measure` what takes no time."""
         graph, outputs = self.program.graph, self.program.outputs
         solids = {graph.outputs[name][0] for name, output in outputs.items() if output.solid}
-        asked: list[tuple[tuple[Node, ...], Node]] = [((root,), root) for root in roots if root in solids]
+        asked: list[tuple[tuple[Node, ...], Node, Node | None]] = [((r,), r, None) for r in roots if r in solids]
         for n in self.reads(*roots) if measure else order(roots):
             if n.op in TASKS and n.depends < UNKNOWN and (region := within_of(n)) is not None:
-                asked.append((n.args, region))
-        for fields, body in asked:
+                asked.append((n.args, region, n))
+        for fields, body, task in asked:
             read = order([*fields, body])
             if not any(n.op in SAMPLES for n in read):
                 continue
             if measure or all(TASK_TABLE[n.op].cost == "instant" for n in read if n.op in TASKS):
-                yield Reading(fields, body, self.formula(*fields, body).bindings)
+                known = [f for n in read if n.depends < UNKNOWN for f in sources(n)]
+                yield Reading(fields, body, self.formula(*fields, body, *known).bindings, task)
 
     def holds(self, root: Node) -> bool:
         """Whether a condition on settings and numbers holds; what it reads is found first."""

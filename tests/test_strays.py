@@ -23,7 +23,11 @@ PART = "gyroid(8) |> shell(0.8) |> thicken(-s / 300, 0.3) & "
 @pytest.fixture(autouse=True)
 def _files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    np.savez("a.npz", s=VALUES, same=np.ones((2, 2, 2)), origin=[0, 0, 0], spacing=2)
+    np.savez(
+        "a.npz", s=VALUES, same=np.ones((2, 2, 2)), plane=np.repeat(VALUES[..., :1], 2, 2), origin=[0, 0, 0], spacing=2
+    )
+    np.savez("fine.npz", s=VALUES[np.ix_(np.arange(201) // 10, np.arange(201) // 10, [0, 10, 20])], origin=[0, 0, 0],
+             spacing=[0.2, 0.2, 20])  # fmt: skip
     np.savez("m.npz", s=VALUES, origin=[0, 0, 0], spacing=0.002)
     np.savez("long.npz", s=VALUES[:11, :11, :11], origin=[0, 0, 0], spacing=[0.2, 0.1, 0.1])
 
@@ -49,6 +53,10 @@ STRAY = {
     "another origin": f'let s = load("a.npz", "s")\n{PART} cube(36)',
     "far away": f'let s = load("a.npz", "s")\n{PART} (cube(36) |> translate([1000, 0, 0]))',
     "half of the part": f'let s = load("a.npz", "s")\n{PART} (box([70, 36, 36]) |> translate([35, 20, 20]))',
+    "outside along it": f'let s = load("a.npz", "plane", outside=0)\n{PART} (cube(36) |> translate([20, 20, 99]))',
+    "along what is not the same": f'let s = load("a.npz", "plane")\n{PART} (cube(36) |> translate([60, 20, 20]))',
+    "of samples of a slope": f"let s = sample(x * z, 2mm, box([36, 36, 9]))\n{PART} cube(36)",
+    "of a blur": f"let s = blur(x + z, 2mm, box([36, 36, 9]))\n{PART} cube(36)",
     "its axes exchanged": f'let s = load("a.npz", "s") @ [z + 99, y, x]\n{PART} {INSIDE}',
     "all outside": f'let s = load("a.npz", "s", outside=0)\n{PART} (cube(36) |> translate([99, 0, 0]))',
     "in a mean": f'let s = load("a.npz", "s")\nlet m = mean(s, cube(36))\n{PART.replace("s /", "m /")} {INSIDE}',
@@ -66,7 +74,26 @@ def test_a_part_beyond_its_data_is_doubted(case: str) -> None:
     stray = next(d for d in found if d.code == "W241")
     assert stray.hint
     assert stray.span is not None
-    assert stray.span.text.startswith(("load", "sample"))
+    assert stray.span.text.startswith(("load", "sample", "mean", "blur"))
+
+
+def test_who_reads_beyond_is_named() -> None:
+    """A mean that looks elsewhere is no matter of the part, and moving the data would put them out of the part."""
+    (found,) = doubts(STRAY["in a mean"])
+    assert found.span is not None
+    assert found.span.text == "mean(s, cube(36))"
+    assert "this `mean` looks within" in found.message
+    assert "the part" not in found.message
+    assert "@" not in found.hint
+    assert '`load("a.npz", "s")`: from (0, 0, 0) to (40, 40, 40) mm' in found.label
+
+
+def test_a_part_is_named_before_what_it_reads() -> None:
+    (found,) = doubts(
+        f'let s = load("a.npz", "s")\nlet m = mean(s, cube(36))\n{PART.replace("s /", "(s + m) /")} cube(36)'
+    )
+    assert "of the part" in found.message
+    assert "`@ (p - [-20, -20, -20])`" in found.hint
 
 
 RIGHT = {
@@ -80,6 +107,11 @@ RIGHT = {
     "moved": f'let s = load("a.npz", "s") @ (p + 20)\n{PART} cube(36)',
     "saturated": 'let s = clamp(load("a.npz", "s"), -9, -1)\nshell(gyroid(8), s + 10) & cube(36)',
     "no part": 'out part = load("a.npz", "s") + 0',
+    "the same along z": f'let s = load("a.npz", "plane")\n{PART} (box([36, 36, 90]) |> translate([20, 20, 0]))',
+    "a skin beyond fine data": f'let s = load("fine.npz", "s")\n{PART} (cube(42) |> translate([20, 20, 20]))',
+    "samples of what is the same there": f"let s = sample(x, 2mm, box([36, 36, 9]))\n{PART} cube(36)",
+    "a blur of what is the same there": f"let s = blur(exp(x / 9), 2mm, box([36, 36, 9]))\n{PART} cube(36)",
+    "samples of what is found": f"let s = sample(sample(x, 1mm, cube(48)), 2mm, box([36, 36, 9]))\n{PART} cube(36)",
     "samples": f"let s = sample(x + y, 2mm, cube(36))\n{PART} cube(36)",
 }  # fmt: skip
 
@@ -133,7 +165,10 @@ def test_what_is_bound_is_looked_at_too() -> None:
     assert found.code == "W241"
     assert found.span is not None
     assert found.span.text == "s"
-    assert "bind" in found.hint
+    assert "`s @ (p - [-20, -20, -20])` where the program reads it" in found.hint
+    Path("p.pore").write_text(f"param s: field = 0\n{PART} cube(36)")
+    (found,) = doubts(porelang.compile(path="p.pore").bind(s="a.npz:s"))
+    assert "`s @ (p - [-20, -20, -20])` where the program reads it" in found.hint
     assert codes(made.bind(s=SampledField.from_array(VALUES, (-20, -20, -20), 2))) == []
 
 
@@ -156,3 +191,30 @@ def test_the_unit_of_lengths_is_one() -> None:
         assert [d.code for d in found if d.severity == "error"] == [code]
     made = compiled('let a = load("m.npz", "s", lengths=m)\nout part = a + 0')
     np.testing.assert_allclose(made.field("part")([[1.0, 2, 3]]), 14, rtol=1e-12)
+
+
+def test_of_a_misspelt_unit_of_lengths_one_thing_is_said() -> None:
+    from porelang.compiler import try_compile
+
+    def said(call: str) -> list[Diagnostic]:
+        return [d for d in try_compile(Source("part.pore", call))[1] if d.severity == "error"]
+
+    (found,) = said('load("a.npz", "s", length=m)')
+    assert found.code == "E041"
+    assert "lengths" in found.hint
+    (found,) = said('load("a.npz", "s", lengths=3)')
+    assert "the units are um, mm, cm, m, in" in found.hint
+    assert "kPa" not in found.hint
+    np.savez("far.npz", s=VALUES, origin=[0, 0, 0], spacing=900)
+    with pytest.raises(porelang.PoreError) as raised:
+        compiled('load("far.npz", "s", lengths=m)').field()
+    assert "says that one of the file is 1000 mm" in str(raised.value.diagnostics[0].hint)
+
+
+def test_a_tensor_that_nothing_reads_is_a_field() -> None:
+    np.savez("t.npz", s=np.ones((3, 3, 3, 6)), origin=[0, 0, 0], spacing=1)
+    (found,) = [
+        d for d in compiled('let t = load_tensor("t.npz", "s")\nout part = sphere(3)').warnings if d.code == "W220"
+    ]
+    assert 'field("_t")' in found.hint
+    assert "number" not in found.hint

@@ -95,7 +95,8 @@ def _unread(found: Elaborated) -> list[Diagnostic]:
         else:
             message = f"nothing reads `{u.name}`"
             hint = (
-                f"use it, or leave it out; call it `_{u.name}` if only an option names it, as in `--within _{u.name}`"
+                f"use it, or leave it out; call it `_{u.name}` if only an option or Python names it: "
+                f'`--within _{u.name}`, `field("_{u.name}")`'
             )
             if u.fixed:
                 hint = f'use it, or leave it out; call it `_{u.name}` if only Python asks for it: `number("_{u.name}")`'

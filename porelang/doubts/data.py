@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from porelang.analysis.sampled import MOST, Points, inside_of, sampler
 from porelang.data import SampledField, coordinates
 from porelang.diagnostics import Diagnostic, Edit, PoreError
+from porelang.doubts.elsewhere import LOOKUPS, Reading, counts_of
 from porelang.formula import Bindings, Formula
-from porelang.ir import Node, X, Y, Z, const, node, order, within
+from porelang.ir import Node, X, Y, Z, order, within
 from porelang.source import Span
 from porelang.tasks.bake import region
 from porelang.tasks.readers.got import Got
@@ -24,8 +25,9 @@ from porelang.units import LENGTH, UNITS
 
 #: What samples are, that end somewhere and are read as fields.
 SAMPLES = ("load", "bound", "sample", "blur")
-#: Steps beyond the last sample that are no matter: a skin, a fillet, a mesh that was cut a little smaller.
-_STEPS = 2.0
+#: Steps beyond the last sample, and what share of their box, that are no matter: a skin, a fillet, a mesh that was cut
+#: a little smaller.
+_STEPS, _SKIN = 2.0, 1 / 50
 #: So much of a part makes a doubt.
 _SHARE, _FEW = 0.01, 8
 #: Cells that all lie within so many mm may be measured in m.
@@ -34,26 +36,20 @@ _SMALL = 1.0
 #: times as large holds it by chance.
 _HOLDS, _MISSES, _LARGER = 0.9, 0.1, 4.0
 _MOST_NODES = 20_000
-_LOOKUPS = ("lookup", "lookup_cubic")
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """Fields that are read within a solid, and what is bound in them."""
-
-    fields: tuple[Node, ...]
-    body: Node
-    bindings: Bindings
+#: How a source is called that stands in a command.
+_BEHIND = "--bind "
 
 
 @dataclass(frozen=True, slots=True)
 class _Stray:
-    """How much of a solid reads beyond samples, from how far, and the places there (n, 3) as they are looked up."""
+    """How much of a solid reads beyond samples, from how far, the corners (2, 3) of where it is looked up, and for
+    which task: None for a part."""
 
     share: float
     farthest: float
-    places: Points
+    corners: Points
     unit: str
+    task: Node | None
 
 
 def strays(readings: Iterable[Reading], places: Mapping[Node, Span]) -> list[Diagnostic]:
@@ -61,7 +57,7 @@ def strays(readings: Iterable[Reading], places: Mapping[Node, Span]) -> list[Dia
     mend it, else W241."""
     worst: dict[Node, tuple[_Stray, SampledField]] = {}
     for reading in readings:
-        read = [n for n in order(reading.fields, within) if n.op in _LOOKUPS and n.args[0].op in SAMPLES]
+        read = [n for n in order(reading.fields, within) if n.op in LOOKUPS and n.args[0].op in SAMPLES]
         if not read or len(order([*reading.fields, reading.body], within)) > _MOST_NODES:
             continue
         points = _points(reading)
@@ -72,16 +68,21 @@ def strays(readings: Iterable[Reading], places: Mapping[Node, Span]) -> list[Dia
             if not isinstance(data, SampledField):
                 continue
             stray = _stray(reading, grid, at, data, points)
-            if stray is not None and (grid not in worst or stray.share > worst[grid][0].share):
+            if stray is not None and (grid not in worst or _weight(stray) > _weight(worst[grid][0])):
                 worst[grid] = stray, data
-    return [_told(grid, data, stray, places.get(grid)) for grid, (stray, data) in worst.items()]
+    return [_told(grid, data, stray, places) for grid, (stray, data) in worst.items()]
+
+
+def _weight(stray: _Stray) -> tuple[bool, bool, float]:
+    """Of several solids that read the same data beyond them one is named: a part, which a task may look within too."""
+    return bool(stray.unit), stray.task is None, stray.share
 
 
 def specks(roots: Sequence[Node], bindings: Bindings, places: Mapping[Node, Span]) -> list[Diagnostic]:
     """W231 for each file that lies within a millimetre and is read there in mm, whether or not that is a part."""
     out: dict[Node, Diagnostic] = {}
     for n in order(roots, within):
-        if n.op in _LOOKUPS and n.args[0].op == "load" and n.args[1:] == (X, Y, Z) and not _has_unit(n.args[0]):
+        if n.op in LOOKUPS and n.args[0].op == "load" and n.args[1:] == (X, Y, Z) and not _has_unit(n.args[0]):
             data = bindings.get(n.args[0])
             if isinstance(data, SampledField) and float((box := _box(data))[1].max() - box[0].min()) < _SMALL:
                 size = " x ".join(f"{s:.3g}" for s in box[1] - box[0])
@@ -110,51 +111,42 @@ def _stray(reading: Reading, grid: Node, at: tuple[Node, ...], data: SampledFiel
     places = np.stack(look(points), -1)
     low, high = np.array(data.origin), np.array(data.end)
     away = np.maximum(np.maximum(low - places, places - high), 0)
-    beyond = (away > _STEPS * np.array(data.spacing)).any(axis=1)
+    covered = any(n.op == "covers" and n.args == (grid, *at) for n in order(reading.fields, within))
+    counted = np.ones(3, np.bool_) if covered else _varying(data)  # of those that are the same the end says nothing
+    beyond = ((away > _STEPS * np.array(data.spacing) + _SKIN * (high - low)) & counted).any(axis=1)
     if beyond.sum() < max(_FEW, _SHARE * len(points)):
         return None
-    covered = any(n.op == "covers" and n.args == (grid, *at) for n in order(reading.fields, within))
     if covered and beyond.all():  # what holds outside is given, and holds throughout
         counts = np.ones(len(points), np.bool_)
     else:
         counts = np.zeros(len(points), np.bool_)
-        counts[beyond] = _counts(reading, grid, at, data, points[beyond])
+        counts[beyond] = counts_of(reading, grid, at, data, points[beyond])
     share = float(counts.mean())
     if counts.sum() < _FEW or share < _SHARE:
         return None
     farthest = float(np.linalg.norm(away[counts], axis=1).max())
     unit = "" if grid.op != "load" or _has_unit(grid) else _unit_of(_box(data), places)
-    return _Stray(share, farthest, places, unit)
+    return _Stray(share, farthest, _corners(reading, points, places), unit, reading.task)
 
 
-def _counts(
-    reading: Reading, grid: Node, at: tuple[Node, ...], data: SampledField, points: Points
-) -> NDArray[np.bool_]:
-    """At which points (n,) other values of some samples, which they may have elsewhere, change what is asked for."""
-    now, out = sampler(reading.fields, reading.bindings), np.zeros(len(points), np.bool_)
-    for greatest in (False, True):
-        changed = sampler([_changed(f, grid, at, data, greatest) for f in reading.fields], reading.bindings)
-        if now is None or changed is None:
-            return out
-        for a, b in zip(now(points), changed(points), strict=True):
-            out |= ~np.isclose(a, b, rtol=1e-9, atol=1e-12, equal_nan=True)
-    return out
+def _varying(data: SampledField) -> NDArray[np.bool_]:
+    """Along which axes the values are not the same throughout."""
+    return np.array([bool((data.values != data.values.take([0], axis)).any()) for axis in range(3)])
 
 
-def _changed(root: Node, grid: Node, at: tuple[Node, ...], data: SampledField, greatest: bool) -> Node:
-    """A field with the least or the greatest of some samples in the place of what is looked up among them."""
-    new: dict[Node, Node] = {}
-    for n in order([root], within):
-        if n.op in _LOOKUPS and n.args == (grid, *at):
-            assert isinstance(n.value, tuple)
-            values, slopes = data.values[..., int(n.value[0])], [int(v) for v in n.value[1:]]
-            least, most = float(values.min()), float(values.max())
-            steps = float(np.prod([s**k for s, k in zip(data.spacing, slopes, strict=True)]))
-            value = most if greatest else least
-            new[n] = const(value if not any(slopes) else (most - least) / steps * (1 if greatest else -1))
-        else:
-            new[n] = node(n.op, *(new.get(a, a) for a in n.args), value=n.value) if within(n) else n
-    return new[root]
+def _corners(reading: Reading, points: Points, places: Points) -> Points:
+    """The corners (2, 3) of the places at which points of a solid are looked up: where these are only moved, and the
+    box that encloses the solid is as large as samples say, those of that box."""
+    seen = np.stack([places.min(axis=0), places.max(axis=0)])
+    moved = places - points
+    if not np.allclose(moved, moved[0], atol=1e-6):
+        return seen
+    try:
+        box = region(Formula((reading.body,), reading.bindings), "what is read")
+    except PoreError:
+        return seen
+    enclosed = np.array([box.lo, box.hi]) + moved[0]
+    return enclosed if np.allclose(enclosed, seen, rtol=0, atol=0.05 * np.ptp(seen, axis=0)) else seen
 
 
 def _box(data: SampledField) -> tuple[Points, Points]:
@@ -185,36 +177,57 @@ def _unit_of(box: tuple[Points, Points], places: Points) -> str:
     return next((name for scale, name in lengths if held(scale) > _HOLDS), "")
 
 
-def _told(grid: Node, data: SampledField, stray: _Stray, place: Span | None) -> Diagnostic:
+def _told(grid: Node, data: SampledField, stray: _Stray, where: Mapping[Node, Span]) -> Diagnostic:
     low, high = _box(data)
-    lie = f"they lie from ({coordinates(low)}) to ({coordinates(high)}) mm"
+    place = where.get(grid)
+    lie = f"from ({coordinates(low)}) to ({coordinates(high)}) mm"
     if stray.unit:
         size = " x ".join(f"{s:.3g}" for s in high - low)
-        said = f"these data of {size} mm hold nothing of the part, and would hold it if they were in {stray.unit}"
-        return _unit_doubt(said, stray.unit, place, lie)
+        said = f"these data of {size} mm hold nothing of the part, and would hold it with `lengths={stray.unit}`"
+        return _unit_doubt(said, stray.unit, place, f"they lie {lie}")
     much = "all" if stray.share > 0.995 else f"{stray.share:.0%}"
     what = "data" if grid.op in ("load", "bound") else "samples"
-    said = f"{much} of the part lies beyond the {what} that it reads, by up to {stray.farthest:.3g} mm"
-    first, last = stray.places.min(axis=0), stray.places.max(axis=0)
+    far = f"lies beyond the {what} that it reads, by up to {stray.farthest:.3g} mm"
+    read = f"from ({coordinates(stray.corners[0], 5)}) to ({coordinates(stray.corners[1], 5)}) mm"
+    if stray.task is not None:
+        said = f"{much} of the solid that this `{stray.task.op}` looks within {far}"
+        names = f"`{' '.join(place.text.split())}`" if place is not None else f"these {what}"
+        hint = f"that solid is looked up {read}: give one that lies in the {what}"
+        hint += ", or say what holds beyond them, `outside=0`" if grid.op == "load" else ""
+        label = f"{names}: {lie}, and on beyond as at the faces"
+        return Diagnostic("W241", said, where.get(stray.task), label, hint=hint, severity="warning")
     if grid.op in ("sample", "blur"):
         hint = "give a `within` that holds the part: beyond it go on the values at its faces"
     else:
-        seen = f"the part is looked up from ({coordinates(first, 3)}) to ({coordinates(last, 3)}) mm"
+        seen = f"the part is looked up {read}"
         hint = f"{seen}: move the data or the part, or say what holds beyond them, `outside=0`"
-        shift, alike = (first + last - low - high) / 2, (last - first) / (high - low)
-        if ((alike > 0.8) & (alike < 1.1)).all():  # as if one were moved against the other
-            moved = ", ".join(f"{0.0 if abs(s) < 1e-3 * np.ptp(stray.places) else s:.3g}" for s in shift)
-            hint = f"{seen}: `@ (p - [{moved}])` behind the data moves their middle to its middle"
         if grid.op == "bound":
             hint = f"{seen}: bind data that reach so far"
-    return Diagnostic("W241", said, place, f"{lie}, and go on beyond as at their faces", hint=hint, severity="warning")
+        if moved := _shift(stray.corners, low, high):
+            hint = f"{seen}: `@ (p - {moved})` behind the data moves their middle to its middle"
+            if place is not None and (grid.op == "bound" or place.source.name.startswith(_BEHIND)):
+                name = place.text if grid.op == "bound" else place.source.name.removeprefix(_BEHIND)
+                hint = f"{seen}: `{name} @ (p - {moved})` where the program reads it moves their middle to its middle"
+                hint += ", or bind data that reach so far"
+    said = f"{much} of the part {far}"
+    label = f"they lie {lie}, and go on beyond as at their faces"
+    return Diagnostic("W241", said, place, label, hint=hint, severity="warning")
+
+
+def _shift(corners: Points, low: Points, high: Points) -> str:
+    """By what data are to be moved that are as large as what reads them; "" where they are not."""
+    size = np.ptp(corners, axis=0)
+    if not ((size > 0.8 * (high - low)) & (size < 1.1 * (high - low))).all():
+        return ""
+    shift = corners.mean(axis=0) - (low + high) / 2
+    return f"[{', '.join(f'{0.0 if abs(s) < 1e-3 * size.max() else s:.4g}' for s in shift)}]"
 
 
 def _unit_doubt(said: str, unit: str, place: Span | None, label: str = "") -> Diagnostic:
     edit = None
     if place is not None and place.text.endswith(")"):
         edit = Edit(Span(place.source, place.end - 1, place.end), f", lengths={unit})")
-    behind = place is not None and place.source.name.startswith("--bind ")
+    behind = place is not None and place.source.name.startswith(_BEHIND)
     how = f"{place.source.name}=FILE:ARRAY,lengths={unit}" if place is not None and behind else f"lengths={unit}"
     hint = f"say in what the file has its places: `{how}`"
     return Diagnostic("W231", said, place, label, hint=hint, edit=edit, severity="warning")

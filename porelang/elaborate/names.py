@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 
 from porelang.diagnostics import Diagnostic, Edit, Label, suggest
+from porelang.ops.tasks import TASK_TABLE
 from porelang.source import Span
 from porelang.syntax import habits, tree
 from porelang.syntax.measures import of_a_number, unit_alone, unknown_unit
@@ -136,7 +137,8 @@ _READING = (*LOADING, "frame", "nearest_bar")
 def units_named(call: tree.Call, argument: tree.Argument) -> bool:
     """Whether this is the `unit=` of what is loaded, where the names of units mean these: `unit=MPa`."""
     loads = isinstance(call.function, tree.Name) and call.function.name in LOADING
-    return loads and argument.name in ("unit", "lengths")
+    misspelt = argument.name is not None and argument.name not in TASK_TABLE["load"].parameters
+    return loads and (argument.name in ("unit", "lengths") or misspelt)  # of what is misspelt that alone is said
 
 
 def _no_unit(span: Span) -> Diagnostic:

@@ -133,8 +133,10 @@ def _data(ctx: Context, s: tree.Param, kind: Span, scope: Scope, name: str) -> V
                 return POISON
             given = found[0].dimension
             if None not in (given, dimension) and given != dimension:
-                hint = f"say a unit of {dimension}: `--bind {name}=FILE:ARRAY,unit=...`"
-                return ctx.error("E155", f"`{name}` is {dimension}, and what is bound to it is {given}", s.name_span,
+                what, hint = "what is bound", f"say a unit of {dimension}: `--bind {name}=FILE:ARRAY,unit=...`"
+                if "outside" in payload[2] and "unit" not in payload[2]:  # which alone has a unit
+                    what, hint = "`outside` of what is bound", f"give `outside` as {dimension} too"
+                return ctx.error("E155", f"`{name}` is {dimension}, and {what} to it is {given}", s.name_span,
                                  label="declared here", hint=hint)  # fmt: skip
             nodes = [part.node for part in found]
         else:

@@ -69,10 +69,11 @@ def _unit(ctx: Context, value: Value, place: Span, name: str, called: str) -> tu
         return ONE, None
     if isinstance(value, Text) and value.value in UNITS:
         return const(UNITS[value.value].scale), UNITS[value.value].dimension
-    at, known = bare.value_of(place), f"the units are {', '.join(UNITS)}"
+    units = UNITS if name == "unit" else [u for u, known in UNITS.items() if known.dimension == LENGTH]
+    at, known = bare.value_of(place), f"the units are {', '.join(units)}"
     example = "unit=MPa" if name == "unit" else "lengths=m"
     if isinstance(value, Text):
-        near = SPELT.get(value.value) or suggest(value.value, UNITS)
+        near = SPELT.get(value.value) or suggest(value.value, units)
         hint = f"did you mean `{near}`?" if near else f"write it without quotes, as in `{example}`; {known}"
         ctx.error("E153", f"`{value.value}` is not a unit", place, hint=hint, edit=(at, near) if near else None)
         return None

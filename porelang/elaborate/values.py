@@ -166,6 +166,8 @@ def stage(value: Value) -> Stage:
             return max(n.stage for n in value.nodes)
         case ListValue():
             return max((stage(i) for i in value.items), default=Stage.CONST)
+        case Record(name="tensor"):
+            return max((stage(i) for i in value.members.values()), default=Stage.CONST)
         case Choice():
             return Stage.UNIFORM
     return Stage.CONST

@@ -245,7 +245,8 @@ DOUBTS = (
         "a part that lies beyond the data that it reads",
         "Samples go on beyond their box as at its faces. That is right for a skin a little larger than what was\n"
         "computed, and wrong where the file has another origin, another unit, its axes in another order, or holds\n"
-        "half of the part. It is said where a hundredth of the part or more lies farther than two steps beyond, and\n"
+        "half of the part. It is said where a hundredth of the part, or of the solid within which a `mean` looks,\n"
+        "lies farther beyond than two steps and a fiftieth of the box, along an axis along which the data change, and\n"
         "would be another with other values there: move the data with `@`, or say what holds beyond them.\n"
         '    let stress = load("stress.vtu", "von_mises") @ (p - [0, 0, 20mm])\n'
         '    let other = load("stress.vtu", "von_mises", outside=0MPa)',

@@ -43,7 +43,7 @@ def _load(n: Node, found: Result) -> Told:
     finer = f"take finer ones, `voxel={got.voxel / 2:.2g}mm`"
     if len(more) > 1 and more[1] and got.holed:
         said = f"samples every {got.voxel:.3g} mm are too coarse for walls so thin: `outside` holds in the middles of "
-        doubts.append(Doubt("W230", f"{said}{got.lost:.0%} of the cells", hint=finer))
+        doubts.append(Doubt("W230", f"{said}{got.lost:.0%} of the tetrahedra into which cells are cut", hint=finer))
     if got.coarse:
         said = f"samples every {got.voxel:.3g} mm are too coarse for this field: a lookup in twenty is off by "
         hint = f"{finer}, or see whether the file has values at single points"

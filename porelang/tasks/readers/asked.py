@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from porelang.data import FARTHEST, LARGEST_VALUE, NEAREST, Triple, coordinates
 from porelang.diagnostics import PoreError, fail, suggest
+from porelang.ops.tasks import TASK_TABLE
 from porelang.source import Span
 
 Array = NDArray[Any]
@@ -55,6 +56,13 @@ class Asked:
         """How many mm a length is of a file that does not say."""
         return self.lengths or 1.0
 
+    @property
+    def scale(self) -> str:
+        """What lengths of the file are, for what is said of ones that no part has."""
+        if self.lengths is None:
+            return "lengths are in mm, unless `lengths=m` says what they are"
+        return f"`lengths` says that one of the file is {self.lengths:g} mm"
+
     def fail(self, code: str, message: str, hint: str = "") -> PoreError:
         return fail(code, message, self.span, hint=hint or self.hint)
 
@@ -72,6 +80,13 @@ class Asked:
         has = f"it holds {listed}{where}" if names else "it holds no arrays"
         near = suggest(self.name, names)
         hint = f"did you mean `{shown(near)}`? {has}" if near else has
+        array, comma, option = self.name.partition(",")
+        if comma and array.strip() in names:  # of a `--bind` with a word behind the array that is none
+            options = TASK_TABLE["load"].parameters[2:]
+            word = suggest(option.partition("=")[0].strip(), options)
+            meant = f"did you mean `{word}=`? " if word else ""
+            some = ", ".join(f"`{o}=`" for o in options)
+            hint = f"{meant}it holds `{shown(array.strip())}`; how that is read is said by {some}"
         return self.fail("E132", f"`{self.path}` holds no array `{shown(self.name)}`", hint)
 
 
@@ -121,12 +136,12 @@ def placed(asked: Asked, shape: Sequence[int], origin: Triple, spacing: Triple) 
         hint = "it must be above 0: for an axis that runs backwards flip the array (numpy.flip)"
         raise asked.fail("E134", f"`spacing` in `{asked.path}` is ({step})", hint)
     if min(spacing) < NEAREST:
-        raise asked.fail("E134", f"`spacing` in `{asked.path}` is ({step}), below a nanometre", "lengths are in mm")
+        raise asked.fail("E134", f"`spacing` in `{asked.path}` is ({step}), below a nanometre", asked.scale)
     for axis, start, width, count in zip("xyz", origin, spacing, shape, strict=False):
         end = start + width * (count - 1)
         if max(abs(start), abs(end)) > FARTHEST:
             text = f"the grid of `{asked.path}` goes from {start:g} to {end:g} mm along {axis}"
-            raise asked.fail("E134", text, f"parts lie within {FARTHEST:,.0f} mm of the origin: lengths are in mm")
+            raise asked.fail("E134", text, f"parts lie within {FARTHEST:,.0f} mm of the origin: {asked.scale}")
 
 
 def layered(asked: Asked, shape: Sequence[int], what: str = "nodes") -> None:
