@@ -27,6 +27,8 @@ _CUTTING = frozenset({"min", "max"})
 _KEEPING = frozenset({"add", "sub", "min", "max", "neg", "abs", "at", "ensure", "select"})
 #: `f * b to a`: of a function that adds to its argument a.
 _ADDS = re.compile(r"(\w+) \* (\w+) to (\w+)")
+#: As many sums of one place are looked at: a shell has five, one of each side or two.
+_OFTEN = 8
 #: The function that makes mm of it.
 LIFT = "metric"
 _ABS = "abs"
@@ -84,23 +86,34 @@ def _on_uneven(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], s
     """Suspect a length that is added to what was made of distances, and may be none any more."""
     for i, field in enumerate(numbers):
         length, lies = numbers[1 - i], places[i]
-        if not (isinstance(field, Scalar) and isinstance(length, Scalar)) or length.dimension != LENGTH:
+        if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
             continue
-        found, place = nature(ctx.natures, field.node), ctx.users_place(span)
-        direct = place is span
+        place = ctx.users_place(span)
+        direct, handed = place is span, list(ctx.given_at.get(place, {}).values())
+        if length.dimension != LENGTH:  # `f * b`, of a length b and a number f that has no unit
+            said = None if direct or length.dimension is not None or length.node.axes else _length_among(ctx, handed)
+            if said is None or not _is_known(said):
+                continue
+        found = nature(ctx.natures, field.node)
         if found is None or found.raw or not found.uneven or (direct and length.node.axes):
             continue
-        given = [] if direct else [g for g in ctx.given_at.get(place, {}).values() if _is_uneven(ctx, g.value)]
+        given = [] if direct else [g for g in handed if _is_uneven(ctx, g.value)]
         spans = [lies] if direct else [g.span for g in given]
         at = places[1 - i] if direct else place
         edit = _lift(spans, (), [lies] if direct and found.folded else ())
         where, text = (edit.span, edit.text) if edit else (None, "")
-        ctx.suspect(Suspicion("uneven", at, (field.node, length.node), where, instead=text))
+        before = [s.nodes for s in ctx.found.suspicions if s.what == "uneven" and s.span == at]
+        if at.source.prelude or len(before) >= _OFTEN or any(n[:2] == (field.node, length.node) for n in before):
+            continue
+        # all branches of a function are made: which of them is in the part is seen when it is whole
+        ctx.found.suspicions.append(
+            Suspicion("uneven", at, (field.node, length.node, *found.uneven), where, instead=text)
+        )
 
 
 def _is_uneven(ctx: Context, value: Value) -> bool:
     found = nature(ctx.natures, value.node) if isinstance(value, Scalar) else None
-    return found is not None and found.uneven
+    return found is not None and bool(found.uneven)
 
 
 def call_on_lattice(ctx: Context, function: Function, given: Mapping[str, Given]) -> Poison | None:
