@@ -111,6 +111,27 @@ def _on_uneven(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], s
         )
 
 
+def note_varied(ctx: Context, numbers: Sequence[Value], made: Value, span: Span) -> None:
+    """Note that a distance to which a varying length was added may be none any more. A texture, of a lattice, is meant,
+    and so is a fillet: what the prelude adds to the least or the greatest of solids."""
+    known, place = ctx.natures, ctx.users_place(span)
+    if len(numbers) != 2 or not isinstance(made, Scalar):
+        return
+    handed = numbers if place is span else [g.value for g in ctx.given_at.get(place, {}).values()]
+    own = {v.node for v in handed if isinstance(v, Scalar)}
+    for one, other in (numbers, (numbers[1], numbers[0])):
+        if not (isinstance(one, Scalar) and isinstance(other, Scalar)) or not _is_length(ctx, other):
+            continue
+        if not other.node.axes or (one.node.op in ("min", "max") and one.node not in own):
+            continue
+        field, added = nature(known, one.node), nature(known, other.node)
+        if field is None or field.raw or added is not None:
+            continue
+        sum_of = nature(known, made.node)
+        if sum_of is not None and not any((m := known.get(n)) is not None and m.raw for n in order([other.node])):
+            known[made.node] = replace(sum_of, uneven=sum_of.uneven | {made.node})
+
+
 def _is_uneven(ctx: Context, value: Value) -> bool:
     found = nature(ctx.natures, value.node) if isinstance(value, Scalar) else None
     return found is not None and bool(found.uneven)
