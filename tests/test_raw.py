@@ -102,6 +102,11 @@ def test_a_length_that_meets_a_raw_lattice_is_refused_with_its_way_out(text: str
         "hypot(gyroid(10), 0) - 0.2mm & cube(9)",
         "sqrt(square(gyroid(10))) - 0.2mm & cube(9)",
         "let f = abs(gyroid(10))\nf - 1mm & cube(9)",
+        "gyroid(10) * gyroid(10) - 0.2mm & cube(9)",
+        "2 * abs(gyroid(10)) - 0.2mm & cube(9)",
+        "pow(gyroid(10), 2) - 0.2mm & cube(9)",
+        "sqrt(square(diamond(10)) + 0.01) - 0.2mm & cube(9)",
+        "max(abs(gyroid(10)), abs(diamond(8))) - 0.3mm & cube(9)",
     ],
 )
 def test_where_no_edit_of_one_place_mends_it_none_is_shown(text: str) -> None:

@@ -27,7 +27,7 @@ _GIVES = re.compile(r"a (distance|raw lattice)|as (\w+)")
 #: Operations that keep what their first argument is.
 _KEPT = frozenset({"neg", "abs", "at", "ensure"})
 #: Operations that fold the values of a lattice at its surface, so that they do not pass through 0 there.
-_FOLDING = frozenset({"abs", "square", "hypot"})
+_FOLDING = frozenset({"abs", "square", "sqrt", "pow", "hypot"})
 #: Tasks whose data are values of their fields.
 _SAMPLING = frozenset({"sample", "blur"})
 _NOTHING: frozenset[Node] = frozenset()
@@ -94,11 +94,11 @@ def note_scaled(known: Natures, op: str, numbers: Sequence[Value], made: Value) 
             continue
         lattice, factor = nature(known, one.node), nature(known, other.node)
         if lattice is not None and (factor is None or (lattice.raw and factor.raw)):
+            folded = lattice.folded or (factor is not None and (factor.folded or other.node is one.node))
             known.setdefault(made.node, None)
             if known[made.node] is None and (lattice.raw or lattice.total is None):
-                known[made.node] = Nature(
-                    raw=lattice.raw, plain=lattice.raw, scaled=True, uneven=_by(made.node, not lattice.raw)
-                )
+                uneven = _by(made.node, not lattice.raw)
+                known[made.node] = Nature(lattice.raw, None, lattice.raw, None, True, folded, uneven)
 
 
 def nature(known: Natures, n: Node) -> Nature | None:
@@ -114,7 +114,7 @@ def _parts(n: Node) -> tuple[Node, ...]:
     """The arguments that decide what a node is."""
     if not n.axes:
         return ()
-    if n.op in _KEPT:
+    if n.op in _KEPT or n.op == "pow":
         return n.args[:1]
     if n.op in ("add", "sub", "max", "min", "hypot"):
         return n.args
@@ -169,9 +169,10 @@ def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
         one, other = a or b, n.args[parts.index(None)]
         if n.op == "select" or (not other.axes and not _clamps(n.op, one, other)):
             return None  # a clamped distance, or a share from 0 to 1, is a number to be used as one
-        return Nature(one.raw, uneven=one.uneven) if one is not None else None
+        return Nature(one.raw, folded=one.folded, uneven=one.uneven) if one is not None else None
     raw = a.raw or b.raw
-    return Nature(raw, plain=n.op == "select" and a.plain and b.plain, uneven=_NOTHING if raw else a.uneven | b.uneven)
+    plain, folded = n.op == "select" and a.plain and b.plain, a.folded or b.folded  # the greater of magnitudes is one
+    return Nature(raw, plain=plain, folded=folded, uneven=_NOTHING if raw else a.uneven | b.uneven)
 
 
 def _by(n: Node, uneven: bool = True) -> frozenset[Node]:
