@@ -173,6 +173,8 @@ def test_a_stress_or_a_force_is_no_thickness(text: str, shown: str, hint: str) -
     [
         ("(metric(gyroid(10)) @ (2 * p)) |> shell(0.8mm) & cube(30)", "is 0.5 mm long"),
         ("0.4 * sphere(10) - 1mm", "is 2.5 mm long"),
+        ("0.5 * sphere(10) @ (p) |> shell(1mm)", "is 2 mm long"),
+        ("shell((0.5) * (sphere(10)), 1mm)", "is 2 mm long"),
         ("(sphere(10) @ [x, y, z / 3]) - 1mm & slab([0, 0, 1], 60)", "is 1.1 to "),
         # of 20 mm, a mixture within 5 mm is off: the others are as long as they say, and are not in its numbers
         ("crossfade(sphere(20), box([40, 40, 20]), along=z - 3, r=5mm) |> shell(1mm)", " % of its surface"),

@@ -233,9 +233,9 @@ def _lift(spans: Sequence[Span], lists: Sequence[Span] = (), folded: Sequence[Sp
     """One edit that wraps the texts of places in `metric(...)`; None where there are none, or not in one text."""
     if not spans or any(s.source is not spans[0].source or s.source.prelude for s in spans):
         return None
-    source, text, end = spans[0].source, "", value_of(spans[0]).start
+    source, text, end = spans[0].source, "", _closed(value_of(spans[0])).start
     for s in spans:
-        value = value_of(s)
+        value = _closed(value_of(s))
         if s in lists:
             wrapped = f"[for f in {value.text}: {LIFT}(f)]"
         elif s in folded:  # what is folded is lifted within: no distance is found to where nothing changes its sign
@@ -247,7 +247,21 @@ def _lift(spans: Sequence[Span], lists: Sequence[Span] = (), folded: Sequence[Sp
             wrapped = f"{LIFT}({_without_brackets(value.text)})"
         text += source.text[end : value.start] + wrapped
         end = value.end
-    return Edit(Span(source, value_of(spans[0]).start, end), text)
+    return Edit(Span(source, _closed(value_of(spans[0])).start, end), text)
+
+
+def _closed(span: Span) -> Span:
+    """A place with the parentheses of its first and last operand, which no operand's own place has."""
+    text, start, end = span.source.text, span.start, span.end
+    depth = least = 0
+    for c in span.text:
+        depth += (c == "(") - (c == ")")
+        least = min(least, depth)
+    for _ in range(-least):
+        start = max(text.rfind("(", 0, start), 0)
+    for _ in range(depth - least):
+        end = text.find(")", end) + 1 or end
+    return Span(span.source, start, end)
 
 
 def _without_brackets(text: str) -> str:
