@@ -74,6 +74,19 @@ DOUBTED = [
     ("(gyroid(10) + sphere(10)) |> shell(0.4mm) & cube(30)", "W238"),
     ("scale(sphere(10), [1, 1, 2]) |> shell(1mm)", "W238"),
     ("def wall(f, t: length) = abs(f) - t / 2\nwall(twist(metric(gyroid(9)), 0.1), 0.4mm) & cube(30)", "W238"),
+    # of which the length varied
+    ("metric(gyroid(10)) - 2mm * ramp(z, -3, 3) |> shell(0.8mm) & cube(20)", "W238"),
+    ("metric(gyroid(10)) |> offset(2mm * ramp(z, -3, 3)) |> shell(0.8mm) & cube(20)", "W238"),
+    # also where that takes material away, where walls are thin, and once for a wall of a wall
+    ("twist(metric(gyroid(10)), 0.1) + 0.5mm & sphere(20)", "W238"),
+    ("thicken(twist(metric(gyroid(10)), 0.1), 0.5mm) & sphere(20)", "W238"),
+    ("thicken(twist(metric(gyroid(10)), 0.1), -0.5mm) & sphere(20)", "W238"),
+    ("twist(metric(gyroid(10)), 0.1) |> shell(0.2mm) & sphere(30)", "W238"),
+    ("twist(metric(gyroid(10)), 0.1) |> shell(1mm) |> shell(0.2mm) & cube(20)", "W238"),
+    ('scale(sphere(20), [1, 1, 2]) |> shell(2mm, side="inside")', "W238"),
+    ('scale(sphere(20), [1, 1, 2]) |> shell(2mm, side="outside")', "W238"),
+    ("scale(sphere(20), [1, 1, 2]) + 2mm", "W238"),
+    ("sphere(60) \\ (scale(sphere(20), [1, 1, 2]) - 2mm)", "W238"),
     # arithmetic between solids
     ("box([40, 40, 10]) & (cube(20) - sphere(9))", "W213"),
     ("cube(20) - cylinder(4, 30)", "W213"),
@@ -206,6 +219,15 @@ RIGHT = [
     "mirror(metric(gyroid(10)), [1, 0, 0]) |> shell(0.8mm) & cube(30)",
     "ring(metric(gyroid(10)), 6) |> shell(0.8mm) & cube(30)",
     "repeat(sphere(3), 10, counts=[3, 3, 1]) |> shell(0.5mm)",
+    # of which the length hardly varied, and a texture
+    "sphere(20) - 2mm * ramp(z, -20, 20) |> shell(0.8mm)",
+    "torus(20, 5) + 0.3mm * gyroid(5) |> shell(0.8mm)",
+    # a fillet rises by less, turned or not
+    "smooth_union(sphere(10), translate(box([10, 50, 10]), [0, 9, 0]), 2mm + 2mm * ramp(x, -9, 9)) |> shell(1mm)",
+    "smooth_union(cylinder(10, 40), translate(cylinder(40, 10), [0, 0, 3]), 5mm) |> shell(1mm)",
+    "smooth_union(cylinder(9, 40), rotate(translate(cylinder(40, 9), [0, 0, 3]), [1, 0, 0], 0deg), 5mm) |> shell(1mm)",
+    "smooth_union(box([33.5, 28.3, 16.7]), rotate(cylinder(7.8, 50.7), [1, 0, 0], 33deg), 1.6mm) |> shell(0.9mm)",
+    "smooth_union(scale(sphere(10), 2), translate(box([10, 50, 10]), [0, 9, 0]), 5mm) |> shell(1mm)",
     "twist(box([20, 20, 60]), 0.03) |> shell(1mm)",
     "twist(metric(gyroid(10)) |> shell(0.8mm), 0.1) & cube(30)",
     "morph(metric(gyroid(10)), metric(gyroid(10)), 0.5) |> shell(0.8mm) & cube(30)",

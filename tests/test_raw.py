@@ -102,6 +102,11 @@ def test_a_length_that_meets_a_raw_lattice_is_refused_with_its_way_out(text: str
         "hypot(gyroid(10), 0) - 0.2mm & cube(9)",
         "sqrt(square(gyroid(10))) - 0.2mm & cube(9)",
         "let f = abs(gyroid(10))\nf - 1mm & cube(9)",
+        "gyroid(10) * gyroid(10) - 0.2mm & cube(9)",
+        "2 * abs(gyroid(10)) - 0.2mm & cube(9)",
+        "pow(gyroid(10), 2) - 0.2mm & cube(9)",
+        "sqrt(square(diamond(10)) + 0.01) - 0.2mm & cube(9)",
+        "max(abs(gyroid(10)), abs(diamond(8))) - 0.3mm & cube(9)",
     ],
 )
 def test_where_no_edit_of_one_place_mends_it_none_is_shown(text: str) -> None:
@@ -168,7 +173,11 @@ def test_a_stress_or_a_force_is_no_thickness(text: str, shown: str, hint: str) -
     [
         ("(metric(gyroid(10)) @ (2 * p)) |> shell(0.8mm) & cube(30)", "is 0.5 mm long"),
         ("0.4 * sphere(10) - 1mm", "is 2.5 mm long"),
-        ("(sphere(10) @ [x, y, z / 3]) - 1mm & slab([0, 0, 1], 60)", "is 1 to "),
+        ("0.5 * sphere(10) @ (p) |> shell(1mm)", "is 2 mm long"),
+        ("shell((0.5) * (sphere(10)), 1mm)", "is 2 mm long"),
+        ("(sphere(10) @ [x, y, z / 3]) - 1mm & slab([0, 0, 1], 60)", "is 1.1 to "),
+        # of 20 mm, a mixture within 5 mm is off: the others are as long as they say, and are not in its numbers
+        ("crossfade(sphere(20), box([40, 40, 20]), along=z - 3, r=5mm) |> shell(1mm)", " % of its surface"),
     ],
 )
 def test_a_distance_no_longer_is_told_by_how_much(text: str, told: str) -> None:

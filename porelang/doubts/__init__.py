@@ -53,6 +53,8 @@ def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
         if spent + size > MOST_NODES or cuts + cut > MOST_CUTS:
             continue  # smaller ones may follow
         spent, cuts = spent + size, cuts + cut
+        if any(o.span == s.span and o.code == "W238" for o in out) and s.what == "uneven":
+            continue  # of one place it is said once
         if (d := _LOOKS[s.what](s, found, bindings)) is not None:
             out.append(d)
     return [

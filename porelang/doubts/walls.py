@@ -4,57 +4,107 @@ from __future__ import annotations
 
 import numpy as np
 
-from porelang.analysis.sampled import inside_of, keeps_lengths, sampler
+from porelang.analysis.sampled import Points, inside_of, keeps_lengths, sampler
 from porelang.diagnostics import Diagnostic, Edit
-from porelang.doubts.parts import seen_from, way_to
+from porelang.doubts.parts import Way, seen_from, way_to
 from porelang.elaborate.results import Elaborated, Suspicion
 from porelang.formula import Bindings
-from porelang.ir import order, within
+from porelang.ir import Node, const, order, substitute, within
+from porelang.rewrites import flatten
 
-#: By how much a length may miss what it says, at as many of the points that were looked at, before it is said.
-OFF, SHARE, FEW = 0.1, 0.05, 20
-#: Points that are looked at, and how far apart (mm) the values of which a slope is taken.
-_MOST, _STEP = 500, 1e-4
+#: By how much a length may miss what it says, at as large a share of the points that are looked at, before it is said.
+OFF, SHARE = 0.1, 0.05
+#: Points that are enough and that are too few; how many are tried at a time, and for how many operations in all.
+_MOST, _FEW, _TRIED, _WORK = 500, 200, 8000, 80_000_000
+#: How far apart (mm) the values are of which a slope is taken.
+_STEP = 1e-4
+#: More than any distance in a part: a field that is so much more or less is void or solid.
+_MUCH = 1e6
 
 
 def uneven(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     """A length that is not what it says, because the field it is added to does not rise by 1 mm in each mm.
 
-    Where a field rises by g, what is added to it is 1/g times as far, to first order.
+    Where a field rises by g, what is added to it is 1/g times as far, to first order. Said is it only where that
+    comes from what was stretched, scaled or mixed: a fillet rises by less too, and is meant.
     """
-    field, length = s.nodes
+    field, length, *causes = s.nodes
+    causes = [n for n in causes if n.op != "at" or not keeps_lengths(n.args[1:], bindings)]
+    if not causes or _said_below(s, found):
+        return None
     for output in found.outputs.values():
         if len(output.nodes) != 1 or field not in order(output.nodes, within):
             continue
         way = way_to(field, output.nodes[0])
         if way is None or not all(keeps_lengths(n.args[1:], bindings) for n, _ in way if n.op == "at"):
             continue
-        points = inside_of(output.nodes[0], bindings)
-        at = sampler([seen_from(way, field), seen_from(way, length)], bindings)
-        if points is None or at is None:
+        ways = [way_to(n, field) for n in causes]
+        made = [seen_from([*way, *w], n) for w, n in zip(ways, causes, strict=True) if w is not None]
+        if len(made) < len(causes):  # what is within a task cannot be told from its fillets
+            made = [seen_from(way, field)]
+        at = sampler([seen_from(way, field), *made], bindings)
+        points = _beside(output.nodes[0], way, field, length, bindings)
+        if at is None or points is None or len(points) < _FEW:
             return None
-        values, lengths = at(points)
-        points = points[np.abs(values) <= np.abs(lengths)][:_MOST]
-        if len(points) < FEW:
-            return None
-        steps = _STEP * np.eye(3)
-        rises = [(at(points + e)[0] - at(points - e)[0]) / (2 * _STEP) for e in steps]
+        sizes = sum(((a - b) / (2 * _STEP)) ** 2 for a, b in ((np.stack(at(points + e)), np.stack(at(points - e)))
+                    for e in _STEP * np.eye(3)))  # fmt: skip
         with np.errstate(divide="ignore"):
-            real = 1 / np.sqrt(sum(r * r for r in rises))
-        off = np.abs(np.log(real)) > np.log(1 + OFF)
-        if np.isnan(real).any() or off.mean() < SHARE:
+            real = 1 / np.sqrt(sizes)
+        if np.isnan(real).any():
             return None
-        low, high = np.quantile(real, [0.05, 0.95])
-        return Diagnostic(
-            "W238",
-            f"a length is added to what is a distance no longer: 1 mm of it is {low:.2g} to {high:.2g} mm long"
-            if high - low > 0.05
-            else f"a length is added to what is a distance no longer: 1 mm of it is {high:.2g} mm long",
-            s.span,
-            "stretched, turned or mixed, its values are no mm",
-            hint=f"write `{s.instead}`: the distance to what was made" if s.instead
-            else "put `metric(...)` about the field that the length is added to",
-            edit=Edit(s.argument, s.instead) if s.argument is not None else None,
-            severity="warning",
-        )  # fmt: skip
+        wrong = np.abs(np.log(real)) > np.log(1 + OFF)
+        off = wrong[0] & wrong[1:].any(axis=0)
+        if off.mean() >= SHARE:
+            return _told(s, real[0][off], float(off.mean()))
     return None
+
+
+def _said_below(s: Suspicion, found: Elaborated) -> bool:
+    """Whether it is said of a wall of which this is one again, and nothing was stretched between."""
+    field, _, *causes = s.nodes
+    below = set(order([field], within)) - {field}
+    others = [o for o in found.suspicions if o.what == "uneven" and o.nodes[0] in below]
+    return any(set(o.nodes[2:]) == set(causes) for o in others)
+
+
+def _beside(root: Node, way: Way, field: Node, length: Node, bindings: Bindings) -> Points | None:
+    """Points (n, 3) between the surface of a field and where a length moves it, on both of its sides, where that
+    decides what of an output is solid: a hole is looked at, and a thin wall, as well as what is left."""
+    inside = inside_of(root, bindings)
+    if inside is None or not len(inside):
+        return None
+    instead = [const(_MUCH), const(-_MUCH), *(const(share) * length for share in (-1.0, -0.5, 0.0, 0.5, 1.0))]
+    solids = sampler([substitute([root], {field: i})[0] for i in instead], bindings)
+    at = sampler([seen_from(way, field), seen_from(way, length)], bindings)
+    if at is None or solids is None:
+        return None
+    lo, hi = inside.min(axis=0), inside.max(axis=0)
+    random, out = np.random.default_rng(1), np.empty((0, 3))
+    more = np.abs(at(inside)[1]).max()
+    for _ in range(max(1, min(16, _WORK // (_TRIED * len(order(flatten(field))))))):
+        points = random.uniform(lo - more, hi + more, (_TRIED, 3))
+        values, lengths = at(points)
+        points = points[np.abs(values) <= np.abs(lengths)]
+        if len(points):
+            solid = np.stack(solids(points)) < 0
+            out = np.concatenate([out, points[solid.any(axis=0) & ~solid.all(axis=0)]])
+        if len(out) >= _MOST:
+            break
+    return out[:_MOST]
+
+
+def _told(s: Suspicion, real: Points, share: float) -> Diagnostic:
+    """What 1 mm is, at the places where it is not 1 mm."""
+    low, high = np.quantile(real, [0.05, 0.95])
+    much = f"{low:.2g} to {high:.2g}" if high - low > 0.05 else f"{high:.2g}"
+    where = "" if share > 0.95 else f" at {100 * share:.0f} % of its surface"
+    return Diagnostic(
+        "W238",
+        f"a length is added to what is a distance no longer: 1 mm of it is {much} mm long{where}",
+        s.span,
+        "stretched, turned or mixed, its values are no mm",
+        hint=f"write `{s.instead}`: the distance to what was made" if s.instead
+        else "put `metric(...)` about the field that the length is added to",
+        edit=Edit(s.argument, s.instead) if s.argument is not None else None,
+        severity="warning",
+    )  # fmt: skip

@@ -27,9 +27,10 @@ _GIVES = re.compile(r"a (distance|raw lattice)|as (\w+)")
 #: Operations that keep what their first argument is.
 _KEPT = frozenset({"neg", "abs", "at", "ensure"})
 #: Operations that fold the values of a lattice at its surface, so that they do not pass through 0 there.
-_FOLDING = frozenset({"abs", "square", "hypot"})
+_FOLDING = frozenset({"abs", "square", "sqrt", "pow", "hypot"})
 #: Tasks whose data are values of their fields.
 _SAMPLING = frozenset({"sample", "blur"})
+_NOTHING: frozenset[Node] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +41,7 @@ class Nature:
     (this node), which bounds none of them. `plain`: it is as a function gave it, perhaps moved, and nothing was made of
     it yet. `period` is that of the lattice it is, where that is known. `scaled`: a raw lattice times a number, which is
     a texture where it is added to a distance. `folded`: it is a magnitude, which is 0 at a
-    surface and not negative beside. `uneven`: it was made of distances, and may be none any more.
+    surface and not negative beside. `uneven`: the nodes by which what was made of distances may be none any more.
     """
 
     raw: bool = False
@@ -49,7 +50,7 @@ class Nature:
     period: Node | None = None
     scaled: bool = False
     folded: bool = False
-    uneven: bool = False
+    uneven: frozenset[Node] = frozenset()
 
 
 #: What is known of nodes so far; None where it was found that nothing is.
@@ -66,7 +67,11 @@ def note(known: Natures, definition: tree.Def, arguments: Mapping[str, Value], r
     if fact[2]:
         given = arguments.get(fact[2])
         same = nature(known, given.node) if isinstance(given, Scalar) else None
-        found = None if same is None else replace(same, period=None, uneven=not same.raw)
+        if same is None:
+            return None
+        own = nature(known, result.node)  # what it does inside says more than that it does something
+        by = frozenset() if same.raw else frozenset({result.node}) if own is None or own.raw else own.uneven
+        found = replace(same, period=None, uneven=by)
     else:
         w = arguments.get("w")
         raw = fact[1] == "raw lattice"
@@ -89,9 +94,11 @@ def note_scaled(known: Natures, op: str, numbers: Sequence[Value], made: Value) 
             continue
         lattice, factor = nature(known, one.node), nature(known, other.node)
         if lattice is not None and (factor is None or (lattice.raw and factor.raw)):
+            folded = lattice.folded or (factor is not None and (factor.folded or other.node is one.node))
             known.setdefault(made.node, None)
             if known[made.node] is None and (lattice.raw or lattice.total is None):
-                known[made.node] = Nature(raw=lattice.raw, plain=lattice.raw, scaled=True, uneven=not lattice.raw)
+                uneven = _by(made.node, not lattice.raw)
+                known[made.node] = Nature(lattice.raw, None, lattice.raw, None, True, folded, uneven)
 
 
 def nature(known: Natures, n: Node) -> Nature | None:
@@ -107,7 +114,7 @@ def _parts(n: Node) -> tuple[Node, ...]:
     """The arguments that decide what a node is."""
     if not n.axes:
         return ()
-    if n.op in _KEPT:
+    if n.op in _KEPT or n.op == "pow":
         return n.args[:1]
     if n.op in ("add", "sub", "max", "min", "hypot"):
         return n.args
@@ -134,7 +141,7 @@ def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
             return None
         same = n.op in ("at", "ensure")
         folded = n.op == "abs" or a.folded
-        uneven = not a.raw and (a.uneven or (n.op == "at" and not _moves(n.args[1:])))
+        uneven = _NOTHING if a.raw else a.uneven | _by(n, n.op == "at" and not _moves(n.args[1:]))
         period = None if n.op == "at" else a.period
         return Nature(a.raw, a.total, a.plain and same, period, a.scaled, folded, uneven)
     if len(parts) == 1 or n.op == "hypot":  # of a distance they are numbers to be used as such
@@ -147,13 +154,13 @@ def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
             one = a or b
             return None if total or one is None else replace(one, plain=False, folded=False)
         if not (a.raw or b.raw) and (a.scaled or b.scaled) and not total:  # (1 - t) * a + t * b
-            return Nature(scaled=True, uneven=True)
+            return Nature(scaled=True, uneven=_by(n))
         if total or not (a.raw or b.raw):
             return Nature(total=n)
         if a.raw != b.raw and (a.scaled or b.scaled):
             return replace(b if a.raw else a, plain=False)
         if a.raw != b.raw:
-            return Nature(uneven=True)
+            return Nature(uneven=_by(n))
         mixed = a.scaled or b.scaled  # (1 - t) * a + t * b is a lattice as they are
         return Nature(raw=True, plain=mixed, scaled=mixed) if a.raw and b.raw else None
     if total:
@@ -162,9 +169,15 @@ def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
         one, other = a or b, n.args[parts.index(None)]
         if n.op == "select" or (not other.axes and not _clamps(n.op, one, other)):
             return None  # a clamped distance, or a share from 0 to 1, is a number to be used as one
-        return Nature(one.raw, uneven=one.uneven) if one is not None else None
+        return Nature(one.raw, folded=one.folded, uneven=one.uneven) if one is not None else None
     raw = a.raw or b.raw
-    return Nature(raw, plain=n.op == "select" and a.plain and b.plain, uneven=not raw and (a.uneven or b.uneven))
+    plain, folded = n.op == "select" and a.plain and b.plain, a.folded or b.folded  # the greater of magnitudes is one
+    return Nature(raw, plain=plain, folded=folded, uneven=_NOTHING if raw else a.uneven | b.uneven)
+
+
+def _by(n: Node, uneven: bool = True) -> frozenset[Node]:
+    """That it is a node by which a distance may be none any more."""
+    return frozenset({n}) if uneven else _NOTHING
 
 
 def _moves(point: Sequence[Node]) -> bool:

@@ -224,6 +224,8 @@ def apply(ctx: Context, row: Op, arguments: Sequence[Value], places: Sequence[Sp
     if row.name in ("mul", "div"):
         note_scaled(ctx.natures, row.name, numbers, out)
         raw.note_length(ctx, numbers, out)
+    elif row.name in ("add", "sub"):
+        raw.note_varied(ctx, numbers, out, span)
     elif row.result == "bool":
         share_and_percent(ctx, numbers, places)
     elif row.units == "angle":

@@ -27,6 +27,8 @@ _CUTTING = frozenset({"min", "max"})
 _KEEPING = frozenset({"add", "sub", "min", "max", "neg", "abs", "at", "ensure", "select"})
 #: `f * b to a`: of a function that adds to its argument a.
 _ADDS = re.compile(r"(\w+) \* (\w+) to (\w+)")
+#: As many sums of one place are looked at: a shell has five, one of each side or two.
+_OFTEN = 8
 #: The function that makes mm of it.
 LIFT = "metric"
 _ABS = "abs"
@@ -84,23 +86,55 @@ def _on_uneven(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], s
     """Suspect a length that is added to what was made of distances, and may be none any more."""
     for i, field in enumerate(numbers):
         length, lies = numbers[1 - i], places[i]
-        if not (isinstance(field, Scalar) and isinstance(length, Scalar)) or length.dimension != LENGTH:
+        if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
             continue
-        found, place = nature(ctx.natures, field.node), ctx.users_place(span)
-        direct = place is span
+        place = ctx.users_place(span)
+        direct, handed = place is span, list(ctx.given_at.get(place, {}).values())
+        if length.dimension != LENGTH:  # `f * b`, of a length b and a number f that has no unit
+            said = None if direct or length.dimension is not None or length.node.axes else _length_among(ctx, handed)
+            if said is None or not _is_known(said):
+                continue
+        found = nature(ctx.natures, field.node)
         if found is None or found.raw or not found.uneven or (direct and length.node.axes):
             continue
-        given = [] if direct else [g for g in ctx.given_at.get(place, {}).values() if _is_uneven(ctx, g.value)]
+        given = [] if direct else [g for g in handed if _is_uneven(ctx, g.value)]
         spans = [lies] if direct else [g.span for g in given]
         at = places[1 - i] if direct else place
         edit = _lift(spans, (), [lies] if direct and found.folded else ())
         where, text = (edit.span, edit.text) if edit else (None, "")
-        ctx.suspect(Suspicion("uneven", at, (field.node, length.node), where, instead=text))
+        before = [s.nodes for s in ctx.found.suspicions if s.what == "uneven" and s.span == at]
+        if at.source.prelude or len(before) >= _OFTEN or any(n[:2] == (field.node, length.node) for n in before):
+            continue
+        # all branches of a function are made: which of them is in the part is seen when it is whole
+        ctx.found.suspicions.append(
+            Suspicion("uneven", at, (field.node, length.node, *found.uneven), where, instead=text)
+        )
+
+
+def note_varied(ctx: Context, numbers: Sequence[Value], made: Value, span: Span) -> None:
+    """Note that a distance to which a varying length was added may be none any more. A texture, of a lattice, is meant,
+    and so is a fillet: what the prelude adds to the least or the greatest of solids."""
+    known, place = ctx.natures, ctx.users_place(span)
+    if len(numbers) != 2 or not isinstance(made, Scalar):
+        return
+    handed = numbers if place is span else [g.value for g in ctx.given_at.get(place, {}).values()]
+    own = {v.node for v in handed if isinstance(v, Scalar)}
+    for one, other in (numbers, (numbers[1], numbers[0])):
+        if not (isinstance(one, Scalar) and isinstance(other, Scalar)) or not _is_length(ctx, other):
+            continue
+        if not other.node.axes or (one.node.op in ("min", "max") and one.node not in own):
+            continue
+        field, added = nature(known, one.node), nature(known, other.node)
+        if field is None or field.raw or added is not None:
+            continue
+        sum_of = nature(known, made.node)
+        if sum_of is not None and not any((m := known.get(n)) is not None and m.raw for n in order([other.node])):
+            known[made.node] = replace(sum_of, uneven=sum_of.uneven | {made.node})
 
 
 def _is_uneven(ctx: Context, value: Value) -> bool:
     found = nature(ctx.natures, value.node) if isinstance(value, Scalar) else None
-    return found is not None and found.uneven
+    return found is not None and bool(found.uneven)
 
 
 def call_on_lattice(ctx: Context, function: Function, given: Mapping[str, Given]) -> Poison | None:
@@ -199,9 +233,9 @@ def _lift(spans: Sequence[Span], lists: Sequence[Span] = (), folded: Sequence[Sp
     """One edit that wraps the texts of places in `metric(...)`; None where there are none, or not in one text."""
     if not spans or any(s.source is not spans[0].source or s.source.prelude for s in spans):
         return None
-    source, text, end = spans[0].source, "", value_of(spans[0]).start
+    source, text, end = spans[0].source, "", _closed(value_of(spans[0])).start
     for s in spans:
-        value = value_of(s)
+        value = _closed(value_of(s))
         if s in lists:
             wrapped = f"[for f in {value.text}: {LIFT}(f)]"
         elif s in folded:  # what is folded is lifted within: no distance is found to where nothing changes its sign
@@ -213,7 +247,21 @@ def _lift(spans: Sequence[Span], lists: Sequence[Span] = (), folded: Sequence[Sp
             wrapped = f"{LIFT}({_without_brackets(value.text)})"
         text += source.text[end : value.start] + wrapped
         end = value.end
-    return Edit(Span(source, value_of(spans[0]).start, end), text)
+    return Edit(Span(source, _closed(value_of(spans[0])).start, end), text)
+
+
+def _closed(span: Span) -> Span:
+    """A place with the parentheses of its first and last operand, which no operand's own place has."""
+    text, start, end = span.source.text, span.start, span.end
+    depth = least = 0
+    for c in span.text:
+        depth += (c == "(") - (c == ")")
+        least = min(least, depth)
+    for _ in range(-least):
+        start = max(text.rfind("(", 0, start), 0)
+    for _ in range(depth - least):
+        end = text.find(")", end) + 1 or end
+    return Span(span.source, start, end)
 
 
 def _without_brackets(text: str) -> str:
