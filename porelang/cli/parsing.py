@@ -23,6 +23,7 @@ CALLED = {
     **dict.fromkeys(("--define", "--param"), "--set"),
 }
 
+
 def parse(argv: Sequence[str]) -> Namespace:
     """The command and its options. Errors: E108. Asked for help or the version, it prints them and exits."""
     if not argv:
