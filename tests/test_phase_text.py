@@ -16,6 +16,9 @@ from test_phase import PERIODS, cylinder, inner
 
 import porelang
 from porelang.cli import main
+from porelang.data import SampledField
+from porelang.ir import order
+from porelang.ops.grid import lookup_cubic
 from porelang.program import Design
 
 Values = NDArray[Any]
@@ -391,3 +394,38 @@ def test_a_period_that_jumps_is_told_what_to_write() -> None:
     (found,) = [w.message.diagnostic for w in told]  # type: ignore[union-attr]
     assert found.code == "W218"
     assert "write `phase=phase(if x > 30 then 12 else 6, ...)`" in found.hint
+
+
+def test_cells_stand_in_a_frame() -> None:
+    """Cells of 10 mm outward, r/2 round and 10 mm up, in the frame of a cylinder: the phase is r/10, 2 angle, z/10."""
+    text = """
+let part = box([30, 60, 20]) |> translate([35, 0, 0])
+let r = hypot(x, y)
+out part = gyroid(phase=phase([10mm, r / 2, 10mm], part, orientation=[[x, y, 0], [-y, x, 0]])) & part
+"""
+    program = porelang.compile(text)
+    (note,) = program.design().told(*program.graph.outputs["part"])
+    assert note.severity == "note"
+    assert re.search(r"within 0 degrees of the frame given \(95 %\), [01] at most", note.message)
+    (grid,) = [n for n in order(program.graph.roots) if n.op == "phase"]
+    found = program.design().task(grid)
+    assert isinstance(found, SampledField)
+    x, y, z = np.random.default_rng(2).uniform([21, -29, -9], [49, 29, 9], (4000, 3)).T
+    slopes = np.stack([[lookup_cubic(found, x, y, z, (k, *e)) for e in np.eye(3, dtype=int)] for k in range(3)])
+    r = np.hypot(x, y)
+    zero = np.zeros_like(x)
+    wanted = np.array([[x / r / 10, y / r / 10, zero], [-2 * y / r**2, 2 * x / r**2, zero], [zero, zero, zero + 0.1]])
+    signs = np.sign((slopes * wanted).sum(1))
+    assert (signs == signs[:, :1]).all()  # no cell is turned against its neighbours
+    off = np.abs(slopes * signs[:, None] - wanted).max((0, 1)) * 10
+    assert np.quantile(off, 0.95) < 0.02
+
+
+def test_a_frame_that_turns_is_not_followed_for_nothing() -> None:
+    """Cells of one size cannot stand round an axis: the note says by how much they miss the frame."""
+    text = "let part = box([30, 60, 20]) |> translate([35, 0, 0])\n"
+    text += "gyroid(phase=phase(10mm, part, orientation=[[x, y, 0], [-y, x, 0]])) & part"
+    program = porelang.compile(text)
+    told = program.design().told(*program.graph.outputs["part"])
+    assert any("degrees of the frame given" in d.message for d in told)
+    assert any(d.code == "W229" for d in told)

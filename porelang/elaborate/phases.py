@@ -8,7 +8,18 @@ from porelang.diagnostics import suggest
 from porelang.elaborate import arguments
 from porelang.elaborate.calls import Call
 from porelang.elaborate.context import Context
-from porelang.elaborate.values import ABSENT, POISON, Poison, Scalar, Text, Value, Vector, as_vector, describe
+from porelang.elaborate.values import (
+    ABSENT,
+    POISON,
+    ListValue,
+    Poison,
+    Scalar,
+    Text,
+    Value,
+    Vector,
+    as_vector,
+    describe,
+)
 from porelang.ir import ZERO, Node, const, node
 from porelang.source import Span
 from porelang.syntax import tree
@@ -21,7 +32,7 @@ def _phase(ctx: Context, site: tree.Call, values: list[Value], places: list[Span
     vector = as_vector(values[0])
     period = vector if vector is not None else arguments.field(ctx, values[0], places[0], "`w` of `phase`")
     within = arguments.field(ctx, values[1], places[1], "`within` of `phase`")
-    way = as_vector(values[2])
+    way = _frame(values[2])
     orientation = "along" if way is not None else _word(ctx, values[2], places[2], "orientation", _ORIENTATIONS)
     kept = _word(ctx, values[3], places[3], "keep", _KEPT)
     if period is None or within is None or orientation is None or kept is None:
@@ -34,13 +45,23 @@ def _phase(ctx: Context, site: tree.Call, values: list[Value], places: list[Span
         if isinstance(known, float) and not known > 0:
             return ctx.error("E147", f"a period of {known:g} mm cannot be had", places[0],
                              hint="give a length above 0, as in 10mm")  # fmt: skip
-    cells = _cells(ctx, values[4], places[4], way is not None)
+    cells = _cells(ctx, values[4], places[4], bool(way))
     if cells is None:
         return POISON
     words = (const(float(orientation == "free")), const(float(kept == "volume")), *cells)
-    grid = ctx.task(node("phase", *periods, within.node, *words, *(way.nodes if way is not None else ())), site.span)
+    grid = ctx.task(node("phase", *periods, within.node, *words, *(n for v in way or () for n in v.nodes)), site.span)
     x, y, z = (arguments.looked_up(grid, k, True, None) for k in range(3))
     return Vector(x, y, z, RATIO)
+
+
+def _frame(value: Value) -> tuple[Vector, ...] | None:
+    """The direction of the first axis of cells, or those of the first two, of a frame; None where it is none."""
+    vector = as_vector(value)
+    if vector is not None:
+        return (vector,)
+    items = value.items if isinstance(value, ListValue) and len(value.items) in (2, 3) else ()
+    vectors = tuple(v for v in map(as_vector, items) if v is not None)
+    return vectors[:2] if items and len(vectors) == len(items) else None
 
 
 def _cells(ctx: Context, value: Value, place: Span, turned: bool) -> tuple[Node, ...] | None:
@@ -77,7 +98,8 @@ def _word(ctx: Context, value: Value, place: Span, parameter: str, words: tuple[
         return value.value
     if isinstance(value, Poison):
         return None
-    known = " or ".join(f'"{w}"' for w in words) + (" or a direction, a vector" if parameter == "orientation" else "")
+    known = " or ".join(f'"{w}"' for w in words)
+    known += ", a direction, or a frame, two vectors in a list" if parameter == "orientation" else ""
     near = suggest(value.value, words) if isinstance(value, Text) else None
     hint = f'did you mean "{near}"?' if near else f'write {parameter}="{words[0]}", or leave it out'
     ctx.error("E060", f"`{parameter}` of `phase` is {known}", place, label=f"this is {describe(value)}", hint=hint)

@@ -75,7 +75,8 @@ _ROWS = (
          "The phase of a lattice whose cells have the size w, a field, within a solid: `gyroid(phase=phase(w, part))`. "
          "As near to that as can be, and it says what it got: cells of one shape whose size varies exist for few w. "
          'They may turn a little (`orientation="free"`), which gets nearest, or keep the directions of the axes '
-         '(`"fixed"`), or stand along a direction, a vector field, as `align` has it; `keep="volume"` gives up some of '
+         '(`"fixed"`), or stand along a direction, a vector field, as `align` has it, or in a frame: '
+         '`orientation=[v, u]`, v and u as near as can be; `keep="volume"` gives up some of '
          "their shape for their size. `cells` fits a whole number of them into the box of the solid: `12` along its "
          'longest side, `[4, 4, 12]` along each, or `"whole"`, the nearest. Beyond that box and a sixteenth of its '
          "longest side the lattice ends.", 3, "finding a phase"),

@@ -95,8 +95,8 @@ def _sample(asked: Formula) -> Result:
     return bake(asked.with_roots(*(asked.roots[i] for i in fields)), _number(asked, voxel), _field(asked, within))
 
 
-#: Of a phase with so many arguments how many are periods; three more are a direction.
-_SEVERAL = {8: 1, 10: 3, 11: 1, 13: 3}
+#: Of a phase with so many arguments how many are periods; three more are a direction, six the first two of a frame.
+_SEVERAL = {8: 1, 10: 3, 11: 1, 13: 3, 14: 1, 16: 3}
 #: What `cells` of a phase may be, in the order of the numbers that say which in the graph.
 FITS: tuple[Literal["each", "whole", "longest"], ...] = ("each", "whole", "longest")
 

@@ -15,6 +15,7 @@ from porelang.ir import X, Y, Z, order
 from porelang.tasks.bake import region
 from porelang.tasks.phase.find import Fit, find
 from porelang.tasks.phase.look import Field
+from porelang.tasks.phase.turning import beside
 
 
 def phase_of(
@@ -28,7 +29,8 @@ def phase_of(
     """The phase, in turns, for a field of periods in mm, over the box of a solid; its facts are those of `Got`.
 
     `period` has one root, or three for the axes of the cells; `free` lets cells turn, or they stand along a
-    `direction` (three roots, of any length but 0); `volume` gives up shape for size, `cells` says how many there are.
+    `direction` (three roots, of any length but 0; six for the first two axes of a frame); `volume` gives up shape for
+    size, `cells` says how many there are.
     Errors: E091 and E092 of the solid, and those of `find`.
     """
     box = region(within, "this phase")
@@ -68,13 +70,21 @@ def _values(fields: Formula) -> Field:
 
 
 def _unit(direction: Field) -> Field:
-    """A field of directions with the length 1; x where it has none."""
+    """A field of directions (3, ...) with the length 1, x where it has none; of two (6, ...), the second at right
+    angles to the first, in their plane."""
 
     def at(x: NDArray[Any], y: NDArray[Any], z: NDArray[Any]) -> NDArray[np.float64]:
         values = direction(x, y, z)
-        size = np.sqrt((values**2).sum(0))
-        known = np.isfinite(size) & (size > 1e-12)
-        instead = np.array([1.0, 0, 0]).reshape(3, *(1,) * (values.ndim - 1))
-        return np.where(known, values, instead) / np.where(known, size, 1.0)
+        first = _of_length_one(values[:3], np.array([1.0, 0, 0]).reshape(3, *(1,) * (values.ndim - 1)))
+        if len(values) == 3:
+            return first
+        second = np.where(np.isfinite(values[3:]), values[3:], 0.0)
+        return np.concatenate([first, _of_length_one(second - (second * first).sum(0) * first, beside(first))])
 
     return at
+
+
+def _of_length_one(values: NDArray[Any], instead: NDArray[Any]) -> NDArray[np.float64]:
+    size = np.sqrt((values**2).sum(0))
+    known = np.isfinite(size) & (size > 1e-12)
+    return np.asarray(np.where(known, values, instead) / np.where(known, size, 1.0))

@@ -12,7 +12,7 @@ from porelang.data import SampledField, Triple
 from porelang.progress import checkpoint
 from porelang.tasks.phase.grids import on_grid
 from porelang.tasks.phase.look import Field, Look
-from porelang.tasks.phase.turning import rotations
+from porelang.tasks.phase.turning import framed, rotations
 
 Values = NDArray[np.float64]
 #: A cell of this volume, against a cube of its size, is as good as folded: between the points looked at it may be.
@@ -38,8 +38,8 @@ class Got:
     how much longer a cell is one way than another, against what was asked for (the largest by the smallest singular
     value of w times the Jacobian, 1 for cells of the right shape); `turn` the angle by which cells are turned from the
     axes of the part. `askew` is by how much
-    the cells miss the direction that they were to stand along. `turned` and `directed` are 1 where cells may turn, and
-    where a direction is given.
+    the cells miss the direction that they were to stand along, or are turned from the frame. `turned` is 1 where cells
+    may turn, `directed` where a direction is given, 2 where a frame is.
     """
 
     asked_least: float
@@ -66,11 +66,16 @@ class Got:
         """As numbers, in the order of the fields above."""
         return tuple(float(v) for v in astuple(self))
 
+    @property
+    def given(self) -> str:
+        """What cells were to stand along."""
+        return "frame" if self.directed > 1 else "direction"
+
     def __str__(self) -> str:
         asked, found = _range(self.asked_least, self.asked_most), _range(self.least, self.most)
         turn = f"turned by up to {self.turn_most:.0f} degrees" if self.turn_most >= 0.5 else "not turned"
         if self.directed:
-            turn = f"within {self.askew_95:.0f} degrees of the direction given (95 %), {self.askew_most:.0f} at most"
+            turn = f"within {self.askew_95:.0f} degrees of the {self.given} given (95 %), {self.askew_most:.0f} at most"
         volume = f"volume within {100 * self.volume_95:.0f} % (95 %); " if self.sized else ""
         return f"asked {asked} mm, got {found}; {volume}stretch at most {self.stretch_most:.2f}; {turn}; no folds"
 
@@ -104,7 +109,7 @@ def told(facts: Sequence[float]) -> tuple[str, str, str]:
     elif of.stretch_most > WORST_STRETCHED:
         wrong.append(f"one is {of.stretch_most:.2f} times as long as it should be against its width")
     if of.askew_95 > ASKEW:
-        wrong.append(f"one in twenty lies {of.askew_95:.0f} degrees or more off the direction given")
+        wrong.append(f"one in twenty lies {of.askew_95:.0f} degrees or more off the {of.given} given")
         hint = (
             "directions that turn quickly need cells that differ: blur them, or make the cells larger; round an axis "
         )
@@ -177,8 +182,12 @@ def got(
         float(free),
     ]
     if direction is not None:
-        askew = _degrees(np.abs((turns[0] * direction(*places(cells[::few]))).sum(0)))
-        found += [1.0, np.quantile(askew, 0.95), askew.max()]
+        wanted = direction(*places(cells[::few]))
+        if len(wanted) == 6:  # the angle of the turn from one to the other
+            askew = _degrees(((turns * framed(turns, wanted)).sum((0, 1)) - 1) / 2)
+        else:
+            askew = _degrees(np.abs((turns[0] * wanted).sum(0)))
+        found += [len(wanted) / 3, np.quantile(askew, 0.95), askew.max()]
     else:
         found += [0.0, 0.0, 0.0]
     found += [1.0, np.quantile(np.abs(1 / volume - 1), 0.95)] if sized else [0.0, 0.0]
