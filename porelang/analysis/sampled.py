@@ -34,6 +34,8 @@ _ENOUGH, _TRIED, _WORK = MOST // 10, 12, 40_000_000
 #: Solids of a union whose boxes are looked for one by one; how often each is widened at most, as of a thin shell every
 #: look finds a few points more; of a box, how much is added to what samples found.
 _APART, _WIDENED, _BESIDE = 8, 36, 0.02
+#: The box of a solid without an end grows by more than this factor at every look, that of a thin shell by less.
+_ENDLESS = 1.5
 
 
 #: The values of some nodes at points (n, 3), each (n,).
@@ -121,7 +123,7 @@ def _box_within(at: Sampler, random: np.random.Generator) -> Points | None:
     where they find no point."""
     points = about_the_origin()
     before, known = 0.0, np.empty((0, 3))
-    for _ in range(_WIDENED):
+    for look in range(_WIDENED):
         (values,) = at(points)
         known = np.concatenate([known, points[values < 0]])
         if not len(known):  # the nearest is about as far from it as its value says, if that is a distance
@@ -138,6 +140,8 @@ def _box_within(at: Sampler, random: np.random.Generator) -> Points | None:
         if 0 < size < 1.02 * before:
             beside = _BESIDE * (hi - lo)
             return np.stack([lo - beside, hi + beside])
+        if look > _WIDENED // 3 and size > _ENDLESS * before:
+            break
         before = max(size, before)
         deepest = float(np.abs(values[values < 0]).max()) if (values < 0).any() else 0.0
         more = 0.2 * (hi - lo) + deepest
