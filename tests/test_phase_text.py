@@ -429,3 +429,38 @@ def test_a_frame_that_turns_is_not_followed_for_nothing() -> None:
     told = program.design().told(*program.graph.outputs["part"])
     assert any("degrees of the frame given" in d.message for d in told)
     assert any(d.code == "W229" for d in told)
+
+
+@pytest.mark.parametrize(
+    ("orientation", "words"),
+    [
+        ("[max(x, 0), 0, 0]", "the direction given is 0 in 50 % of the part"),
+        ("[[1, 0, 0], [1, max(x, 0), 0]]", "the frame given is 0, or its two lie along each other, in 50 % of"),
+        ("[[1, 0, 0], [2, 0, 0]]", "in 100 % of the part"),
+    ],
+)
+def test_where_there_is_no_direction_is_told(orientation: str, words: str) -> None:
+    program = porelang.compile(f"gyroid(phase=phase(10mm, cube(40), orientation={orientation})) & cube(40)")
+    (told,) = [d for d in program.design().told(*program.graph.outputs["part"]) if d.code == "W229"]
+    assert words in told.message
+    assert "if length(v) > 0" in told.hint
+
+
+@pytest.mark.parametrize("sign", ["1", "sign(sin(x / 3))"])
+@pytest.mark.parametrize("other", [", [-y, x, 0]", ""])
+def test_cells_follow_half_a_ring(sign: str, other: str) -> None:
+    """From one end to the other the frame turns by 180 degrees. Cells are r/4 round it, whose number is 4 times the
+    angle, to what a grid of 32 cells and the rim allow; which of two opposite directions is given does not matter."""
+    ways = f"[{sign} * [x, y, 0]{other}]" if other else f"{sign} * [x, y, 0]"
+    program = porelang.compile(f"""
+let ring = (cylinder(40mm, 30mm) \\ cylinder(24mm, 40mm)) & -y
+out part = gyroid(phase=phase([8mm, hypot(x, y) / 4, 8mm], ring, orientation={ways})) & ring
+""")
+    told = program.design().told(*program.graph.outputs["part"])
+    assert [d.severity for d in told] == ["note"]
+    (grid,) = [n for n in order(program.graph.roots) if n.op == "phase"]
+    found = program.design().task(grid)
+    assert isinstance(found, SampledField)
+    angle, r = np.meshgrid(np.radians([8.0, 172.0]), [28.0, 32.0, 36.0], indexing="ij")
+    round_it = lookup_cubic(found, r * np.cos(angle), r * np.sin(angle), 0 * r, (1, 0, 0, 0))
+    np.testing.assert_allclose(np.abs(round_it[1] - round_it[0]), 4 * np.radians(164), rtol=0.03)

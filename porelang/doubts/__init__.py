@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 
 from porelang.diagnostics import Diagnostic
-from porelang.doubts import curves, frames, lattices, solids, stretches, walls
+from porelang.doubts import curves, distances, frames, lattices, solids, stretches
 from porelang.doubts.periods import beyond, bodies, drifting
 from porelang.doubts.solids import MOST_CUTS, MOST_NODES, idle_cuts
 from porelang.elaborate.results import Elaborated, Suspicion
@@ -17,6 +17,7 @@ from porelang.formula import Bindings, Formula
 from porelang.ir import TASKS, Node, order, within
 from porelang.rewrites import flatten
 from porelang.settings import off_step
+from porelang.source import Span
 
 __all__ = ["borne_out", "idle_cuts"]
 
@@ -33,7 +34,7 @@ _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | No
     "still": frames.still,
     "fold": frames.fold,
     "fits": frames.fits,
-    "uneven": walls.uneven,
+    "uneven": distances.uneven,
     "stretched": stretches.stretched,
     "bend": curves.bend,
     "beyond": beyond,
@@ -47,15 +48,15 @@ def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
     whole = {n for output in found.outputs.values() for n in output.nodes}  # of what is empty as a whole more is said
     looked_at = [s for s in found.suspicions if not solids.is_whole(s, whole)]
     out: list[Diagnostic] = []
+    said: set[tuple[str, Span]] = set()  # of one place a thing is said once
     spent = cuts = 0
     for s in looked_at:
         size, cut = len(order(s.nodes, within)), s.what in ("apart", "empty")
         if spent + size > MOST_NODES or cuts + cut > MOST_CUTS:
             continue  # smaller ones may follow
         spent, cuts = spent + size, cuts + cut
-        if any(o.span == s.span and o.code == "W238" for o in out) and s.what == "uneven":
-            continue  # of one place it is said once
-        if (d := _LOOKS[s.what](s, found, bindings)) is not None:
+        if (s.what, s.span) not in said and (d := _LOOKS[s.what](s, found, bindings)) is not None:
+            said.add((s.what, s.span))
             out.append(d)
     return [
         *out,

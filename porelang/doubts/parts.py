@@ -46,7 +46,7 @@ def seen_from(way: Way, field: Node) -> Node:
 
 
 #: More than any value of a lattice, and than any distance in a part: what is larger or smaller by it is void or solid.
-_MUCH = 1e6
+MUCH = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ def parts_of(made: Node, found: Elaborated, bindings: Bindings) -> Iterator[tupl
         if way is None:
             continue
         root = output.nodes[0]
-        others = [substitute([root], {made: made + const(more)})[0] for more in (_MUCH, -_MUCH)]
+        others = [substitute([root], {made: made + const(more)})[0] for more in (MUCH, -MUCH)]
         solid = sampler([root, *others], bindings)
         with np.errstate(over="ignore"):  # of a field without an end
             points = inside_of(root, bindings)

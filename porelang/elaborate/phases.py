@@ -102,6 +102,8 @@ def _word(ctx: Context, value: Value, place: Span, parameter: str, words: tuple[
     known += ", a direction, or a frame, two vectors in a list" if parameter == "orientation" else ""
     near = suggest(value.value, words) if isinstance(value, Text) else None
     hint = f'did you mean "{near}"?' if near else f'write {parameter}="{words[0]}", or leave it out'
+    if isinstance(value, ListValue) and parameter == "orientation":
+        hint = "a direction is a vector, `orientation=v`; a frame is two, `orientation=[v, u]`"
     ctx.error("E060", f"`{parameter}` of `phase` is {known}", place, label=f"this is {describe(value)}", hint=hint)
     return None
 

@@ -48,10 +48,11 @@ PHASES = (
         "W229",
         "cells that are not as they were asked for",
         "Cells of one shape whose size varies exist for few fields: `phase` gets as near as can be, and says so.\n"
-        "Here one cell in twenty misses its size by 10 % or more, is 1.15 times as long as it should be against its\n"
-        "width, or lies 10 degrees off the direction that was given; or the smallest or largest cells that are asked\n"
-        "for are missed by a fifth, as a size that is asked for over no more than a few cells is; or some are smaller\n"
-        "or larger by a fifth than any that is asked for; or one misses its size by half or is 1.5 times as long as\n"
+        "Here one cell in twenty misses its size by 10 % or more, is 1.15 times as long as it should be against\n"
+        "its width, or lies 10 degrees off the direction that was given; or there is no direction in a hundredth;\n"
+        "or the smallest or largest cells that are asked for are missed by a fifth, as a size that is asked for\n"
+        "over no more than a few cells is; or some are smaller or larger by a fifth than any that is asked for;\n"
+        "or one misses its size by half or is 1.5 times as long as\n"
         "it should be, as in a narrow place. A size that grows with the distance from a long axis cannot be had,\n"
         "whatever one does. Give it less range or a longer way, let cells turn (`orientation` "
         'left out), or give up some of their shape for their size: `keep="volume"`.',

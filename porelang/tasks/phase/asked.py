@@ -15,7 +15,9 @@ from porelang.ir import X, Y, Z, order
 from porelang.tasks.bake import region
 from porelang.tasks.phase.find import Fit, find
 from porelang.tasks.phase.look import Field
-from porelang.tasks.phase.turning import beside
+
+#: Two directions whose angle has a smaller sine are taken for one.
+ALONG = 1e-6
 
 
 def phase_of(
@@ -70,21 +72,21 @@ def _values(fields: Formula) -> Field:
 
 
 def _unit(direction: Field) -> Field:
-    """A field of directions (3, ...) with the length 1, x where it has none; of two (6, ...), the second at right
-    angles to the first, in their plane."""
+    """A field of directions (3, ...) with the length 1, 0 where there is none; of two (6, ...), the second at right
+    angles to the first, in their plane, and 0 where it lies along it."""
 
     def at(x: NDArray[Any], y: NDArray[Any], z: NDArray[Any]) -> NDArray[np.float64]:
         values = direction(x, y, z)
-        first = _of_length_one(values[:3], np.array([1.0, 0, 0]).reshape(3, *(1,) * (values.ndim - 1)))
+        first = _of_length_one(values[:3])
         if len(values) == 3:
             return first
-        second = np.where(np.isfinite(values[3:]), values[3:], 0.0)
-        return np.concatenate([first, _of_length_one(second - (second * first).sum(0) * first, beside(first))])
+        second = _of_length_one(values[3:])
+        return np.concatenate([first, _of_length_one(second - (second * first).sum(0) * first, ALONG)])
 
     return at
 
 
-def _of_length_one(values: NDArray[Any], instead: NDArray[Any]) -> NDArray[np.float64]:
+def _of_length_one(values: NDArray[Any], least: float = 1e-12) -> NDArray[np.float64]:
     size = np.sqrt((values**2).sum(0))
-    known = np.isfinite(size) & (size > 1e-12)
-    return np.asarray(np.where(known, values, instead) / np.where(known, size, 1.0))
+    known = np.isfinite(size) & (size > least)
+    return np.where(known, values, 0.0) / np.where(known, size, 1.0)

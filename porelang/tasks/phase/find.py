@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from porelang.data import NEAREST, SampledField, Triple, coordinates
 from porelang.diagnostics import fail
 from porelang.ops.grid import lookup_cubic
+from porelang.tasks.phase.frames import combed, everywhere
 from porelang.tasks.phase.got import Fold, Got, got
 from porelang.tasks.phase.grids import on_grid
 from porelang.tasks.phase.look import EDGE, Field, Look, averaged, components, look, unseen, with_nodes
@@ -198,7 +199,7 @@ def _wanted(of: Look, corner: Values, spacing: Values, counts: NDArray[np.int64]
         middles = [
             np.clip(e[:-1] + h / 2, a, b) for e, h, a, b in zip(ends, spacing, low + thin, high - thin, strict=True)
         ]
-        way = direction(*np.meshgrid(*middles, indexing="ij"))
+        way = combed(everywhere(direction(*np.meshgrid(*middles, indexing="ij"))), within)
     return Wanted(
         np.broadcast_to(asked, (3, *share.shape)), np.maximum(share, OUTSIDE), _about(within), steps, direction=way
     )

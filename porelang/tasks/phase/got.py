@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from porelang.data import SampledField, Triple
 from porelang.progress import checkpoint
+from porelang.tasks.phase.frames import everywhere, has_all, nearest
 from porelang.tasks.phase.grids import on_grid
 from porelang.tasks.phase.look import Field, Look
-from porelang.tasks.phase.turning import framed, rotations
+from porelang.tasks.phase.turning import rotations
 
 Values = NDArray[np.float64]
 #: A cell of this volume, against a cube of its size, is as good as folded: between the points looked at it may be.
@@ -27,6 +28,8 @@ WORST_STRETCHED, WORST_MISSED = 1.5, 0.5
 LOST = 1.2
 #: A direction that 5 % of the cells miss by more, in degrees.
 ASKEW = 10.0
+#: The share of a part in which there is no direction to stand along: at single places, as on an axis, may be none.
+UNDIRECTED = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +37,11 @@ class Got:
     """Of the points looked at within a part: periods in mm, angles in degrees.
 
     `off` is by how much the size of a cell along one of its axes, 1 / |grad u|, misses w, relative to w; `volume` the
-    same of volumes, where cells were to keep them (`sized`); `stretch`
-    how much longer a cell is one way than another, against what was asked for (the largest by the smallest singular
-    value of w times the Jacobian, 1 for cells of the right shape); `turn` the angle by which cells are turned from the
-    axes of the part. `askew` is by how much
-    the cells miss the direction that they were to stand along, or are turned from the frame. `turned` is 1 where cells
-    may turn, `directed` where a direction is given, 2 where a frame is.
+    same of volumes, where cells were to keep them (`sized`); `stretch` how much longer a cell is one way than another,
+    against what was asked for (the largest by the smallest singular value of w times the Jacobian, 1 for cells of the
+    right shape); `turn` the angle by which cells are turned from the axes of the part. `askew` is by how much the cells
+    miss the direction that they were to stand along, or are turned from the frame; `undirected` the share of the part
+    in which that is none. `turned` is 1 where cells may turn, `directed` where a direction is given, 2 for a frame.
     """
 
     asked_least: float
@@ -60,6 +62,7 @@ class Got:
     sized: float = 0.0
     volume_95: float = 0.0
     grown: float = 1.0
+    undirected: float = 0.0
 
     @property
     def facts(self) -> tuple[float, ...]:
@@ -114,6 +117,10 @@ def told(facts: Sequence[float]) -> tuple[str, str, str]:
             "directions that turn quickly need cells that differ: blur them, or make the cells larger; round an axis "
         )
         hint += "take `cylinder_map`, `polar` or `wedges`"
+    if of.undirected > UNDIRECTED:
+        none = "0, or its two lie along each other," if of.directed > 1 else "0"
+        wrong.append(f"the {of.given} given is {none} in {100 * of.undirected:.0f} % of the part")
+        hint = "give it one there, as in `if length(v) > 0 then v else [1, 0, 0]`"
     if wrong and fitted:
         change = f"{of.grown:.2g} times larger" if of.grown > 1 else f"{1 / of.grown:.2g} times smaller"
         hint = (
@@ -181,17 +188,21 @@ def got(
         *(np.quantile(stretch, 0.95), stretch.max(), np.median(turn), turn.max()),
         float(free),
     ]
+    undirected = 0.0
     if direction is not None:
-        wanted = direction(*places(cells[::few]))
+        given = direction(*places(cells[::few]))
+        wanted, known = everywhere(given), has_all(given)
+        undirected = 1 - float(known.mean())
         if len(wanted) == 6:  # the angle of the turn from one to the other
-            askew = _degrees(((turns * framed(turns, wanted)).sum((0, 1)) - 1) / 2)
+            askew = _degrees(((turns * nearest(turns, wanted)).sum((0, 1)) - 1) / 2)
         else:
             askew = _degrees(np.abs((turns[0] * wanted).sum(0)))
+        askew = askew[known] if known.any() else np.zeros(1)
         found += [len(wanted) / 3, np.quantile(askew, 0.95), askew.max()]
     else:
         found += [0.0, 0.0, 0.0]
     found += [1.0, np.quantile(np.abs(1 / volume - 1), 0.95)] if sized else [0.0, 0.0]
-    found.append(grown)
+    found += [grown, undirected]
     return Got(*(float(v) for v in found))
 
 

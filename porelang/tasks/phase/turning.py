@@ -4,7 +4,7 @@ Minimises the sum over cells of m |w grad(phi) - R|^2 over the phase phi (three 
 the cells (O. Sorkine, M. Alexa, As-rigid-as-possible surface modeling, SGP 2007), w being one period, or one for each
 axis of the cells: the rotations nearest to w grad(phi) are found cell by cell, the phase for given rotations by a
 Poisson equation with the weights m w^2. Cells may keep the axes of the part (R is 1), turn freely, or stand along a
-direction (the first row of R is it, or its opposite, whichever is nearer) or in a frame. To keep volume rather than
+direction (the first row of R is it) or in a frame. To keep volume rather than
 shape, most of the weight is on |w grad(phi) - D|^2, D being the nearest matrix of the determinant 1. Neither step can
 raise the sum. Momentum (Y. Nesterov, 1983) carries it there in some 30 steps; it begins again where the sum rises, for
 without that it diverges (B. O'Donoghue, E. Candes, Adaptive restart for accelerated gradient schemes, 2015).
@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.progress import tell
+from porelang.tasks.phase.frames import axes_of, beside
 from porelang.tasks.phase.poisson import Poisson, along, poisson, pull, solve, to_cells
 
 Values = NDArray[np.float64]
@@ -61,6 +62,11 @@ def turned(wanted: Wanted, start: Values, steps: int = STEPS) -> Values:
     equations = _equations(wanted)
     if not wanted.free and wanted.direction is None and not wanted.volume:
         return _unfolded(wanted, start, _fitted(wanted, equations, np.eye(3)[:, :, None, None, None], start, 1e-6))
+    if wanted.direction is not None:  # from cells that are far from where they are to stand, steps may lead nowhere
+        solved = _fitted(wanted, equations, axes_of(wanted.direction), start, 1e-6)
+        if len(wanted.direction) == 6 and not wanted.volume:
+            return _unfolded(wanted, start, solved)
+        start = solved if first_fold(solved, wanted) is None else start
     phi, last = start, start
     target, size = _targets(wanted, phi)
     sum_ = _sum(wanted, phi, target, size)
@@ -154,7 +160,7 @@ def _targets(wanted: Wanted, phi: Values) -> tuple[Values, Values | float]:
     """What w grad(phi) is to be in each cell, the nearest that is wanted to what it is, and the square of its size."""
     now = _stretched(wanted, phi)
     if wanted.direction is not None:
-        turn = standing(now, wanted.direction)
+        turn = standing(now, wanted.direction) if len(wanted.direction) == 3 else axes_of(wanted.direction)
     elif wanted.free:
         turn = rotations(now)
     else:
@@ -166,35 +172,14 @@ def _targets(wanted: Wanted, phi: Values) -> tuple[Values, Values | float]:
 
 
 def standing(matrices: Values, direction: Values) -> Values:
-    """The nearest rotations to matrices (3, 3, ...) among those whose first row is a direction (3, ...), or its
-    opposite; of a frame (6, ...), its first two axes at right angles, among those whose rows are its axes or their
-    opposites."""
-    if len(direction) == 6:
-        return framed(matrices, direction)
-    first = np.where((matrices[0] * direction).sum(0) < 0, -direction, direction)
-    one = beside(first)
-    two = np.cross(first, one, axis=0)
+    """The nearest rotations to matrices (3, 3, ...) among those whose first row is a direction (3, ...)."""
+    one = beside(direction)
+    two = np.cross(direction, one, axis=0)
     a, b = ([(row * e).sum(0) for e in (one, two)] for row in matrices[1:])
     along, across = a[0] + b[1], a[1] - b[0]
     size = np.hypot(along, across)
     along, across = (np.where(size > 0, v / np.where(size > 0, size, 1), d) for v, d in ((along, 1.0), (across, 0.0)))
-    return np.stack([first, along * one + across * two, along * two - across * one])
-
-
-def framed(matrices: Values, frame: Values) -> Values:
-    """Of the four right-handed frames with the axes of one (6, ...), or their opposites, those nearest to matrices."""
-    axes = np.stack([frame[:3], frame[3:], np.cross(frame[:3], frame[3:], axis=0)])
-    one, two, three = (matrices * axes).sum(1)
-    signs = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
-    best = np.argmax(np.stack([a * one + b * two + c * three for a, b, c in signs]), axis=0)
-    return np.asarray(np.moveaxis(np.array(signs, np.float64)[best], -1, 0)[:, None] * axes)
-
-
-def beside(directions: Values) -> Values:
-    """A direction at right angles to each of some (3, ...) of length 1."""
-    x, y = (np.array(e).reshape(3, *(1,) * (directions.ndim - 1)) for e in ([1.0, 0, 0], [0, 1.0, 0]))
-    across = np.cross(directions, np.where(np.abs(directions[0]) < 0.6, x, y), axis=0)
-    return np.asarray(across / np.sqrt((across**2).sum(0)))
+    return np.stack([direction, along * one + across * two, along * two - across * one])
 
 
 def filled(matrices: Values, instead: Values) -> Values:

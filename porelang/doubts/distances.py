@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from porelang.analysis.sampled import Points, inside_of, keeps_lengths, sampler
+from porelang.analysis.sampled import Points, keeps_lengths, sampler
 from porelang.diagnostics import Diagnostic, Edit
-from porelang.doubts.parts import Way, seen_from, way_to
+from porelang.doubts.parts import MUCH, Part, parts_of, seen_from, way_to
 from porelang.elaborate.results import Elaborated, Suspicion
 from porelang.formula import Bindings
 from porelang.ir import Node, const, order, substitute, within
@@ -18,8 +18,6 @@ OFF, SHARE = 0.1, 0.05
 _MOST, _FEW, _TRIED, _WORK = 500, 200, 8000, 80_000_000
 #: How far apart (mm) the values are of which a slope is taken.
 _STEP = 1e-4
-#: More than any distance in a part: a field that is so much more or less is void or solid.
-_MUCH = 1e6
 
 
 def uneven(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
@@ -32,18 +30,15 @@ def uneven(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | 
     causes = [n for n in causes if n.op != "at" or not keeps_lengths(n.args[1:], bindings)]
     if not causes or _said_below(s, found):
         return None
-    for output in found.outputs.values():
-        if len(output.nodes) != 1 or field not in order(output.nodes, within):
-            continue
-        way = way_to(field, output.nodes[0])
-        if way is None or not all(keeps_lengths(n.args[1:], bindings) for n, _ in way if n.op == "at"):
+    for part, inside in parts_of(field, found, bindings):
+        if not all(keeps_lengths(n.args[1:], bindings) for n, _ in part.way if n.op == "at"):
             continue
         ways = [way_to(n, field) for n in causes]
-        made = [seen_from([*way, *w], n) for w, n in zip(ways, causes, strict=True) if w is not None]
+        made = [seen_from([*part.way, *w], n) for w, n in zip(ways, causes, strict=True) if w is not None]
         if len(made) < len(causes):  # what is within a task cannot be told from its fillets
-            made = [seen_from(way, field)]
-        at = sampler([seen_from(way, field), *made], bindings)
-        points = _beside(output.nodes[0], way, field, length, bindings)
+            made = [part.seen(field)]
+        at = sampler([part.seen(field), *made], bindings)
+        points = _beside(part, inside, field, length, bindings)
         if at is None or points is None or len(points) < _FEW:
             return None
         sizes = sum(((a - b) / (2 * _STEP)) ** 2 for a, b in ((np.stack(at(points + e)), np.stack(at(points - e)))
@@ -67,15 +62,12 @@ def _said_below(s: Suspicion, found: Elaborated) -> bool:
     return any(set(o.nodes[2:]) == set(causes) for o in others)
 
 
-def _beside(root: Node, way: Way, field: Node, length: Node, bindings: Bindings) -> Points | None:
+def _beside(part: Part, inside: Points, field: Node, length: Node, bindings: Bindings) -> Points | None:
     """Points (n, 3) between the surface of a field and where a length moves it, on both of its sides, where that
     decides what of an output is solid: a hole is looked at, and a thin wall, as well as what is left."""
-    inside = inside_of(root, bindings)
-    if inside is None or not len(inside):
-        return None
-    instead = [const(_MUCH), const(-_MUCH), *(const(share) * length for share in (-1.0, -0.5, 0.0, 0.5, 1.0))]
-    solids = sampler([substitute([root], {field: i})[0] for i in instead], bindings)
-    at = sampler([seen_from(way, field), seen_from(way, length)], bindings)
+    instead = [const(MUCH), const(-MUCH), *(const(share) * length for share in (-1.0, -0.5, 0.0, 0.5, 1.0))]
+    solids = sampler([substitute([part.root], {field: i})[0] for i in instead], bindings)
+    at = sampler([part.seen(field), part.seen(length)], bindings)
     if at is None or solids is None:
         return None
     lo, hi = inside.min(axis=0), inside.max(axis=0)
