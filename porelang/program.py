@@ -423,7 +423,7 @@ class Design(Doors):
         seen = {d.span for d in found}
         direct = [n for n in order(roots) if n.op in READERS and (measure or TASK_TABLE[n.op].cost == "instant")]
         small = specks(roots, {n: self._bindings[n] for n in direct if n in self._bindings}, self.program.places)
-        late = of_data(self.program.elaborated, self.formula, known)
+        late = of_data(self.program.elaborated, self.formula, known, self.program.warnings)
         return list(dict.fromkeys([*out, *found, *(d for d in small if d.span not in seen), *late]))
 
     def _readings(self, roots: Sequence[Node], measure: bool) -> Iterator[Reading]:

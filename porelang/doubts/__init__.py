@@ -1,7 +1,8 @@
 """What values show to be a mistake, of what `porelang.elaborate.suspect` noted while a program was elaborated.
 
 Each suspicion is looked at with the params at their defaults, at some thousands of points: where those do not bear it
-out, nothing is said. What reads a porosity, a file or anything else that takes long to find is left alone.
+out, nothing is said. What reads a porosity, a file or anything else that takes long to find is left alone until that
+is found.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | No
     "bend": curves.bend,
     "beyond": beyond,
 }
-#: Of these it is looked again, when they read what tasks find.
-_LATE = ("period", "beyond")
+#: Of these it is looked again when they read what tasks find, or the part does in which they are seen.
+_LATE = ("seam", "jump", "period", "still", "fold", "fits", "stretched", "bend", "beyond")
 
 
 def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
@@ -65,26 +66,34 @@ def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
     ]
 
 
-def of_data(found: Elaborated, formula: Callable[..., Formula], known: Collection[Node]) -> list[Diagnostic]:
-    """A warning for each lattice that values bear out when it is known what it reads: all of it is among the tasks that
-    are `known`. Of those that read none it has been said when the program was compiled.
+def of_data(
+    found: Elaborated, formula: Callable[..., Formula], known: Collection[Node], before: Collection[Diagnostic]
+) -> list[Diagnostic]:
+    """A warning for each lattice that values bear out when it is known what it reads, and what the parts read in which
+    it is seen: all of it is among the tasks that are `known`. What was said `before` is not said again.
     """
-    out = []
 
     def read(flat: Collection[Node]) -> list[Node]:
         return [n for n in order(flat) if n.op in TASKS]
 
-    def is_known(flat: Collection[Node]) -> bool:
-        return all(n in known for n in read(flat))
-
-    late = [s for s in found.suspicions if s.what in _LATE]
+    late = [s for s in found.suspicions if s.what in _LATE] if known else []
+    outputs = [o.nodes for o in found.outputs.values()] if late else []
     # what a lattice is seen in reads numbers of its own
-    seen = [flat for body in bodies(found) if late and is_known(flat := flatten(body))]
+    flats = [flatten(*nodes) for nodes in (*outputs, *([body] for body in (bodies(found) if late else ())))]
+    seen = [flat for flat in flats if all(n in known for n in read(flat))]
+    of_parts = any(read(flat) for flat in seen)
+    out: list[Diagnostic] = []
+    said = {(d.code, d.span) for d in before}
     for s in late:
         flat = flatten(*s.nodes)
-        if read(flat) and is_known(flat):
-            out.append(_LOOKS[s.what](s, found, formula(*flat, *(n for body in seen for n in body)).bindings))
-    return [d for d in out if d is not None]
+        needed = read(flat)
+        if not (needed or of_parts) or any(n not in known for n in needed):
+            continue
+        d = _LOOKS[s.what](s, found, formula(*flat, *(n for body in seen for n in body)).bindings)
+        if d is not None and (d.code, d.span) not in said:
+            said.add((d.code, d.span))
+            out.append(d)
+    return out
 
 
 def _unread(found: Elaborated) -> list[Diagnostic]:

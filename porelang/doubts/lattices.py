@@ -191,8 +191,8 @@ def _seen(made: Node, found: Elaborated, bindings: Bindings) -> bool:
                 return True
             continue
         at = sampler(output.nodes, bindings)
-        if at is None:
-            return True
+        if at is None:  # it is looked at again when it is known what that reads
+            continue
         sides = [np.stack([x, 1e-6 * side * x, z], axis=1) for side in (-1, 1)]
         if any(bool(((a < 0) != (b < 0)).any()) for a, b in zip(at(sides[0]), at(sides[1]), strict=True)):
             return True
