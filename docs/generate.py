@@ -21,7 +21,7 @@ PAGE = Path(__file__).parent / "language.md"
 PART = re.compile(r"(<!-- generated: ([a-z_ /]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _OF_LATTICES = "Formula|Range|Volume fraction|Steepest|Balanced|Reference"
 FACT = re.compile(
-    rf"({_OF_LATTICES}|Modifies|Adds|Gives|Copies|Instead|Closes|Follows|Folds|Fits|Stretches|Rounds|Else \w+"
+    rf"({_OF_LATTICES}|Modifies|Adds|Gives|Copies|Instead|Closes|Follows|Folds|Fits|Stretches|Rounds|Rod|Else \w+"
     r"|Example): ?(.*)"
 )
 

@@ -355,7 +355,7 @@ def test_surfaces_that_are_exchanged_are_told_so() -> None:
     ("text", "says"),
     [
         ("along(gyroid(6), [[0, 0, 0]])", "at least 2 `points`"),
-        ("along(gyroid(6), [[0, 0, 0], [9, 0, 0], [9, 9, 0]], closed=true)", "w > 0"),
+        ("along(gyroid(6), [[0, 0, 0], [9, 0, 0], [9, 9, 0]], closed=true)", "a `w`, and at least 3 `points`"),
         ("along(gyroid(6), [[0, 0, 0], [9, 0, 0], [9, 9, 0]], bend=10mm)", "widest_bend"),
         ("gyroid(phase=cylinder_map(20, cells=11.5))", "whole number"),
         ("gyroid(phase=cylinder_map(20, cells=0))", "cells >= 1"),

@@ -160,8 +160,13 @@ DOUBTED = [
     ("let q = [[0, 0, 0], [40, 0, 0], [0, 20, 0]]\nalong(gyroid(6), q) & pipe(q, 4)", "W240"),
     ("let q = [[0, 0, 0], [40, 0, 0], [40, 40, 0]]\nalong(gyroid(6), q, bend=4mm) & pipe(q, 9, bend=4mm)", "W240"),
     ("let q = arc(10mm, 0deg, 270deg)\nalong(gyroid(6), q) & pipe(q, 12)", "W240"),
+    ("let q = [[0, 0, 0], [40, 0, 0], [40, 40, 0]]\nalong(gyroid(6), q) & pipe(q, 3, bend=8mm)", "W240"),
+    ("let q = [[0, 0, 0], [40, 0, 0], [40, 40, 0]]\nalong(gyroid(6), q, bend=9mm) & pipe(q, 3)", "W240"),
     # coordinates that stretch and fold cells
     ("align(gyroid(10), grad(sphere(20))) & sphere(40)", "W239"),
+    ("align(gyroid(8), [0.001 * x, 0.001 * y, 1]) & sphere(20)", "W239"),
+    ("gyroid(8) |> align([0.001 * y, 1, 0.001 * x], up=[0, 1, 0]) & sphere(20)", "W239"),
+    ("polar(gyroid(8) |> align([0.001 * x, 0.001 * y, 1]), 80mm) & cylinder(20, 10) & (-x)", "W239"),
     ("metric(gyroid(10) |> align(grad(hypot(x, y)))) |> shell(0.8mm) & cylinder(35mm, 30mm)", "W239"),
     ("along(gyroid(6), arc(8, 0deg, 90deg)) & pipe(arc(8, 0deg, 90deg), 7) & cylinder(5, 20)", "W239"),
     (
@@ -416,6 +421,45 @@ def test_a_number_of_degrees_becomes_the_angle_that_it_is_of(wrong: str, right: 
 def test_an_offset_that_leaves_nothing_says_how_thick_the_solid_is() -> None:
     (d,) = said("cube(9) | offset(box([80, 40, 6]), -8mm)")
     assert float(re.findall(r"about ([\d.]+) mm", d.label)[0]) == pytest.approx(3, rel=0.01)
+
+
+def test_another_up_is_proposed_only_where_it_leaves_cells() -> None:
+    """A direction along `up`, whose frame turns as it passes it; and one that points away from a centre."""
+    (d,) = said("align(gyroid(8), [0.001 * x, 0.001 * y, 1]) & sphere(20)")
+    assert d.edit is not None
+    assert d.edit.text == ", up=[0, 1, 0])"
+    for text in (
+        "align(gyroid(10), grad(sphere(20))) & sphere(40)",
+        "gyroid(8) |> align([x, y, 12]) & sphere(20)",
+        "align(gyroid(8), [0.001 * y, 1, 0.001 * x], up=[0, 1, 0]) & sphere(20)",
+    ):
+        (d,) = [d for d in said(text) if d.code == "W239"]
+        assert d.edit is None
+        assert "`up`" not in d.hint
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("along(gyroid(6), q) & pipe(q, 3, bend=8mm)", "`along` the same, `bend=8mm`"),
+        ("along(gyroid(6), q, bend=9mm) & pipe(q, 3)", "`pipe` the same, `bend=9mm`"),
+        ("along(gyroid(6), q, bend=9mm) & pipe(q, 3, bend=15mm)", "both the same"),
+        ("along(gyroid(6), q, bend=9mm) & pipe(q, 3, bend=9mm)", ""),
+        ("along(gyroid(6), q) & pipe(q, 3, bend=40mm)", ""),  # which is what it is without
+        ("along(gyroid(6), q) & pipe(q, 3) | pipe(q, 1, bend=8mm)", ""),
+        ("along(gyroid(6), q) & pipe([[0, 0, 0], [40, 0, 0], [40, 0, 20]], 3, bend=8mm)", ""),
+    ],
+)
+def test_a_rod_is_along_the_curve_of_the_cells_in_it(text: str, says: str) -> None:
+    """At a right angle an arc of radius r passes the corner by r (sqrt 2 - 1), and without `bend=` r is 40 here."""
+    told = [d for d in said(f"let q = [[0, 0, 0], [40, 0, 0], [40, 40, 0]]\n{text}") if d.code == "W240"]
+    assert bool(told) == bool(says)
+    if not says:
+        return
+    assert says in told[0].hint
+    radii = [float(r[1]) if (r := re.search(r"bend=(\d+)mm", call)) else 40.0 for call in text.split("&")]
+    apart = float(re.findall(r"([\d.]+) mm apart", told[0].message)[0])
+    assert apart == pytest.approx(abs(radii[0] - radii[1]) * (np.sqrt(2) - 1), rel=0.01)
 
 
 def test_parentheses_are_shown_only_where_they_mend_the_cut() -> None:

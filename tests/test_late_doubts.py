@@ -14,7 +14,8 @@ from porelang.diagnostics import Diagnostic
 
 #: About two holes directions point outward from each: between them, and past half a turn, cells fold.
 HOLES = (
-    "let body = box([50, 25, 10]) \\ translate(cylinder(4, 20), [12, 0, 0]) \\ translate(cylinder(4, 20), [-12, 0, 0])\n"
+    "let hole = cylinder(4, 20)\n"
+    "let body = box([50, 25, 10]) \\ translate(hole, [12, 0, 0]) \\ translate(hole, [-12, 0, 0])\n"
     "let v = grad(blur(hypot(x - 12, y) | hypot(x + 12, y), 3mm, body, smooth=true))\n"
 )
 #: The stress in a clamped beam: its first direction turns where bending changes its sign.
@@ -72,13 +73,42 @@ def test_lattices_are_looked_at_within_a_part_from_a_file(tmp_path: Path, lattic
 
 
 def test_what_was_said_at_once_is_not_said_again() -> None:
-    text = "align(gyroid(10), grad(sphere(20))) & sphere(blur(20, 1mm, sphere(30)) @ [0, 0, 0])"
-    plain = "align(gyroid(10), grad(sphere(20))) & sphere(20)"
-    (found,) = later(f"out a = {text}", "a")
+    lattice, later_known = "align(gyroid(10), grad(sphere(20)))", "sphere(blur(20, 1mm, sphere(30)) @ [0, 0, 0])"
+    (found,) = later(f"{lattice} & {later_known}")
     assert found.code == "W239"
-    both = porelang.compile(
-        f"let f = align(gyroid(10), grad(sphere(20)))\nout a = f & sphere(20)\nout b = f & {text[38:]}"
-    )
+    both = porelang.compile(f"let f = {lattice}\nout a = f & sphere(20)\nout b = f & {later_known}")
     assert [d.code for d in both.warnings] == ["W239"]
     assert [d.code for d in both.design().told(*both.field_roots("b")) if d.severity == "warning"] == []
-    assert later(plain) == []
+
+
+POLAR = "polar(gyroid(phase=phase({w}, box([24, 90, 20]))), turn=48mm) |> shell(0.6) & {part}"
+WHOLE, HALF = "cylinder(12, 20)", "cylinder(12, 20) & -x"
+
+
+@pytest.mark.parametrize(
+    ("w", "part", "torn"),
+    [
+        ("8mm + z / 20", WHOLE, True),
+        ("7mm", WHOLE, True),
+        ("8mm", WHOLE, False),
+        ("[8mm + z / 20, 8mm, 8mm + z / 20]", WHOLE, False),  # what the hint proposes
+        ("8mm + z / 20", HALF, False),  # it ends before the seam
+    ],
+)
+def test_a_phase_that_does_not_close_leaves_a_seam(w: str, part: str, torn: bool) -> None:
+    program = porelang.compile(POLAR.format(w=w, part=part))
+    assert not program.warnings
+    told = program.design().told(*program.field_roots())
+    assert [d.code for d in told if d.severity == "warning"] == (["W218"] if torn else [])
+    if part == HALF:
+        return
+    x, z = np.random.default_rng(1).uniform([-12, -10], [-1, 10], (4000, 2)).T  # of a nanometre on both sides
+    one, other = (program.field()(np.stack([x, side * 1e-6 * x, z], -1)) < 0 for side in (1, -1))
+    assert bool(np.mean(one != other) > 0.05) == torn
+
+
+def test_a_seam_is_found_in_a_part_that_was_moved() -> None:
+    moved = POLAR.format(w="8mm + z / 20", part=WHOLE)
+    (d,) = later(f"translate({moved}, [50, 0, 0])")
+    assert d.code == "W218"
+    assert "`phase([w, turn / n, w], ...)`" in d.hint

@@ -246,6 +246,14 @@ def test_a_lattice_follows_the_principal_stress_of_a_file(tmp_path: Path) -> Non
     assert np.isfinite(compiled.field("part")(points)).all()
 
 
+def test_in_plane_stress_the_second_direction_jumps_and_the_first_stays() -> None:
+    """What the language says of `orientation=[v, u]`: of diag(9, x, 0) the second is y where x > 0, and else z."""
+    at = np.array([[4.0, 0, 0], [-4.0, 0, 0]])
+    for i, ways in ((1, [[1, 0, 0], [1, 0, 0]]), (2, [[0, 1, 0], [0, 0, 1]]), (3, [[0, 0, 1], [0, 1, 0]])):
+        text = f"out d = principal(tensor(9, x, 0, 0, 0, 0), {i}).direction"
+        assert np.abs(porelang.compile(text).field("d")(at)) == pytest.approx(np.array(ways))
+
+
 @pytest.mark.parametrize(
     ("text", "code", "says"),
     [

@@ -34,8 +34,9 @@ _ENOUGH, _TRIED, _WORK = MOST // 10, 12, 40_000_000
 #: Solids of a union whose boxes are looked for one by one; how often each is widened at most, as of a thin shell every
 #: look finds a few points more; of a box, how much is added to what samples found.
 _APART, _WIDENED, _BESIDE = 8, 36, 0.02
-#: The box of a solid without an end grows by more than this factor at every look, that of a thin shell by less.
-_ENDLESS = 1.5
+#: The box of a solid without an end grows by more than this factor at every look, that of a thin shell by less; of one
+#: smaller than the widest samples (mm) that says nothing, as only a corner of it may have been found at first.
+_ENDLESS, _WIDEST = 1.5, 256.0
 
 
 #: The values of some nodes at points (n, 3), each (n,).
@@ -89,8 +90,8 @@ def keeps_lengths(point: Sequence[Node], bindings: Bindings) -> bool:
 
 
 def about_the_origin() -> Points:
-    """Points (n, 3) of several scales, up to 256 mm from the origin."""
-    scales = np.repeat([[2.0], [8.0], [32.0], [128.0], [256.0]], 2 * MOST // 5, 0)
+    """Points (n, 3) of several scales, up to _WIDEST mm from the origin."""
+    scales = np.repeat([[2.0], [8.0], [32.0], [128.0], [_WIDEST]], 2 * MOST // 5, 0)
     points: Points = np.random.default_rng(1).uniform(-1, 1, (len(scales), 3)) * scales
     return points
 
@@ -140,7 +141,7 @@ def _box_within(at: Sampler, random: np.random.Generator) -> Points | None:
         if 0 < size < 1.02 * before:
             beside = _BESIDE * (hi - lo)
             return np.stack([lo - beside, hi + beside])
-        if look > _WIDENED // 3 and size > _ENDLESS * before:
+        if look > _WIDENED // 3 and size > _ENDLESS * before and (hi - lo).max() > _WIDEST:
             break
         before = max(size, before)
         deepest = float(np.abs(values[values < 0]).max()) if (values < 0).any() else 0.0

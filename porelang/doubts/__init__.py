@@ -22,7 +22,7 @@ from porelang.source import Span
 
 __all__ = ["borne_out", "idle_cuts"]
 
-#: What looks at a suspicion of each kind.
+#: What looks at a suspicion of each kind; at a "rod" with what follows it.
 _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | None]] = {
     "total": solids.total,
     "copies": lattices.copies,
@@ -47,7 +47,7 @@ _LATE = ("seam", "jump", "period", "still", "fold", "fits", "stretched", "bend",
 def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
     """A warning for each suspicion that values bear out, and for each name that nothing reads."""
     whole = {n for output in found.outputs.values() for n in output.nodes}  # of what is empty as a whole more is said
-    looked_at = [s for s in found.suspicions if not solids.is_whole(s, whole)]
+    looked_at = [s for s in found.suspicions if s.what in _LOOKS and not solids.is_whole(s, whole)]
     out: list[Diagnostic] = []
     said: set[tuple[str, Span]] = set()  # of one place a thing is said once
     spent = cuts = 0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from porelang.analysis.sampled import MOST, about_the_origin, number, sampler
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic, Edit
-from porelang.doubts.parts import parts_of
+from porelang.doubts.parts import parts_of, reads_tasks
 from porelang.elaborate.bare import value_of
 from porelang.elaborate.results import Elaborated, Suspicion
 from porelang.formula import Bindings
@@ -58,7 +58,7 @@ def fold(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
     """A lattice that is not the same after turns that are taken for one, where directions pass from one to another."""
     field, symmetry, about, made = s.nodes[0], s.nodes[1], s.nodes[2:5], s.nodes[-1]
     times, centre = number(symmetry, bindings), [number(n, bindings) for n in about]
-    if times is None or any(c is None for c in centre):
+    if times is None or any(c is None for c in centre) or reads_tasks(field):
         return None
     times = round(times)
     if _is_symmetric(field, times, np.array(centre), bindings):
@@ -92,7 +92,7 @@ def fits(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
     """A number that is no period of the lattice that is fitted by it."""
     field, asked, _ = s.nodes
     given, at = number(asked, bindings), sampler([field], bindings)
-    if given is None or at is None or given <= 0:
+    if given is None or at is None or given <= 0 or reads_tasks(field):
         return None
     points = np.random.default_rng(1).uniform(-100, 100, (MOST // 8, 3))
     there = points + given * np.eye(3)["xyz".index(s.instead)]

@@ -12,7 +12,7 @@ from porelang.analysis.enclose import EXACT, at_points, enclose
 from porelang.analysis.sampled import MOST, Points, Sampler, inside_of, number, sampler
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic, Edit
-from porelang.doubts.parts import parts_of
+from porelang.doubts.parts import parts_of, reads_tasks
 from porelang.elaborate.bare import value_of
 from porelang.elaborate.results import Elaborated, Suspicion
 from porelang.formula import Bindings, Formula
@@ -24,6 +24,8 @@ from porelang.rewrites import flatten
 FEW = 8
 #: Of the range that samples of a lattice have: how far its values go beyond.
 BEYOND = 0.01
+#: Within this angle (rad) of a seam on both sides a part reaches it.
+BESIDE = 0.2
 
 
 def copies(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
@@ -98,7 +100,11 @@ def seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
     """A lattice that is bent round and does not meet itself after a full turn."""
     lattice, turn, made = s.nodes
     full = number(turn, bindings)
-    if full is None or full == 0 or _closes(lattice, full, bindings) or not _seen(made, found, bindings):
+    if full is None or full == 0:
+        return None
+    if reads_tasks(lattice):  # which know it where the part is
+        return _torn(s, full, found, bindings)
+    if _closes(lattice, full, bindings) or not _seen(made, found, bindings):
         return None
     period = None if s.period is None else number(s.period, bindings)
     hint, edit = "take a whole multiple of the lattice's period", None
@@ -118,6 +124,37 @@ def seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
         edit=edit,
         severity="warning",
     )
+
+
+def _torn(s: Suspicion, full: float, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
+    """A seam of a lattice whose cells were found, or whose period is: looked at where a part reaches it."""
+    lattice, _, made = s.nodes
+    for part, points in parts_of(made, found, bindings):
+        own, at = sampler([part.seen(c) for c in (X, Y, Z)], bindings), sampler([made], bindings)
+        if own is None or at is None:
+            continue
+        x, y, z = own(points)
+        near = np.abs(np.arctan2(y, x)) > math.pi - BESIDE
+        if min((near & (y > 0)).sum(), (near & (y < 0)).sum()) < FEW:
+            continue
+        rho, z = np.hypot(x, y)[near], z[near]
+        places = [np.stack([-rho, side * 1e-9 * rho, z], -1) for side in (1, -1)]
+        one, other = (at(p)[0] < 0 for p in places)
+        cut, solid = one != other, one | other
+        if cut.sum() < FEW or cut.sum() < 0.05 * solid.sum():
+            continue
+        hint = "let the lattice have one period along y, a whole part of that turn"
+        if any(n.op == "phase" for n in order(flatten(lattice))):
+            hint += ": `phase([w, turn / n, w], ...)`"
+        return Diagnostic(
+            "W218",
+            f"`{s.name}` leaves a seam: after a full turn of {full:g} mm the lattice does not meet itself",
+            s.argument or s.span,
+            "cells are cut along the half plane y = 0, x < 0 of its coordinates",
+            hint=hint,
+            severity="warning",
+        )
+    return None
 
 
 def jump(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:

@@ -10,7 +10,8 @@ import numpy as np
 from porelang.analysis.sampled import Points, Sampler, inside_of, sampler
 from porelang.elaborate.results import Elaborated
 from porelang.formula import Bindings
-from porelang.ir import Node, const, node, order, substitute, within
+from porelang.ir import TASKS, Node, const, node, order, substitute, within
+from porelang.rewrites import flatten
 
 #: From a solid down to a lattice in it: each node on the way, and which of its arguments is next.
 Way = list[tuple[Node, int]]
@@ -43,6 +44,11 @@ def seen_from(way: Way, field: Node) -> Node:
         if n.op == "at":
             field = node("at", field, *n.args[1:])
     return field
+
+
+def reads_tasks(lattice: Node) -> bool:
+    """Whether a lattice reads what tasks find: samples, a file or a phase that is known within a box."""
+    return any(n.op in TASKS for n in order(flatten(lattice)))
 
 
 #: More than any value of a lattice, and than any distance in a part: what is larger or smaller by it is void or solid.

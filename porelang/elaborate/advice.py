@@ -113,6 +113,18 @@ _WORDS = (
         re.compile(r"len\((\w+)\) >= (\d+) and shortest_piece\(\1\) >= [\d.]+"),
         r"at least \2 `\1`, each apart from the one before",
     ),
+    (
+        re.compile(r"not closed or w > 0 and len\((\w+)\) >= (\d+) and shortest_piece\(\1, true\) >= [\d.]+"),
+        r"a `w`, and at least \2 `\1` of which the last does not repeat the first, for a closed curve",
+    ),
+    (
+        re.compile(r"not closed or len\((\w+)\) >= (\d+) and shortest_piece\(\1, true\) >= [\d.]+"),
+        r"at least \2 `\1`, of which the last does not repeat the first, for a closed curve",
+    ),
+    (
+        re.compile(r"(\w+) >= 0 and \1 <= widest_bend\((\w+), closed\)"),
+        r"a `\1` from 0 to the greatest that fits all corners, `widest_bend(\2)`",
+    ),
     (re.compile(r"(\w+) is a whole number"), r"a whole number for `\1`"),
 )
 

@@ -201,17 +201,18 @@ class Suspicion:
     of it. "fold": a lattice, after which part of a turn it should be the same, a place on the axis of that turn
     (three), a direction and the other one of its frame (three each), and what is made of it. "fits": a lattice, what is
     taken for its period along the axis `instead`, and what is made of it. "jump": a lattice and its phase (three).
-    "stretched": what is made at other coordinates, and these, or a lattice and its phase. "uneven": what was a
-    distance, the length that is added to it, and what of it was stretched, scaled or mixed (any number). "bend": what
-    is made along a curve, the radius of its arcs (0 for the greatest), whether it is closed, and its points (three
-    each). "beyond": a lattice, and its phase (three) that was found within a solid.
+    "stretched": what is made at other coordinates, and these, then the direction that they follow, `up` and `about`
+    where `up` was not given (three each); or a lattice and its phase. "uneven": what was a distance, the length that is
+    added to it, and what of it was stretched, scaled or mixed (any number). "bend": what is made along a curve, the
+    radius of its arcs (0 for the greatest), whether it is closed, and its points (three each); "rod": the same of a rod
+    that others follow. "beyond": a lattice, and its phase (three) that was found within a solid.
     `argument` is the place that an edit would change, `name` the function or the operator, `instead` what might
     stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """
 
     what: Literal[
         "total", "copies", "apart", "pores", "seam", "empty", "period", "still", "fold", "fits", "jump", "stretched",
-        "uneven", "bend", "beyond",
+        "uneven", "bend", "rod", "beyond",
     ]  # fmt: skip
     span: Span
     nodes: tuple[Node, ...]

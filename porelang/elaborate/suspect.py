@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Literal
 
 from porelang.diagnostics import Edit, Label
 from porelang.elaborate.bare import DEGREES, degrees, doubt, short, value_of
@@ -247,15 +248,21 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
     if (way_out := definition.fact("Stretches")) is not None and result.node.axes and result.node.depends < UNKNOWN:
         ctx.stretching.setdefault(result.node, (function.name, way_out))
         if result.node.op == "at":
-            nodes = (result.node, *result.node.args[1:])
             place = ctx.users_place(site.span)
+            turned_by = [bound.get(name) for name in (definition.fact("Follows") or "", "up", "about")]
+            frame = [n for v in turned_by if isinstance(v, Vector) for n in v.nodes]
+            mine = len(frame) == 9 and place == site.span and "up" not in given
+            nodes = (result.node, *result.node.args[1:], *(frame if mine else ()))
             ctx.suspect(Suspicion("stretched", place, nodes, name=function.name, instead=way_out))
-    if fact := _ROUNDS.fullmatch(definition.fact("Rounds") or ""):
+    rounds, rod = definition.fact("Rounds"), definition.fact("Rod")
+    if fact := _ROUNDS.fullmatch(rounds or rod or ""):
         points, bend, closed = (bound.get(name) for name in (*fact.groups(), "closed"))
         corners = [as_vector(q) for q in points.items] if isinstance(points, ListValue) else []
         if isinstance(bend, Scalar) and isinstance(closed, Bool) and corners and result.node.depends < UNKNOWN:
             nodes = (result.node, bend.node, closed.node, *(n for q in corners if q is not None for n in q.nodes))
-            ctx.suspect(Suspicion("bend", ctx.users_place(site.span), nodes, name=function.name))
+            radius = given["bend"].span if "bend" in given else None
+            what: Literal["bend", "rod"] = "bend" if rounds else "rod"
+            ctx.suspect(Suspicion(what, ctx.users_place(site.span), nodes, radius, function.name))
     if fact := _FITS.fullmatch(definition.fact("Fits") or ""):
         field, period = bound.get(fact[1]), bound.get(fact[3])
         if isinstance(field, Scalar) and isinstance(period, Scalar) and ctx.constant(period.node) != 0:

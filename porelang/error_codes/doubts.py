@@ -85,7 +85,8 @@ DOUBTS = (
         "a whole number of its periods; else its cells are cut along a plane. The same goes for `spherical`, and for\n"
         "`along` and `wedges`, which make a whole number of cells of the length `w` fit: it has to be the period.\n"
         "A phase that passes from one formula to another, as `sphere_map` does from square to square, is followed\n"
-        "without a seam by lattices that are the same along all axes, and mirrored.",
+        "without a seam by lattices that are the same along all axes, and mirrored. In `polar`, one whose period\n"
+        "varies closes where it has one period along y, a whole part of the turn: `phase([w, turn / n, w], part)`.",
         "polar(gyroid(6), turn=100) & cylinder(20, 20)",
         "polar(gyroid(6), turn=102) & cylinder(20, 20)",
     ),
@@ -225,10 +226,11 @@ DOUBTS = (
         "change by more in one direction than in another, its cells are longer than wide; where they turn back, cells\n"
         "are folded over, mirrored. More than a twentieth of the part has cells of over 2:1, or such that are folded.\n"
         "`align` turns the cells about `about`: near it they keep their size, and where v turns by an angle over the\n"
-        "distance from it they are stretched by about as much. Round a centre that v points away from are none:\n"
-        "`polar`, `spherical`, `cylinder_map` and `sphere_map` are for that, and `phase(w, part, orientation=v)`\n"
-        "finds cells along any direction that has some, and says what it got. `along` narrows cells on the inside of\n"
-        "a bend that is not much wider than the part; `between` flattens them where there are many for the room.",
+        "distance from it they are stretched by about as much; where v runs nearly along `up` the frame turns\n"
+        "quickly, and another `up` may mend it. Round a centre that v points away from are none: `polar`,\n"
+        "`spherical`, `cylinder_map` and `sphere_map` are for that, and `phase(w, part, orientation=v)` finds cells\n"
+        "along any direction that has some, and says what it got. `along` narrows cells on the inside of a bend that\n"
+        "is not much wider than the part; `between` flattens them where there are many for the room.",
         "align(gyroid(6), grad(sphere(20))) & sphere(12)",
         "align(gyroid(6), grad(sphere(60)), about=[60, 0, 0]) & translate(sphere(12), [60, 0, 0])",
     ),
@@ -237,7 +239,8 @@ DOUBTS = (
         "a curve that misses its points, or bends within the part",
         "`along` rounds the corners of its points by arcs, the greatest that fit unless `bend=` says a radius. At one\n"
         "that turns back sharply the curve then lies far from the corner: it says by how much. And where the part\n"
-        "reaches the centre of a bend, on its inside, all sections of the curve meet in a line, and cells break.",
+        "reaches the centre of a bend, on its inside, all sections of the curve meet in a line, and cells break. A\n"
+        "`pipe` through the same points, with another `bend=`, is not the rod that the cells follow.",
         "let q = [[0, 0, 0], [40, 0, 0], [0, 20, 0]]\nalong(gyroid(6), q) & pipe(q, 4)",
         "let q = [[0, 0, 0], [40, 0, 0], [40, 20, 0]]\nalong(gyroid(6), q) & pipe(q, 4)",
     ),
