@@ -188,7 +188,8 @@ def test_volume_is_kept_at_the_price_of_shape() -> None:
 
 @pytest.mark.parametrize("depth", [18, 20, 21.4])
 def test_volume_is_kept_of_a_deep_dip(depth: float) -> None:
-    """From even cells the first step towards it folds, and they were what came out: off by half in the middle."""
+    """From even cells the first step towards it folds, and they were what came out: off by half in the middle. Volumes
+    are never farther off than of cells of the right shape, and those of the deepest dip cannot be nearer."""
     w = f"27.48mm - {depth}mm * exp(-square(dot(p - [-0.82, -7.34, 2.29], [0.365, -0.464, -0.807]) / 4.41))"
     points = np.random.default_rng(4).normal(size=(4000, 3))
     points *= (
@@ -201,7 +202,9 @@ def test_volume_is_kept_of_a_deep_dip(depth: float) -> None:
         d = porelang.compile(f"let part = sphere(40)\nout turns = phase({w}, part{more})\n").design()
         off.append(np.abs(1 / (np.linalg.det(slopes_of(d, points)) * asked**3) - 1))
         notes.append(d.notes("turns")[0].message)
-    assert np.median(off[1]) < np.median(off[0]) < 0.16
+    most = [np.quantile(o, 0.95) for o in off]
+    assert most[1] <= (1 if depth > 21 else 0.85) * most[0]
+    assert np.median(off[1]) <= (1 if depth > 21 else 0.85) * np.median(off[0]) < 0.16
     assert "volume" not in notes[0]
     told = re.search(r"; volume within (\d+) % \(95 %\); ", notes[1])
     assert told is not None

@@ -75,28 +75,21 @@ def find(
             raise _empty()
         return found
 
-    def grid(counts: NDArray[np.int64]) -> tuple[Values, Wanted]:
-        spacing = sides / counts
-        return spacing, replace(_wanted(of, corner, spacing, counts, direction), free=free, volume=volume)
-
     known = [[v[(v >= a) & (v <= b)] for v, a, b in zip(n, low, high, strict=True)] for n in of_data]
     levels = [_counts(sides, float(sides.max()) / level) for level in LEVELS]
     of = with_nodes(seen(levels[-1]), period, inside, known)
     while (finer := _finer(of, levels[-1], sides)) is not None:
         levels[-1] = finer
         of = replace(seen(finer), least=of.least, most=of.most)
-    found: SampledField | None = None
-    for counts in levels[-1:] if apart else levels:
-        spacing, wanted = grid(counts)
-        if apart:
-            break
-        nodes = [corner[a] + spacing[a] * np.arange(wanted.period.shape[a + 1] + 1) for a in range(3)]
-        start = None if found is None else on_grid(found, nodes)
-        if start is None or first_fold(start, wanted) is not None:
-            start = _even(wanted, nodes)
-            if volume:  # from even cells the first step may fold however short it is, and would be the last
-                start = turned(replace(wanted, volume=False), start)
-        found = _sampled(turned(wanted, start), corner, spacing)
+    grids = [
+        replace(_wanted(of, corner, sides / counts, counts, direction), free=free)
+        for counts in (levels[-1:] if apart else levels)
+    ]
+    # of the shape that is as near as can be volumes may be nearer than of what they lead to: the better one is kept
+    solved = [] if apart else [_solved(grids, corner)]
+    if volume and solved:
+        solved.append(_solved([replace(w, volume=True) for w in grids], corner, solved[0]))
+    wanted = grids[-1]
     coarse, least = wanted.period.shape[1:], _smallest(wanted)
     counts = np.maximum(_counts(sides, least / 2), coarse)
     if math.prod(int(n) + 1 for n in counts) > MOST_NODES:
@@ -104,13 +97,18 @@ def find(
                    hint="ask for larger cells, or for a smaller part `within`")  # fmt: skip
     nodes = [corner[a] + sides[a] * np.arange(counts[a] + 1) / counts[a] for a in range(3)]
     asked = _for_axes(period)
-    kept = on_grid(found, nodes) if found is not None else _integrals(asked, nodes, low, high)
-    phase = _sampled(kept, corner, sides / counts)
-    if cells is None:
-        told = got(phase := _anchored(phase, asked, low, high), of, free, direction, volume)
-    else:
-        phase, grown, fits = _fitted(phase, cells, low, high)
-        told = got(phase, of, free, direction, volume, grown, fits)
+
+    def told_of(kept: Values) -> tuple[SampledField, Got | Fold]:
+        phase, grown, fits = _sampled(kept, corner, sides / counts), 1.0, 0.0
+        if cells is None:
+            phase = _anchored(phase, asked, low, high)
+        else:
+            phase, grown, fits = _fitted(phase, cells, low, high)
+        return phase, got(phase, of, free, direction, volume, grown, fits)
+
+    phases = [told_of(on_grid(found[-1], nodes)) for found in solved]
+    phases = phases or [told_of(_integrals(asked, nodes, low, high))]
+    phase, told = min(phases, key=lambda p: math.inf if isinstance(p[1], Fold) else p[1].volume_95)
     turns = 0.0
     if wanted.direction is not None and (isinstance(told, Fold) or told.askew_95 > ASKEW):
         turns = turn_round(wanted.direction, wanted.within)
@@ -121,6 +119,25 @@ def find(
         raise fail("E148", f"the cells of this phase would fold at ({coordinates(told.place)})", hint=hint)
     told = replace(told, round=turns)
     return SampledField(phase.values, phase.origin, phase.spacing, told.facts), told
+
+
+def _solved(
+    grids: Sequence[Wanted], corner: Values, instead: Sequence[SampledField] | None = None
+) -> list[SampledField]:
+    """The phase on each of some grids, from that on the one before; where that would fold, from even cells or others.
+
+    Those that volumes begin at are of the right shape: from even cells the first step may fold however short it is, and
+    would be the last.
+    """
+    found: list[SampledField] = []
+    for level, wanted in enumerate(grids):
+        spacing = np.array(wanted.spacing)
+        nodes = [corner[a] + spacing[a] * np.arange(wanted.period.shape[a + 1] + 1) for a in range(3)]
+        start = on_grid(found[-1], nodes) if found else None
+        if start is None or first_fold(start, wanted) is not None:
+            start = _even(wanted, nodes) if instead is None else on_grid(instead[level], nodes)
+        found.append(_sampled(turned(wanted, start), corner, spacing))
+    return found
 
 
 @dataclass(frozen=True, slots=True)

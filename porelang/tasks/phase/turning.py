@@ -32,8 +32,9 @@ PRECISION = 1e-3
 #: With `volume`, the share of the weight that shape keeps.
 SHAPE = 0.2
 #: A step that would fold cells is halved so often about them, and then everywhere, before it is not taken at all: the
-#: iteration ends there, as if nothing were to be gained.
-HALVINGS = 6
+#: iteration ends there, as if nothing were to be gained. Each time it is farther about them: where volumes are kept,
+#: of a dip to a quarter of the size 6 leave them off by 604 % (95 %), 16 by 424 %, and shapes are kept with 531 %.
+HALVINGS, OF_VOLUMES = 6, 16
 #: Times that nodes about a fold are made the mean of those beside them, before it is looked again; and how often.
 SWEEPS, ROUNDS = 8, 12
 #: Cells that are made smooth where they stand along directions: with so few in the volume that is to hold one.
@@ -247,7 +248,7 @@ def _unfolded(wanted: Wanted, phi: Values, new: Values) -> Values:
     """As far from `phi`, which has no folds, towards `new` as there are none: less far about the cells that would fold,
     and if that does not do, less far everywhere."""
     part = np.ones(phi.shape[1:])
-    for _ in range(HALVINGS):
+    for _ in range(OF_VOLUMES if wanted.volume else HALVINGS):
         tried = phi + part * (new - phi)
         folded = wanted.within & _folds(tried, wanted.spacing)
         if not folded.any():
