@@ -17,6 +17,7 @@ from test_phase import PERIODS, cylinder, inner
 import porelang
 from porelang.cli import main
 from porelang.data import SampledField
+from porelang.diagnostics import Diagnostic
 from porelang.ir import order
 from porelang.ops.grid import lookup_cubic
 from porelang.program import Design
@@ -187,7 +188,8 @@ def test_volume_is_kept_at_the_price_of_shape() -> None:
 
 @pytest.mark.parametrize("depth", [18, 20, 21.4])
 def test_volume_is_kept_of_a_deep_dip(depth: float) -> None:
-    """From even cells the first step towards it folds, and they were what came out: off by half in the middle."""
+    """From even cells the first step towards it folds, and they were what came out: off by half in the middle. Volumes
+    are never farther off than of cells of the right shape, and those of the deepest dip cannot be nearer."""
     w = f"27.48mm - {depth}mm * exp(-square(dot(p - [-0.82, -7.34, 2.29], [0.365, -0.464, -0.807]) / 4.41))"
     points = np.random.default_rng(4).normal(size=(4000, 3))
     points *= (
@@ -200,7 +202,9 @@ def test_volume_is_kept_of_a_deep_dip(depth: float) -> None:
         d = porelang.compile(f"let part = sphere(40)\nout turns = phase({w}, part{more})\n").design()
         off.append(np.abs(1 / (np.linalg.det(slopes_of(d, points)) * asked**3) - 1))
         notes.append(d.notes("turns")[0].message)
-    assert np.median(off[1]) < np.median(off[0]) < 0.16
+    most = [np.quantile(o, 0.95) for o in off]
+    assert most[1] <= (1 if depth > 21 else 0.85) * most[0]
+    assert np.median(off[1]) <= (1 if depth > 21 else 0.85) * np.median(off[0]) < 0.16
     assert "volume" not in notes[0]
     told = re.search(r"; volume within (\d+) % \(95 %\); ", notes[1])
     assert told is not None
@@ -268,10 +272,17 @@ def test_what_a_size_misses_is_part_of_what_is_asked_for() -> None:
         "gyroid(phase=phase([9mm + 3mm * ramp(x, -30, 30), 9, 9], part, cells=18)) & part\n"
     )
     (told,) = [d for d in program.design().told(*program.graph.outputs["part"]) if d.code == "W229"]
-    said = re.search(r"misses its size by (\d+) % or more, one by (\d+) %", told.message)
+    said = re.match(r"one cell in twenty misses its size by (\d+) % or more;", told.message)  # and is said once
     assert said is not None
     fit = 5 / 9 + 5 / 12 + np.log(12 / 9) * 60 / 3
-    assert [int(n) for n in said.groups()] == pytest.approx([100 * (1 - fit / 18)] * 2, abs=1)
+    assert int(said[1]) == pytest.approx(100 * (1 - fit / 18), abs=1)
+    assert f"give {fit:.0f}, the number that fits best" in told.hint
+    program = porelang.compile(
+        "let part = box([60, 40, 30])\n"
+        'gyroid(phase=phase([8 + x / 20, 6 + y / 20, 9 - z / 30], part, cells="whole")) & part'
+    )
+    _, told = program.design().told(*program.graph.outputs["part"])
+    assert "change the length of that side, or leave it out" in told.hint  # no number is nearer
 
 
 def test_cells_smaller_than_any_that_is_asked_for_are_doubted() -> None:
@@ -381,7 +392,10 @@ def test_hints_name_what_would_do(tmp_path: Path) -> None:
     tube = "let part = cylinder(35mm, 40mm) \\ cylinder(10mm, 50mm)\n"
     for text, hint in (
         (f"{tube}gyroid(phase=phase(10mm, part, orientation=[x, y, 0])) & part", "`cylinder_map`, `polar` or `wedges`"),
-        ("gyroid(phase=phase(10mm, cube(60), cells=12)) & cube(60)", "`cells` makes them 2 times smaller"),
+        (
+            "gyroid(phase=phase(10mm, cube(60), cells=12)) & cube(60)",
+            "`cells` makes them 2 times smaller than they are asked for: give 6, the number that fits best",
+        ),
     ):
         program = porelang.compile(text)
         (told,) = [d for d in program.design().told(*program.graph.outputs["part"]) if d.code == "W229"]
@@ -406,7 +420,7 @@ out part = gyroid(phase=phase([10mm, r / 2, 10mm], part, orientation=[[x, y, 0],
     program = porelang.compile(text)
     (note,) = program.design().told(*program.graph.outputs["part"])
     assert note.severity == "note"
-    assert re.search(r"within 0 degrees of the frame given \(95 %\), [01] at most", note.message)
+    assert re.search(r"within 0 degrees of the frame given \(95 %\), [0-2] at most", note.message)
     (grid,) = [n for n in order(program.graph.roots) if n.op == "phase"]
     found = program.design().task(grid)
     assert isinstance(found, SampledField)
@@ -443,7 +457,7 @@ def test_where_there_is_no_direction_is_told(orientation: str, words: str) -> No
     program = porelang.compile(f"gyroid(phase=phase(10mm, cube(40), orientation={orientation})) & cube(40)")
     (told,) = [d for d in program.design().told(*program.graph.outputs["part"]) if d.code == "W229"]
     assert words in told.message
-    assert "if length(v) > 0" in told.hint
+    assert "cells there stand as those beside them" in told.hint
 
 
 @pytest.mark.parametrize("sign", ["1", "sign(sin(x / 3))"])
@@ -464,3 +478,166 @@ out part = gyroid(phase=phase([8mm, hypot(x, y) / 4, 8mm], ring, orientation={wa
     angle, r = np.meshgrid(np.radians([8.0, 172.0]), [28.0, 32.0, 36.0], indexing="ij")
     round_it = lookup_cubic(found, r * np.cos(angle), r * np.sin(angle), 0 * r, (1, 0, 0, 0))
     np.testing.assert_allclose(np.abs(round_it[1] - round_it[0]), 4 * np.radians(164), rtol=0.03)
+
+
+SECTOR = """
+let body = cylinder(40mm, 20mm) \\ cylinder(20mm, 40mm) & (abs(atan2({c} * y - {s} * x, {c} * x + {s} * y)) - {half}deg)
+let r = hypot(x, y)
+out part = gyroid(phase=phase({periods}, body, orientation={frame})) & body
+"""
+ROUND = ("[10mm, r / 3, 10mm]", "[[x, y, 0], [-y, x, 0]]", 1)
+
+
+@pytest.mark.parametrize("at", [0.0, 0.7, np.pi])
+@pytest.mark.parametrize(
+    ("angle", "periods", "frame", "component"),
+    [
+        (200, *ROUND),
+        (200, "[10mm, 10mm, r / 3]", "[[0, 0, 1], [x, y, 0]]", 2),
+        (200, "[10mm, r / 3, 10mm]", "[[-x, -y, 0], [-y, x, 0]]", 1),
+        (200, "[10mm, r / 3, 10mm]", "[x, y, 0]", 1),
+        (300, *ROUND),
+    ],
+)
+def test_cells_follow_a_sector_however_it_lies_and_its_axes_are_named(
+    at: float, angle: float, periods: str, frame: str, component: int
+) -> None:
+    """3 cells in a radian, whose middles are r/3 round it; a grid of 32 cells allows that to 2 %. What lies in the gap
+    and the hole does not count: with all of the box weighed alike, cells of 200 degrees fold at the rim."""
+    text = SECTOR.format(c=np.cos(at), s=np.sin(at), half=angle / 2, periods=periods, frame=frame)
+    program = porelang.compile(text)
+    (note,) = program.design().told(*program.graph.outputs["part"])
+    said = re.search(r"within (\d+) degrees of the \w+ given \(95 %\), (\d+) at most", note.message)
+    assert said is not None
+    assert int(said[1]) <= 1
+    assert int(said[2]) <= 6
+    (grid,) = [n for n in order(program.graph.roots) if n.op == "phase"]
+    found = program.design().task(grid)
+    assert isinstance(found, SampledField)
+    ends = at + np.radians([8 - angle / 2, angle / 2 - 8])
+    around, r = np.meshgrid(ends, [24.0, 30.0, 36.0], indexing="ij")
+    turns = lookup_cubic(found, r * np.cos(around), r * np.sin(around), 0 * r, (component, 0, 0, 0))
+    np.testing.assert_allclose(np.abs(turns[1] - turns[0]), 3 * np.radians(angle - 16), rtol=0.01)
+
+
+KIRSCH = """
+let a = 10mm
+let r = max(hypot(x, y), 5mm)
+let c2 = (x^2 - y^2) / r^2
+let s2 = 2 * x * y / r^2
+let q = (a / r)^2
+let srr = 0.5 * (1 - q) + 0.5 * (1 - 4 * q + 3 * q^2) * c2
+let stt = 0.5 * (1 + q) - 0.5 * (1 + 3 * q^2) * c2
+let srt = -0.5 * (1 + 2 * q - 3 * q^2) * s2
+let c = x / r
+let s = y / r
+let T = tensor(xx=srr * c^2 + stt * s^2 - 2 * srt * c * s, yy=srr * s^2 + stt * c^2 + 2 * srt * c * s, zz=0 * x,
+               xy=(srr - stt) * c * s + srt * (c^2 - s^2), yz=0 * x, xz=0 * x)
+let v = principal(T, 1).direction
+let body = box([80, 40, 12]) \\ cylinder(10mm, 20mm) & (-x) & (-y)
+out part = schwarz_p(phase=phase([6mm, 6mm, 6mm], body, orientation={frame})) & body
+"""
+
+
+@pytest.mark.parametrize(
+    ("frame", "upright"), [("[v, [0, 0, 1]]", 1), ("[v, cross([0, 0, 1], v)]", 2), ("[[0, 0, 1], v]", 0)]
+)
+def test_a_few_cells_that_fold_at_a_rim_do_not_bend_the_others(frame: str, upright: int) -> None:
+    """G. Kirsch, 1898: a plate with a hole, pulled along x. Across the plate nothing turns, and a cell is 6 mm there;
+    beside the hole, where the stress is 0, directions jump."""
+    program = porelang.compile(KIRSCH.format(frame=frame))
+    program.design().told(*program.graph.outputs["part"])
+    (grid,) = [n for n in order(program.graph.roots) if n.op == "phase"]
+    found = program.design().task(grid)
+    assert isinstance(found, SampledField)
+    x, y, z = np.random.default_rng(2).uniform([1, 1, -5], [39, 19, 5], (4000, 3)).T
+    x, y, z = (w[np.hypot(x, y) > 11] for w in (x, y, z))
+    slope = np.stack([lookup_cubic(found, x, y, z, (upright, *e)) for e in np.eye(3, dtype=int)])
+    assert np.abs(np.abs(slope[2]) * 6 - 1).max() < 1e-3
+    assert np.hypot(slope[0], slope[1]).max() < 1e-3
+
+
+def test_where_there_is_no_direction_cells_stand_as_those_beside_them() -> None:
+    """A place of 3 mm, a six-hundredth of the part, where v is 0: the others lie along y, with periods of 6, 9, 12."""
+    program = porelang.compile("""
+let body = box([60, 40, 30])
+let v = if length(p) < 3 then [0, 0, 0] else [0, 1, 0]
+out part = gyroid(phase=phase([6mm, 9mm, 12mm], body, orientation=[v, [-1, 0, 0]])) & body
+""")
+    (note,) = program.design().told(*program.graph.outputs["part"])
+    assert "got 6.0..12.0; stretch at most 1.00; within 0 degrees of the frame given (95 %), 0 at most" in note.message
+
+
+def test_the_greatest_angle_is_told() -> None:
+    """Of a twist by 1 degree in a mm, which cells of one size cannot follow: of the layers' normals, and of the edges
+    from one cell to the next, which is more where they are sheared."""
+    program = porelang.compile("""
+let body = box([30, 30, 60])
+let u = phase(8mm, body, orientation=[[cos(z * 1deg / 1mm), sin(z * 1deg / 1mm), 0], [0, 0, 1]])
+out part = gyroid(phase=u) & body
+out turns = u
+""")
+    d = program.design()
+    (note, *_) = d.told(*program.graph.outputs["part"])
+    points = np.random.default_rng(3).uniform(-1, 1, (20_000, 3)) * [15, 15, 30]
+    rows = slopes_of(d, points)
+    edges = np.linalg.inv(rows).transpose(0, 2, 1)
+    a, o = np.radians(points[:, 2]), 0 * points[:, 0]
+    frame = np.stack(
+        [np.stack(v, 1) for v in ((np.cos(a), np.sin(a), o), (o, o, o + 1), (np.sin(a), -np.cos(a), o))], 1
+    )
+    cosine = np.concatenate([np.abs((m * frame).sum(2) / np.linalg.norm(m, axis=2)) for m in (rows, edges)], 1).min(1)
+    off = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    said = re.search(r"within (\d+) degrees of the frame given \(95 %\), (\d+) at most", note.message)
+    assert said is not None
+    assert int(said[1]) == pytest.approx(np.quantile(off, 0.95), abs=1)
+    assert int(said[2]) == pytest.approx(off.max(), abs=2)
+    assert np.quantile(off, 0.95) > 11
+
+
+@pytest.mark.parametrize(
+    ("orientation", "turn"),
+    [
+        ("[[x, y, 0], [-y, x, 0]]", "the frame turns by a whole turn round a line or a hole"),
+        (
+            "[cos(atan2(y, x) / 2), sin(atan2(y, x) / 2), 0]",
+            "the direction turns by half a turn round a line or a hole",
+        ),
+        ("[[cos(z / 40mm * 1rad), sin(z / 40mm * 1rad), 0], [0, 0, 1]]", ""),
+    ],
+)
+def test_a_turn_round_a_hole_is_named(orientation: str, turn: str) -> None:
+    program = porelang.compile(f"""
+let ring = cylinder(40mm, 60mm) \\ cylinder(20mm, 80mm)
+out part = gyroid(phase=phase(10mm, ring, orientation={orientation})) & ring
+""")
+
+    def told() -> list[Diagnostic]:
+        try:
+            return [d for d in program.design().told(*program.graph.outputs["part"]) if d.code]
+        except porelang.PoreError as error:
+            return list(error.diagnostics)
+
+    (found,) = told()
+    assert found.code in ("W229", "E148")
+    hint = found.hint
+    assert hint.startswith(turn or "a frame that turns needs cells that differ")
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        ("orientation=[[1, 0, 0], [0, 1, 0], [0, 0, -1]]", "leave out the third"),
+        ("orientation=[principal(T, 1), principal(T, 2)]", "`principal(T, 1).direction`"),
+        ("orientation=principal(T, 1)", "`principal(T, 1).direction`"),
+        ("orientation=[[1, 0, 0], [0, 1, 0]], cells=4", "cells in a frame have no whole number"),
+    ],
+)
+def test_what_no_orientation_is(more: str, says: str) -> None:
+    with pytest.raises(porelang.PoreError) as error:
+        porelang.compile(f"""
+let T = tensor(xx=x, yy=y, zz=z, xy=0 * x, yz=0 * x, xz=0 * x)
+gyroid(phase=phase(10mm, cube(40), {more})) & cube(40)
+""")
+    (d,) = error.value.diagnostics
+    assert says in d.message + d.hint

@@ -13,6 +13,7 @@ from porelang.elaborate.values import (
     POISON,
     ListValue,
     Poison,
+    Record,
     Scalar,
     Text,
     Value,
@@ -45,7 +46,7 @@ def _phase(ctx: Context, site: tree.Call, values: list[Value], places: list[Span
         if isinstance(known, float) and not known > 0:
             return ctx.error("E147", f"a period of {known:g} mm cannot be had", places[0],
                              hint="give a length above 0, as in 10mm")  # fmt: skip
-    cells = _cells(ctx, values[4], places[4], bool(way))
+    cells = _cells(ctx, values[4], places[4], 0 if way is None else len(way))
     if cells is None:
         return POISON
     words = (const(float(orientation == "free")), const(float(kept == "volume")), *cells)
@@ -59,17 +60,18 @@ def _frame(value: Value) -> tuple[Vector, ...] | None:
     vector = as_vector(value)
     if vector is not None:
         return (vector,)
-    items = value.items if isinstance(value, ListValue) and len(value.items) in (2, 3) else ()
+    items = value.items if isinstance(value, ListValue) and len(value.items) == 2 else ()
     vectors = tuple(v for v in map(as_vector, items) if v is not None)
-    return vectors[:2] if items and len(vectors) == len(items) else None
+    return vectors if items and len(vectors) == len(items) else None
 
 
-def _cells(ctx: Context, value: Value, place: Span, turned: bool) -> tuple[Node, ...] | None:
+def _cells(ctx: Context, value: Value, place: Span, ways: int) -> tuple[Node, ...] | None:
     """How many cells a phase is to have: how that is meant (see `FITS` in `tasks.run`; 0 for none), and numbers."""
     if value is ABSENT:
         return (ZERO,) * 4
-    if turned:
-        ctx.error("E149", "cells along a direction have no whole number along the axes", place,
+    if ways:
+        those = "along a direction" if ways == 1 else "in a frame"
+        ctx.error("E149", f"cells {those} have no whole number along the axes", place,
                   hint="leave out `cells`, or `orientation`")  # fmt: skip
         return None
     vector, value = as_vector(value), ctx.decided(value)
@@ -102,7 +104,12 @@ def _word(ctx: Context, value: Value, place: Span, parameter: str, words: tuple[
     known += ", a direction, or a frame, two vectors in a list" if parameter == "orientation" else ""
     near = suggest(value.value, words) if isinstance(value, Text) else None
     hint = f'did you mean "{near}"?' if near else f'write {parameter}="{words[0]}", or leave it out'
-    if isinstance(value, ListValue) and parameter == "orientation":
+    items = value.items if isinstance(value, ListValue) else (value,)
+    if parameter == "orientation" and any(isinstance(v, Record) and "direction" in v.members for v in items):
+        hint = "take the direction of each: `principal(T, 1).direction` is a vector"
+    elif parameter == "orientation" and len(items) == 3 and all(as_vector(v) is not None for v in items):
+        hint = "leave out the third: it stands at right angles to both"
+    elif parameter == "orientation" and isinstance(value, ListValue):
         hint = "a direction is a vector, `orientation=v`; a frame is two, `orientation=[v, u]`"
     ctx.error("E060", f"`{parameter}` of `phase` is {known}", place, label=f"this is {describe(value)}", hint=hint)
     return None

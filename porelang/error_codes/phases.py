@@ -20,7 +20,8 @@ PHASES = (
         "cells that would fold",
         "Where the size of cells changes by too much within a few of them, no phase without folds is near to what is\n"
         "asked for: beyond a fold the lattice would come back mirrored. The message says where. Let the size change\n"
-        "over a longer way, or by less.",
+        "over a longer way, or by less. Cells that stand along directions fold where these turn too quickly, or turn\n"
+        "by half a turn or a whole one round a line or a hole, as no phase does without a seam: the hint says it.",
         "",
         "gyroid(phase=phase(10mm + z / 20, sphere(30))) & sphere(30)",
     ),
@@ -49,7 +50,8 @@ PHASES = (
         "cells that are not as they were asked for",
         "Cells of one shape whose size varies exist for few fields: `phase` gets as near as can be, and says so.\n"
         "Here one cell in twenty misses its size by 10 % or more, is 1.15 times as long as it should be against\n"
-        "its width, or lies 10 degrees off the direction that was given; or there is no direction in a hundredth;\n"
+        "its width, or lies 10 degrees off the direction that was given, its layers or its edges; or there is no\n"
+        "direction in a hundredth;\n"
         "or the smallest or largest cells that are asked for are missed by a fifth, as a size that is asked for\n"
         "over no more than a few cells is; or some are smaller or larger by a fifth than any that is asked for;\n"
         "or one misses its size by half or is 1.5 times as long as\n"

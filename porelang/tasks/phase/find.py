@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from porelang.data import NEAREST, SampledField, Triple, coordinates
 from porelang.diagnostics import fail
 from porelang.ops.grid import lookup_cubic
-from porelang.tasks.phase.frames import combed, everywhere
-from porelang.tasks.phase.got import Fold, Got, got
+from porelang.tasks.phase.frames import axes_of, combed, extended, turn_round
+from porelang.tasks.phase.got import ASKEW, Fold, Got, got, why_not
 from porelang.tasks.phase.grids import on_grid
 from porelang.tasks.phase.look import EDGE, Field, Look, averaged, components, look, unseen, with_nodes
-from porelang.tasks.phase.poisson import OUTSIDE
-from porelang.tasks.phase.turning import Wanted, first_fold, turned
+from porelang.tasks.phase.poisson import FAR, OUTSIDE
+from porelang.tasks.phase.turning import Wanted, first_fold, mean_rotation, turned
 
 Values = NDArray[np.float64]
 #: Cells along the longest side on each grid that is solved on, and at least along each side.
@@ -75,28 +75,21 @@ def find(
             raise _empty()
         return found
 
-    def grid(counts: NDArray[np.int64]) -> tuple[Values, Wanted]:
-        spacing = sides / counts
-        return spacing, replace(_wanted(of, corner, spacing, counts, direction), free=free, volume=volume)
-
     known = [[v[(v >= a) & (v <= b)] for v, a, b in zip(n, low, high, strict=True)] for n in of_data]
     levels = [_counts(sides, float(sides.max()) / level) for level in LEVELS]
     of = with_nodes(seen(levels[-1]), period, inside, known)
     while (finer := _finer(of, levels[-1], sides)) is not None:
         levels[-1] = finer
         of = replace(seen(finer), least=of.least, most=of.most)
-    found: SampledField | None = None
-    for counts in levels[-1:] if apart else levels:
-        spacing, wanted = grid(counts)
-        if apart:
-            break
-        nodes = [corner[a] + spacing[a] * np.arange(wanted.period.shape[a + 1] + 1) for a in range(3)]
-        start = None if found is None else on_grid(found, nodes)
-        if start is None or first_fold(start, wanted) is not None:
-            start = _even(wanted, nodes)
-            if volume:  # from even cells the first step may fold however short it is, and would be the last
-                start = turned(replace(wanted, volume=False), start)
-        found = _sampled(turned(wanted, start), corner, spacing)
+    grids = [
+        replace(_wanted(of, corner, sides / counts, counts, direction), free=free)
+        for counts in (levels[-1:] if apart else levels)
+    ]
+    # of the shape that is as near as can be volumes may be nearer than of what they lead to: the better one is kept
+    solved = [] if apart else [_solved(grids, corner)]
+    if volume and solved:
+        solved.append(_solved([replace(w, volume=True) for w in grids], corner, solved[0]))
+    wanted = grids[-1]
     coarse, least = wanted.period.shape[1:], _smallest(wanted)
     counts = np.maximum(_counts(sides, least / 2), coarse)
     if math.prod(int(n) + 1 for n in counts) > MOST_NODES:
@@ -104,14 +97,47 @@ def find(
                    hint="ask for larger cells, or for a smaller part `within`")  # fmt: skip
     nodes = [corner[a] + sides[a] * np.arange(counts[a] + 1) / counts[a] for a in range(3)]
     asked = _for_axes(period)
-    kept = on_grid(found, nodes) if found is not None else _integrals(asked, nodes, low, high)
-    phase = _sampled(kept, corner, sides / counts)
-    phase, grown = (_anchored(phase, asked, low, high), 1.0) if cells is None else _fitted(phase, cells, low, high)
-    told = got(phase, of, free, direction, volume, grown)
+
+    def told_of(kept: Values) -> tuple[SampledField, Got | Fold]:
+        phase, grown, fits = _sampled(kept, corner, sides / counts), 1.0, 0.0
+        if cells is None:
+            phase = _anchored(phase, asked, low, high)
+        else:
+            phase, grown, fits = _fitted(phase, cells, low, high)
+        return phase, got(phase, of, free, direction, volume, grown, fits)
+
+    phases = [told_of(on_grid(found[-1], nodes)) for found in solved]
+    phases = phases or [told_of(_integrals(asked, nodes, low, high))]
+    phase, told = min(phases, key=lambda p: math.inf if isinstance(p[1], Fold) else p[1].volume_95)
+    turns = 0.0
+    if wanted.direction is not None and (isinstance(told, Fold) or told.askew_95 > ASKEW):
+        turns = turn_round(wanted.direction, wanted.within)
     if isinstance(told, Fold):
-        raise fail("E148", f"the cells of this phase would fold at ({coordinates(told.place)})",
-                   hint="their period changes too fast there: blur it, or give it less range")  # fmt: skip
+        hint = "their period changes too fast there: blur it, or give it less range"
+        if wanted.direction is not None:
+            hint = why_not("frame" if len(wanted.direction) == 6 else "direction", turns)
+        raise fail("E148", f"the cells of this phase would fold at ({coordinates(told.place)})", hint=hint)
+    told = replace(told, round=turns)
     return SampledField(phase.values, phase.origin, phase.spacing, told.facts), told
+
+
+def _solved(
+    grids: Sequence[Wanted], corner: Values, instead: Sequence[SampledField] | None = None
+) -> list[SampledField]:
+    """The phase on each of some grids, from that on the one before; where that would fold, from even cells or others.
+
+    Those that volumes begin at are of the right shape: from even cells the first step may fold however short it is, and
+    would be the last.
+    """
+    found: list[SampledField] = []
+    for level, wanted in enumerate(grids):
+        spacing = np.array(wanted.spacing)
+        nodes = [corner[a] + spacing[a] * np.arange(wanted.period.shape[a + 1] + 1) for a in range(3)]
+        start = on_grid(found[-1], nodes) if found else None
+        if start is None or first_fold(start, wanted) is not None:
+            start = _even(wanted, nodes) if instead is None else on_grid(instead[level], nodes)
+        found.append(_sampled(turned(wanted, start), corner, spacing))
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,25 +149,27 @@ class Fit:
     counts: Triple
 
 
-def _fitted(phase: SampledField, fit: Fit, low: Triple, high: Triple) -> tuple[SampledField, float]:
+def _fitted(phase: SampledField, fit: Fit, low: Triple, high: Triple) -> tuple[SampledField, float, float]:
     """A phase whose periods are all changed by a factor, so that so many cells lie between the middles of two sides;
-    and by how much those grow that change most."""
+    by how much those grow that change most; and the number along the longest that fits best, 0 for several."""
     ends = []
     for axis in range(3):
         at = [np.array([a, b]) if i == axis else np.array([(a + b) / 2] * 2)
               for i, (a, b) in enumerate(zip(low, high, strict=True))]  # fmt: skip
         x, y, z = at
         ends.append(lookup_cubic(phase, x, y, z, (axis, 0, 0, 0)))
+    fits = 0.0
     first, found = np.array([e[0] for e in ends]), np.array([e[1] - e[0] for e in ends])
     if fit.how == "whole":
         factors = np.maximum(np.round(found), 1) / found
     elif fit.how == "longest":
         longest = int(np.argmax(np.array(high) - np.array(low)))
         factors = np.full(3, fit.counts[longest] / found[longest])
+        fits = max(round(found[longest]), 1)
     else:
         factors = np.array([n / f if n else 1.0 for n, f in zip(fit.counts, found, strict=True)])
     most = factors[np.argmax(np.abs(np.log(factors)))]
-    return SampledField.from_array((phase.values - first) * factors, phase.origin, phase.spacing), 1 / float(most)
+    return SampledField.from_array((phase.values - first) * factors, phase.origin, phase.spacing), 1 / float(most), fits
 
 
 def _finer(of: Look, counts: NDArray[np.int64], sides: Values) -> NDArray[np.int64] | None:
@@ -199,10 +227,10 @@ def _wanted(of: Look, corner: Values, spacing: Values, counts: NDArray[np.int64]
         middles = [
             np.clip(e[:-1] + h / 2, a, b) for e, h, a, b in zip(ends, spacing, low + thin, high - thin, strict=True)
         ]
-        way = combed(everywhere(direction(*np.meshgrid(*middles, indexing="ij"))), within)
-    return Wanted(
-        np.broadcast_to(asked, (3, *share.shape)), np.maximum(share, OUTSIDE), _about(within), steps, direction=way
-    )
+        way = combed(extended(direction(*np.meshgrid(*middles, indexing="ij")), within, steps), within)
+    about = _about(within)
+    weights = np.maximum(share, OUTSIDE if direction is None else np.where(about, OUTSIDE, FAR))
+    return Wanted(np.broadcast_to(asked, (3, *share.shape)), weights, about, steps, direction=way)
 
 
 def _about(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -223,9 +251,12 @@ def _smallest(wanted: Wanted) -> float:
 
 
 def _even(wanted: Wanted, nodes: Sequence[Values]) -> Values:
-    """Cells of one size, which fold nowhere."""
+    """Cells of one size, which fold nowhere, that stand as the directions do in the mean."""
     mean = np.exp(np.log(wanted.period[:, wanted.within]).mean(axis=1))
-    return np.asarray(np.stack(np.meshgrid(*nodes, indexing="ij")) / mean[:, None, None, None])
+    phi = np.stack(np.meshgrid(*nodes, indexing="ij"))
+    if wanted.direction is not None:
+        phi = np.tensordot(mean_rotation(axes_of(wanted.direction), wanted.weights), phi, 1)
+    return np.asarray(phi / mean[:, None, None, None])
 
 
 def _sampled(phi: Values, corner: Values, spacing: Values) -> SampledField:

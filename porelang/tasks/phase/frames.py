@@ -4,12 +4,19 @@ above the other. A cell may stand along the opposite of each as well: neighbours
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 Values = NDArray[np.float64]
+#: The cosine of two that are nearly opposite: of directions by 45 degrees, of frames, whose quaternions are, by 90.
+ALIKE = 0.7
+#: Pairs of neighbours that cannot be made to agree, by the cells to the power of 2/3: a wall through a part is more.
+SEAM = 0.05
 
 
 def has_all(directions: Values) -> NDArray[np.bool_]:
@@ -27,6 +34,16 @@ def everywhere(directions: Values) -> Values:
         return first
     known &= (directions[3:] ** 2).sum(0) > 0
     return np.concatenate([first, np.where(known, directions[3:], beside(first))])
+
+
+def extended(directions: Values, within: NDArray[np.bool_], spacing: Sequence[float]) -> Values:
+    """Directions in the cells of a grid; beyond the part, and where there are none, those of the nearest cell that has
+    some: what a field is there, as in a hole, nobody has asked for."""
+    known = within & has_all(directions)
+    if known.all() or not known.any():
+        return everywhere(directions)
+    nearest_one = distance_transform_edt(~known, sampling=spacing, return_distances=False, return_indices=True)
+    return np.asarray(directions[(slice(None), *nearest_one)])
 
 
 def beside(directions: Values) -> Values:
@@ -62,10 +79,27 @@ def nearest(matrices: Values, frames: Values) -> Values:
 def combed(directions: Values, within: NDArray[np.bool_]) -> Values:
     """Directions in the cells of a grid, or their opposites, so that neighbours agree, first those that lie `within`
     and are nearly parallel; as they are given where these agree."""
-    return np.concatenate([_combed(directions[k : k + 3], within) for k in range(0, len(directions), 3)])
+    return np.concatenate([_combed(directions[k : k + 3], within)[0] for k in range(0, len(directions), 3)])
 
 
-def _combed(v: Values, within: NDArray[np.bool_]) -> Values:
+def turn_round(directions: Values, within: NDArray[np.bool_]) -> float:
+    """By how much of a turn combed directions turn round a line, or a hole: 0, 0.5 or 1. No phase can follow that.
+
+    They cannot be combed after half a turn; after a whole one their frames can, but not the quaternions of these, as a
+    frame turns into itself by twice as much as a quaternion into its opposite.
+    """
+    from scipy.spatial.transform import Rotation
+
+    many = SEAM * np.count_nonzero(within) ** (2 / 3)
+    if any(_torn(directions[k : k + 3], within) > many for k in range(0, len(directions), 3)):
+        return 0.5
+    axes = axes_of(directions)
+    turns = Rotation.from_matrix(axes.reshape(3, 3, -1).transpose(2, 0, 1)).as_quat()
+    return float(_combed(turns.T.reshape(4, *within.shape), within)[1] > many)
+
+
+def _combed(v: Values, within: NDArray[np.bool_]) -> tuple[Values, int]:
+    """Vectors (k, cells) or their opposites, so that neighbours agree, and how many pairs `within` cannot."""
     number = np.arange(within.size).reshape(within.shape)
     one, other, apart = [], [], []
     agreed = True
@@ -78,15 +112,26 @@ def _combed(v: Values, within: NDArray[np.bool_]) -> Values:
         other.append(number[high].reshape(-1))
         apart.append((1.001 - np.abs(dots) + 2.0 * ~both).reshape(-1))
     if agreed:
-        return v
+        return v, 0
     pairs = np.concatenate(one), np.concatenate(other)
     graph = coo_matrix((np.concatenate(apart), pairs), (within.size, within.size))
     first = int(np.argmax(within.reshape(-1)))
     order, before = breadth_first_order(minimum_spanning_tree(graph), first, directed=False)
-    flat, sign = v.reshape(3, -1), np.ones(within.size)
+    flat, sign = v.reshape(len(v), -1), np.ones(within.size)
     same = np.where((flat[:, order[1:]] * flat[:, before[order[1:]]]).sum(0) < 0, -1.0, 1.0)
     for cell, by in zip(order[1:].tolist(), same.tolist(), strict=True):
         sign[cell] = sign[before[cell]] * by
     if sign[within.reshape(-1)].sum() < 0:
         sign = -sign
-    return v * sign.reshape(within.shape)
+    found = v * sign.reshape(within.shape)
+    return found, _torn(found, within)
+
+
+def _torn(v: Values, within: NDArray[np.bool_]) -> int:
+    """How many pairs of neighbours `within` are nearly opposite."""
+    torn = 0
+    for axis in range(3):
+        low, high = ((slice(None),) * axis + (end,) for end in (slice(None, -1), slice(1, None)))
+        dots = (v[(slice(None), *low)] * v[(slice(None), *high)]).sum(0)
+        torn += int(np.count_nonzero((dots < -ALIKE) & within[low] & within[high]))
+    return torn

@@ -13,7 +13,7 @@ from porelang.progress import checkpoint
 from porelang.tasks.phase.frames import everywhere, has_all, nearest
 from porelang.tasks.phase.grids import on_grid
 from porelang.tasks.phase.look import Field, Look
-from porelang.tasks.phase.turning import rotations
+from porelang.tasks.phase.turning import cofactors, rotations
 
 Values = NDArray[np.float64]
 #: A cell of this volume, against a cube of its size, is as good as folded: between the points looked at it may be.
@@ -41,7 +41,9 @@ class Got:
     against what was asked for (the largest by the smallest singular value of w times the Jacobian, 1 for cells of the
     right shape); `turn` the angle by which cells are turned from the axes of the part. `askew` is by how much the cells
     miss the direction that they were to stand along, or are turned from the frame; `undirected` the share of the part
-    in which that is none. `turned` is 1 where cells may turn, `directed` where a direction is given, 2 for a frame.
+    in which that is none, `round` the turns that it takes round a line. `turned` is 1 where cells may turn, `directed`
+    where a direction is given, 2 for a frame. `grown` is by how much cells grew that were to be so many, `fits` the
+    number that fits best: of those along the longest side, or 0 where each side has its own.
     """
 
     asked_least: float
@@ -63,6 +65,8 @@ class Got:
     volume_95: float = 0.0
     grown: float = 1.0
     undirected: float = 0.0
+    round: float = 0.0
+    fits: float = 0.0
 
     @property
     def facts(self) -> tuple[float, ...]:
@@ -90,9 +94,8 @@ def told(facts: Sequence[float]) -> tuple[str, str, str]:
     if of.sized and of.volume_95 > MISSED:
         wrong.append(f"one cell in twenty misses its volume by {100 * of.volume_95:.0f} % or more")
     if not of.sized and of.off_95 > MISSED:
-        wrong.append(
-            f"one cell in twenty misses its size by {100 * of.off_95:.0f} % or more, one by {100 * of.off_most:.0f} %"
-        )
+        most, one = (f"{100 * v:.0f}" for v in (of.off_95, of.off_most))
+        wrong.append(f"one cell in twenty misses its size by {most} % or more" + f", one by {one} %" * (one != most))
     elif not of.sized and of.off_most > WORST_MISSED:
         wrong.append(f"one cell misses its size by {100 * of.off_most:.0f} %")
     fitted = max(of.grown, 1 / of.grown) > 1 + MISSED  # all cells are smaller then, or larger
@@ -105,6 +108,8 @@ def told(facts: Sequence[float]) -> tuple[str, str, str]:
         (of.asked_most, of.most, "most", of.most / of.asked_most),
     ) if by > LOST and not of.sized and not fitted]  # fmt: skip
     wrong += lost + beyond
+    if of.directed:
+        hint = why_not(of.given, of.round)
     if lost and not hint:
         hint = "a size that is asked for over no more than a few cells cannot be had: let it vary over a longer way"
     if of.stretch_95 > STRETCHED:
@@ -113,21 +118,32 @@ def told(facts: Sequence[float]) -> tuple[str, str, str]:
         wrong.append(f"one is {of.stretch_most:.2f} times as long as it should be against its width")
     if of.askew_95 > ASKEW:
         wrong.append(f"one in twenty lies {of.askew_95:.0f} degrees or more off the {of.given} given")
-        hint = (
-            "directions that turn quickly need cells that differ: blur them, or make the cells larger; round an axis "
-        )
-        hint += "take `cylinder_map`, `polar` or `wedges`"
     if of.undirected > UNDIRECTED:
         none = "0, or its two lie along each other," if of.directed > 1 else "0"
         wrong.append(f"the {of.given} given is {none} in {100 * of.undirected:.0f} % of the part")
-        hint = "give it one there, as in `if length(v) > 0 then v else [1, 0, 0]`"
+        if of.askew_95 <= ASKEW:
+            hint = "cells there stand as those beside them: give one there, as in `if length(v) > 0 then v else "
+            hint += "[1, 0, 0]`" + "; of a frame, two at an angle" * (of.directed > 1)
     if wrong and fitted:
         change = f"{of.grown:.2g} times larger" if of.grown > 1 else f"{1 / of.grown:.2g} times smaller"
-        hint = (
-            f"`cells` makes them {change} than they are asked for: give a number nearer to what fits, or leave it out"
-        )
+        other = f"give {of.fits:.0f}, the number that fits best" if of.fits else "change the length of that side"
+        hint = f"`cells` makes them {change} than they are asked for: {other}, or leave it out"
     hint = hint or "let the period vary more slowly, or by less; or `crossfade` lattices of one period each"
     return str(of), "; ".join(wrong), hint
+
+
+def why_not(given: str, round_: float) -> str:
+    """Why cells do not stand along a direction or in a frame that turns, and what would do; `round_` as in `Got`."""
+    if round_:
+        turn = "half a turn" if round_ < 1 else "a whole turn"
+        return (
+            f"the {given} turns by {turn} round a line or a hole, and no phase does without a seam: open the part "
+            "there, or round an axis take `cylinder_map`, `polar` or `wedges`"
+        )
+    return (
+        f"a {given} that turns needs cells that differ: give each axis a period of its own, as r / 3 round an axis; "
+        "or blur it; or round an axis take `cylinder_map`, `polar` or `wedges`"
+    )
 
 
 def _range(low: float, high: float) -> str:
@@ -155,6 +171,7 @@ def got(
     direction: Field | None = None,
     sized: bool = False,
     grown: float = 1.0,
+    fits: float = 0.0,
 ) -> Got | Fold:
     """What a phase got in the small cells within a part, at their centres. Each is looked at for folds."""
     from porelang.tasks.phase.loops import shapes
@@ -193,17 +210,25 @@ def got(
         given = direction(*places(cells[::few]))
         wanted, known = everywhere(given), has_all(given)
         undirected = 1 - float(known.mean())
-        if len(wanted) == 6:  # the angle of the turn from one to the other
-            askew = _degrees(((turns * nearest(turns, wanted)).sum((0, 1)) - 1) / 2)
-        else:
-            askew = _degrees(np.abs((turns[0] * wanted).sum(0)))
+        axes = nearest(turns, wanted) if len(wanted) == 6 else wanted[None]
+        askew = _askew(slopes[..., ::few], axes)
         askew = askew[known] if known.any() else np.zeros(1)
         found += [len(wanted) / 3, np.quantile(askew, 0.95), askew.max()]
     else:
         found += [0.0, 0.0, 0.0]
     found += [1.0, np.quantile(np.abs(1 / volume - 1), 0.95)] if sized else [0.0, 0.0]
-    found += [grown, undirected]
+    found += [grown, undirected, 0.0, fits]
     return Got(*(float(v) for v in found))
+
+
+def _askew(slopes: Values, axes: Values) -> Values:
+    """The greatest angle, in degrees, between the first axes of cells and those wanted (k, 3, n), or their opposites:
+    an axis is the normal of layers of cells, and the edges from one to the next, which shear sets apart."""
+    cosine = np.ones(slopes.shape[2:])
+    for of in (slopes, cofactors(slopes)):
+        rows = of[: len(axes)]
+        cosine = np.minimum(cosine, np.abs((rows * axes).sum(1) / np.sqrt((rows**2).sum(1))).min(0))
+    return _degrees(cosine)
 
 
 def _degrees(cosine: Values) -> Values:

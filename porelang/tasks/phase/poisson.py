@@ -20,6 +20,10 @@ Values = NDArray[np.float64]
 #: A cell outside the part counts this much: enough to carry the phase smoothly to where a skin or a hull may read it,
 #: too little to bend the cells within (measured: with 1, periods near the rim err by what lies outside).
 OUTSIDE = 0.02
+#: A cell away from the part, where cells are to stand along directions: those on both sides of a gap may differ by many
+#: turns, and what joins them must not hold them (measured: with 0.02 cells of three quarters of a ring fold at its
+#: ends; with this they are within 2 degrees of its frame).
+FAR = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
