@@ -87,6 +87,7 @@ DOUBTED = [
     ('scale(sphere(20), [1, 1, 2]) |> shell(2mm, side="outside")', "W238"),
     ("scale(sphere(20), [1, 1, 2]) + 2mm", "W238"),
     ("sphere(60) \\ (scale(sphere(20), [1, 1, 2]) - 2mm)", "W238"),
+    ("twist(metric(gyroid(8)), 0.1) |> shell(1.5mm + sphere(30) / 40) & sphere(30)", "W238"),
     # arithmetic between solids
     ("box([40, 40, 10]) & (cube(20) - sphere(9))", "W213"),
     ("cube(20) - cylinder(4, 30)", "W213"),
@@ -210,6 +211,25 @@ DOUBTED = [
     ("param phi = 70 in 50..90\noffset(gyroid(9), to_porosity(gyroid(9), phi, cube(20))) & cube(20)", "E086"),
 ]
 
+
+def test_no_edit_is_proposed_that_leaves_nothing() -> None:
+    """The plate is 4 mm thick, and 3 mm of what it was made of are 0.6 mm: 3 mm from both sides are more than it has."""
+    text = "(slab([0, 0, 1], 20) @ [x, y, 5 * z]) + {} & cylinder(10, 50)"
+    (d,) = said(text.format("3mm"))
+    assert (d.code, d.edit) == ("W238", None)
+    assert "leave nothing" in d.hint
+    (d,) = said(text.format("1mm"))
+    assert d.edit is not None
+
+
+def test_a_length_that_is_stretched_is_looked_for_as_far_as_it_reaches() -> None:
+    """Between boxes of 20 x 20 x 60 and 16 x 16 x 48 are 11712 mm3: those at the ends, where 2 mm are 6, are 3904."""
+    (d,) = said("offset(scale(box([20, 20, 20]), [1, 1, 3]), -2mm)")
+    assert "is 3 mm long" in d.message
+    share = float(re.findall(r"at (\d+) % of its surface", d.message)[0])
+    assert share == pytest.approx(100 * 3904 / 11712, abs=7)
+
+
 RIGHT = [
     # distances that were moved, turned or scaled as a whole, hardly bent, or used as a number
     "metric(twist(metric(gyroid(10)), 0.1)) |> shell(0.8mm) & cube(30)",
@@ -222,6 +242,22 @@ RIGHT = [
     # of which the length hardly varied, and a texture
     "sphere(20) - 2mm * ramp(z, -20, 20) |> shell(0.8mm)",
     "torus(20, 5) + 0.3mm * gyroid(5) |> shell(0.8mm)",
+    # what a wall is graded by is no wall, however it depends on a distance
+    *(
+        f"let body = sphere(30)\nmetric(gyroid(8)) |> {graded} & body"
+        for graded in (
+            "shell(1.5mm + body / 20)",
+            "shell(1.6mm + 0.05 * body)",
+            "shell(clamp(0.5mm - body / 20, 0.2mm, 1mm))",
+            "shell(max(0.4mm, 1.5mm + body / 10))",
+            "offset(0.5mm + body * 0.02)",
+            "thicken(body / 10 + 1mm, 0.5)",
+            'shell(2mm + body / 20, side="inside")',
+            "shell(0.6mm) |> thicken(-body * 0.02)",
+        )
+    ),
+    "let body = sphere(30)\nblend(metric(gyroid(8)), metric(gyroid(9)), along=body / 2 + 5mm, r=4) & body",
+    "shell(sphere(20), clamp(3mm - cube(30) / 10, 1mm, 3mm))",
     # a fillet rises by less, turned or not
     "smooth_union(sphere(10), translate(box([10, 50, 10]), [0, 9, 0]), 2mm + 2mm * ramp(x, -9, 9)) |> shell(1mm)",
     "smooth_union(cylinder(10, 40), translate(cylinder(40, 10), [0, 0, 3]), 5mm) |> shell(1mm)",

@@ -7,7 +7,7 @@ of those units, and 0.4mm is none: whoever writes a unit means it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from porelang.diagnostics import Diagnostic, Edit, Label
@@ -95,9 +95,13 @@ def _on_uneven(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], s
             if said is None or not _is_known(said):
                 continue
         found = nature(ctx.natures, field.node)
+        other = nature(ctx.natures, length.node)
+        if other is not None and not other.uneven:  # a solid, whose values are mm: it is `field` that is added to it
+            continue
         if found is None or found.raw or not found.uneven or (direct and length.node.axes):
             continue
-        given = [] if direct else [g for g in handed if _is_uneven(ctx, g.value)]
+        added = set(order([length.node], within))
+        given = [] if direct else [g for g in handed if _is_uneven(ctx, g.value, added)]
         spans = [lies] if direct else [g.span for g in given]
         at = places[1 - i] if direct else place
         edit = _lift(spans, (), [lies] if direct and found.folded else ())
@@ -132,8 +136,8 @@ def note_varied(ctx: Context, numbers: Sequence[Value], made: Value, span: Span)
             known[made.node] = replace(sum_of, uneven=sum_of.uneven | {made.node})
 
 
-def _is_uneven(ctx: Context, value: Value) -> bool:
-    found = nature(ctx.natures, value.node) if isinstance(value, Scalar) else None
+def _is_uneven(ctx: Context, value: Value, but: Container[Node]) -> bool:
+    found = nature(ctx.natures, value.node) if isinstance(value, Scalar) and value.node not in but else None
     return found is not None and bool(found.uneven)
 
 
