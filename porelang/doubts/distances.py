@@ -7,6 +7,7 @@ import numpy as np
 from porelang.analysis.sampled import Points, Sampler, keeps_lengths, sampler
 from porelang.diagnostics import Diagnostic, Edit
 from porelang.doubts.parts import Part, parts_of, seen_from, way_to
+from porelang.elaborate.natures import moves
 from porelang.elaborate.results import Elaborated, Suspicion
 from porelang.formula import Bindings
 from porelang.ir import ZERO, Node, const, node, order, substitute, within
@@ -25,35 +26,58 @@ _LEVEL = const(1e-24)
 _LEFT = 0.01
 
 
+def is_as_made(s: Suspicion, found: Elaborated) -> bool:
+    """Whether nothing was stretched on the way to a length, nor is on the way from it to what is made."""
+    if s.what != "uneven" or len(s.nodes) > 2:
+        return False
+    ways = [way_to(s.nodes[0], output.nodes[0]) or [] for output in found.outputs.values() if len(output.nodes) == 1]
+    return not any(n.op == "at" and not moves(n.args[1:]) for way in ways for n, _ in way)
+
+
 def uneven(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
     """A length that is not what it says, because the field it is added to does not rise by 1 mm in each mm.
 
     Where a field rises by g, what is added to it is 1/g times as far, to first order. Said is it only where that
-    comes from what was stretched, scaled or mixed: a fillet rises by less too, and is meant.
+    comes from what was stretched, scaled or mixed, or is once the length was added: a fillet rises by less too, and
+    is meant. So is what is twice as large as a whole.
     """
     field, length, *causes = s.nodes
     causes = [n for n in causes if n.op != "at" or not keeps_lengths(n.args[1:], bindings)]
-    if not causes or _said_below(s, found, bindings):
+    if causes and _said_below(s, found, bindings):
         return None
     for part, inside in parts_of(field, found, bindings):
-        if not all(keeps_lengths(n.args[1:], bindings) for n, _ in part.way if n.op == "at"):
+        bent = [n for n, _ in part.way if n.op == "at" and not keeps_lengths(n.args[1:], bindings)]
+        if not (bent or causes):
             continue
         ways = [way_to(n, field) for n in causes]
         made = [seen_from([*part.way, *w], n) for w, n in zip(ways, causes, strict=True) if w is not None]
         if len(made) < len(causes):  # what is within a task cannot be told from its fillets
             made = [part.seen(field)]
-        at = sampler([part.seen(field), *made], bindings)
+        # with what was bent afterwards, all that it made longer
+        at = sampler([part.seen(field), *made, part.seen(_steepness(field))], bindings)
         points = _beside(part, inside, field, length, bindings)
         if at is None or points is None or len(points) < _FEW:
             return None
-        real = _real(at, points)
-        if np.isnan(real).any():
+        real = _real(at, points)[:-1]
+        with np.errstate(over="ignore"):
+            longer = real[0] * np.asarray(at(points)[-1])
+        if np.isnan(real).any() or np.isnan(longer).any():
             return None
+        if bent and np.ptp(np.log(longer)) < np.log(1 + OFF):  # all of it larger or smaller
+            continue
         wrong = np.abs(np.log(real)) > np.log(1 + OFF)
-        off = wrong[0] & wrong[1:].any(axis=0)
+        off = wrong[0] & (np.abs(np.log(longer)) > np.log(1 + OFF) if bent else wrong[1:].any(axis=0))
         if off.mean() >= SHARE:
+            if bent:
+                return _told_bent(s, real[0][off], float(off.mean()))
             return _told(s, real[0][off], float(off.mean()), _mends(part, inside, field, bindings))
     return None
+
+
+def _steepness(field: Node) -> Node:
+    """How much a field rises in each mm."""
+    slopes = (node("square", node("d", field, value=axis)) for axis in range(3))
+    return node("sqrt", node("max", sum(slopes, ZERO), _LEVEL))
 
 
 def _real(at: Sampler, points: Points) -> Points:
@@ -101,22 +125,18 @@ def _beside(part: Part, inside: Points, field: Node, length: Node, bindings: Bin
 def _mends(part: Part, inside: Points, field: Node, bindings: Bindings) -> bool:
     """Whether more than a hundredth of a part is left where the field is the distance to its surface, as far as its
     slope tells."""
-    size = node("sqrt", node("max", sum((node("square", node("d", field, value=a)) for a in range(3)), ZERO), _LEVEL))
-    at = sampler([substitute([part.root], {field: field / size})[0]], bindings)
+    at = sampler([substitute([part.root], {field: field / _steepness(field)})[0]], bindings)
     values = None if at is None else at(inside)[0]
     return values is not None and bool(np.isfinite(values).all() and (values < 0).mean() > _LEFT)
 
 
 def _told(s: Suspicion, real: Points, share: float, mends: bool) -> Diagnostic:
     """What 1 mm is, at the places where it is not 1 mm."""
-    low, high = np.quantile(real, [0.05, 0.95])
-    much = f"{low:.2g} to {high:.2g}" if high - low > 0.05 else f"{high:.2g}"
     by = "write" if s.instead else "put"
     left = "" if mends else "; as many mm as are written leave nothing of this part, so take another length as well"
-    where = "" if share > 0.95 else f" at {100 * share:.0f} % of its surface"
     return Diagnostic(
         "W238",
-        f"a length is added to what is a distance no longer: 1 mm of it is {much} mm long{where}",
+        f"a length is added to what is a distance no longer: {_measure(real, share)}",
         s.span,
         "stretched, turned or mixed, its values are no mm",
         hint=f"{by} `{s.instead}`: the distance to what was made{left}" if s.instead
@@ -124,3 +144,21 @@ def _told(s: Suspicion, real: Points, share: float, mends: bool) -> Diagnostic:
         edit=Edit(s.argument, s.instead) if s.argument is not None and mends else None,
         severity="warning",
     )  # fmt: skip
+
+
+def _told_bent(s: Suspicion, real: Points, share: float) -> Diagnostic:
+    """What 1 mm is once it was stretched with what it is a length of."""
+    return Diagnostic(
+        "W238",
+        f"what a length was added to is stretched afterwards: {_measure(real, share)}",
+        s.span,
+        "of these mm, where the part is",
+        hint="add it last: put `metric(...)` about what is stretched, and the length behind it",
+        severity="warning",
+    )
+
+
+def _measure(real: Points, share: float) -> str:
+    low, high = np.quantile(real, [0.05, 0.95])
+    much = f"{low:.2g} to {high:.2g}" if high - low > 0.05 else f"{high:.2g}"
+    return f"1 mm of it is {much} mm long" + ("" if share > 0.95 else f" at {100 * share:.0f} % of its surface")
