@@ -92,6 +92,10 @@ DOUBTED = [
     ("twist(metric(gyroid(10)) |> shell(0.8mm), 0.1) & cube(30)", "W238"),
     ("scale(metric(gyroid(10)) |> shell(0.8mm) & cube(20), [1, 1, 3])", "W238"),
     ("polar(metric(gyroid(6)) |> shell(0.5), 60) & cylinder(12, 20)", "W238"),
+    # walls that the sheets of their lattice leave no room for, by the manual's table
+    ("metric(w_surface(10)) |> shell(1mm) & cube(20)", "W238"),
+    ("metric(neovius(10)) |> shell(2mm) & cube(20)", "W238"),
+    ("metric(gyroid(4)) |> shell(2) & cube(20)", "W238"),
     # mm without their unit, and walls of a texture
     ("twist(metric(gyroid(8)), 0.05) |> shell(0.6) & cube(30)", "W238"),
     ("sphere(60) \\ (scale(sphere(20), [1, 1, 2]) - 2)", "W238"),
@@ -249,6 +253,18 @@ RIGHT = [
     "mirror(metric(gyroid(10)), [1, 0, 0]) |> shell(0.8mm) & cube(30)",
     "ring(metric(gyroid(10)), 6) |> shell(0.8mm) & cube(30)",
     "repeat(sphere(3), 10, counts=[3, 3, 1]) |> shell(0.5mm)",
+    # as thick as the manual's table allows
+    *(
+        f"metric({lattice}(10)) |> shell({most}mm) & cube(20)"
+        for lattice, most in (
+            ("gyroid", 3.25),
+            ("schwarz_p", 2.5),
+            ("diamond", 2),
+            ("neovius", 0.75),
+            ("octo", 0.3),
+        )
+    ),
+    "metric(gyroid(8) & cylinder(15, 40)) |> shell(1mm)",
     # of which the length hardly varied, and a texture without a wall
     "sphere(20) - 2mm * ramp(z, -20, 20) |> shell(0.8mm)",
     "torus(20, 5) + 0.3mm * gyroid(5)",

@@ -110,9 +110,19 @@ def _on_uneven(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], s
         if at.source.prelude or len(before) >= _OFTEN or any(n[:2] == (field.node, length.node) for n in before):
             continue
         # all branches of a function are made: which of them is in the part is seen when it is whole
-        ctx.found.suspicions.append(
-            Suspicion("uneven", at, (field.node, length.node, *found.uneven), where, instead=text)
-        )
+        lifted = () if found.uneven else _lifted_of(ctx, field.node)
+        nodes = (field.node, length.node, *found.uneven, *lifted)
+        ctx.found.suspicions.append(Suspicion("uneven", at, nodes, where, LIFT if lifted else "", text))
+
+
+def _lifted_of(ctx: Context, n: Node) -> tuple[Node, ...]:
+    """The distance that `metric` has found of which a wall is made, and a wall of that."""
+    while n not in ctx.lifted:
+        varying = [a for a in n.args if a.axes]
+        if n.op not in ("abs", "neg", "add", "sub") or len(varying) != 1:
+            return ()
+        (n,) = varying
+    return (n,)
 
 
 def _counts_mm(found: Nature, number: Scalar, handed: Sequence[Given] | None) -> bool:

@@ -215,7 +215,9 @@ DOUBTS = (
         "thinner or thicker. So is one that is stretched after it was made; what is scaled as a whole is meant.\n"
         "It is measured where the length moves a surface of the part, and said of the places that are off by more\n"
         "than a tenth; of a twentieth of the surface or less, and of fillets, nothing is said. `metric` stands\n"
-        "outermost: about the twist, the blend or the crossfade, not within.",
+        "outermost: about the twist, the blend or the crossfade, not within.\n"
+        "Of a wall of `metric` itself it is said where the sheets of the lattice leave no room for it: there the\n"
+        "value is a guess. The manual says up to which part of its period the walls of each lattice are what they say.",
         "twist(metric(gyroid(10)), 0.1) |> shell(0.8mm) & cube(30)",
         "metric(twist(gyroid(10), 0.1)) |> shell(0.8mm) & cube(30)",
     ),
