@@ -87,6 +87,21 @@ DOUBTED = [
     ('scale(sphere(20), [1, 1, 2]) |> shell(2mm, side="outside")', "W238"),
     ("scale(sphere(20), [1, 1, 2]) + 2mm", "W238"),
     ("sphere(60) \\ (scale(sphere(20), [1, 1, 2]) - 2mm)", "W238"),
+    ("twist(metric(gyroid(8)), 0.1) |> shell(1.5mm + sphere(30) / 40) & sphere(30)", "W238"),
+    # stretched after the length was added
+    ("twist(metric(gyroid(10)) |> shell(0.8mm), 0.1) & cube(30)", "W238"),
+    ("scale(metric(gyroid(10)) |> shell(0.8mm) & cube(20), [1, 1, 3])", "W238"),
+    ("polar(metric(gyroid(6)) |> shell(0.5), 60) & cylinder(12, 20)", "W238"),
+    # walls that the sheets of their lattice leave no room for, by the manual's table
+    ("metric(w_surface(10)) |> shell(1mm) & cube(20)", "W238"),
+    ("metric(neovius(10)) |> shell(2mm) & cube(20)", "W238"),
+    ("metric(gyroid(4)) |> shell(2) & cube(20)", "W238"),
+    # mm without their unit, and walls of a texture
+    ("twist(metric(gyroid(8)), 0.05) |> shell(0.6) & cube(30)", "W238"),
+    ("sphere(60) \\ (scale(sphere(20), [1, 1, 2]) - 2)", "W238"),
+    ("torus(20, 5) + 0.3mm * gyroid(5) |> shell(0.8mm)", "W238"),
+    ("sphere(12) - 0.5 * gyroid(5) |> shell(0.8)", "W238"),
+    ("sphere(20) + sin(x) * sin(y) |> shell(0.8)", "W238"),
     # arithmetic between solids
     ("box([40, 40, 10]) & (cube(20) - sphere(9))", "W213"),
     ("cube(20) - cylinder(4, 30)", "W213"),
@@ -215,6 +230,25 @@ DOUBTED = [
     ("param phi = 70 in 50..90\noffset(gyroid(9), to_porosity(gyroid(9), phi, cube(20))) & cube(20)", "E086"),
 ]
 
+
+def test_no_edit_is_proposed_that_leaves_nothing() -> None:
+    """The plate is 4 mm thick, and its 3 mm are 0.6 mm: 3 mm from both sides are more than it has."""
+    text = "(slab([0, 0, 1], 20) @ [x, y, 5 * z]) + {} & cylinder(10, 50)"
+    (d,) = said(text.format("3mm"))
+    assert (d.code, d.edit) == ("W238", None)
+    assert "leave nothing" in d.hint
+    (d,) = said(text.format("1mm"))
+    assert d.edit is not None
+
+
+def test_a_length_that_is_stretched_is_looked_for_as_far_as_it_reaches() -> None:
+    """Between boxes of 20 x 20 x 60 and 16 x 16 x 48 are 11712 mm3: those at the ends, where 2 mm are 6, are 3904."""
+    (d,) = said("offset(scale(box([20, 20, 20]), [1, 1, 3]), -2mm)")
+    assert "is 3 mm long" in d.message
+    share = float(re.findall(r"at (\d+) % of its surface", d.message)[0])
+    assert share == pytest.approx(100 * 3904 / 11712, abs=7)
+
+
 RIGHT = [
     # distances that were moved, turned or scaled as a whole, hardly bent, or used as a number
     "metric(twist(metric(gyroid(10)), 0.1)) |> shell(0.8mm) & cube(30)",
@@ -224,9 +258,37 @@ RIGHT = [
     "mirror(metric(gyroid(10)), [1, 0, 0]) |> shell(0.8mm) & cube(30)",
     "ring(metric(gyroid(10)), 6) |> shell(0.8mm) & cube(30)",
     "repeat(sphere(3), 10, counts=[3, 3, 1]) |> shell(0.5mm)",
-    # of which the length hardly varied, and a texture
+    # as thick as the manual's table allows
+    *(
+        f"metric({lattice}(10)) |> shell({most}mm) & cube(20)"
+        for lattice, most in (
+            ("gyroid", 3.25),
+            ("schwarz_p", 2.5),
+            ("diamond", 2),
+            ("neovius", 0.75),
+            ("octo", 0.3),
+        )
+    ),
+    "metric(gyroid(8) & cylinder(15, 40)) |> shell(1mm)",
+    # of which the length hardly varied, and a texture without a wall
     "sphere(20) - 2mm * ramp(z, -20, 20) |> shell(0.8mm)",
-    "torus(20, 5) + 0.3mm * gyroid(5) |> shell(0.8mm)",
+    "torus(20, 5) + 0.3mm * gyroid(5)",
+    # what a wall is graded by is no wall, however it depends on a distance
+    *(
+        f"let body = sphere(30)\nmetric(gyroid(8)) |> {graded} & body"
+        for graded in (
+            "shell(1.5mm + body / 20)",
+            "shell(1.6mm + 0.05 * body)",
+            "shell(clamp(0.5mm - body / 20, 0.2mm, 1mm))",
+            "shell(max(0.4mm, 1.5mm + body / 10))",
+            "offset(0.5mm + body * 0.02)",
+            "thicken(body / 10 + 1mm, 0.5)",
+            'shell(2mm + body / 20, side="inside")',
+            "shell(0.6mm) |> thicken(-body * 0.02)",
+        )
+    ),
+    "let body = sphere(30)\nblend(metric(gyroid(8)), metric(gyroid(9)), along=body / 2 + 5mm, r=4) & body",
+    "shell(sphere(20), clamp(3mm - cube(30) / 10, 1mm, 3mm))",
     # a fillet rises by less, turned or not
     "smooth_union(sphere(10), translate(box([10, 50, 10]), [0, 9, 0]), 2mm + 2mm * ramp(x, -9, 9)) |> shell(1mm)",
     "smooth_union(cylinder(10, 40), translate(cylinder(40, 10), [0, 0, 3]), 5mm) |> shell(1mm)",
@@ -234,7 +296,10 @@ RIGHT = [
     "smooth_union(box([33.5, 28.3, 16.7]), rotate(cylinder(7.8, 50.7), [1, 0, 0], 33deg), 1.6mm) |> shell(0.9mm)",
     "smooth_union(scale(sphere(10), 2), translate(box([10, 50, 10]), [0, 9, 0]), 5mm) |> shell(1mm)",
     "twist(box([20, 20, 60]), 0.03) |> shell(1mm)",
-    "twist(metric(gyroid(10)) |> shell(0.8mm), 0.1) & cube(30)",
+    "twist(metric(gyroid(10)) |> shell(0.8mm), 0.01) & cube(30)",
+    "scale(metric(gyroid(10)) |> shell(0.8mm), 2) & cube(30)",  # larger as a whole
+    "rotate(metric(gyroid(10)) |> shell(0.8mm), [1, 2, 0], 30deg) & cube(30)",
+    "2 * sphere(10) - 4",  # a number of those that it was made
     "morph(metric(gyroid(10)), metric(gyroid(10)), 0.5) |> shell(0.8mm) & cube(30)",
     "let near = ramp(scale(sphere(10), [1, 1, 2]), 0mm, 10mm)\ngyroid(10) |> thicken(near, 0.3) & cube(20)",
     "let d = sphere(20)\nout part = d & cube(30)\nout heat = d / 100",
@@ -316,7 +381,7 @@ RIGHT = [
     "gyroid(10) |> thicken(sphere(9) * 0.1) & cube(20)",  # by a distance, which is a number here
     "gyroid(10) & z - 2mm & cube(20)",
     "max(gyroid(10), z * 0.5 - 1mm) & cube(20)",
-    "thicken(sphere(20), gyroid(5), 0.3mm) |> shell(0.4mm)",  # a texture
+    "thicken(sphere(20), gyroid(5), 0.3mm)",  # a texture
     "offset(sphere(20), 0.5mm + gyroid(5) * 0.3mm)",
     "sphere(20) - 0.3 * gyroid(5)",
     "sphere(10) & translate(sphere(10), [12, 0, 0])",

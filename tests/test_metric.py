@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import porelang
+from porelang.compiler import try_compile
+from porelang.source import Source
 
 Points = NDArray[np.float64]
 
@@ -181,3 +184,36 @@ def test_where_a_field_is_level_the_value_is_a_number(lattice: str) -> None:
     raw = porelang.compile(f"{lattice} + 0 * x").field()(p)
     clear = np.abs(raw) > 1e-9
     assert (np.sign(found) == np.sign(raw))[clear].all()
+
+
+@pytest.mark.parametrize(
+    ("solid", "distance"),
+    [
+        ("box([20, 24, 30])", lambda p: (np.abs(p) - [10, 12, 15]).max(1)),
+        ("cylinder(10, 20)", lambda p: np.maximum(np.hypot(p[:, 0], p[:, 1]) - 10, np.abs(p[:, 2]) - 10)),
+        ("extrude(rect(20, 24), 30)", lambda p: (np.abs(p) - [10, 12, 15]).max(1)),
+        ("scale(box([10, 12, 15]), 2)", lambda p: (np.abs(p) - [10, 12, 15]).max(1)),
+    ],
+)
+def test_the_inside_of_what_has_corners_is_a_distance(solid: str, distance: Callable[[Points], Points]) -> None:
+    """Where the length of what lies beyond the faces is 0 over all of the inside, its slopes and bends are 0."""
+    d = porelang.compile(f"metric({solid})").field()
+    p = np.random.default_rng(5).uniform(-9, 9, (5000, 3))
+    p = p[distance(p) > -3]  # about the axis of a cylinder, where its sheets meet, it is a guess
+    assert np.allclose(d(p), distance(p), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "field", ["twist(box([20, 20, 50]), 0.05)", "gyroid(8) & cylinder(15, 40)", "cone(10, 2, 20)",
+              "gyroid(10 - cube(20) / 40)", "gyroid(10 + hypot(x, y) / 5)", "polar(gyroid(6), 30)"],
+)  # fmt: skip
+def test_it_is_a_number_also_at_axes_and_within_corners(field: str) -> None:
+    found, program = try_compile(Source("part.pore", f"out raw = {field}\nout d = metric({field})"))[::-1]
+    assert program is not None
+    assert not [d for d in found if d.code == "W201"]
+    axis = np.linspace(-12, 12, 25)
+    p = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
+    raw, d = program.field("raw")(p), program.field("d")(p)
+    assert np.isfinite(d).all()
+    clear = np.abs(raw) > 1e-9
+    assert (np.sign(d) == np.sign(raw))[clear].all()

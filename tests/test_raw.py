@@ -139,7 +139,7 @@ def test_each_place_is_told() -> None:
         "gyroid(10) * 1.5mm |> shell(0.4mm) & cube(20)",
         "metric(gyroid(10)) |> shell(0.4mm) & cube(20)",
         "metric(gyroid(10), 3) - 0.3mm & cube(20)",
-        "thicken(sphere(20), gyroid(5), 0.3mm) |> shell(0.4mm)",
+        "thicken(sphere(20), gyroid(5), 0.3mm)",
         # a share from 0 to 1 is a weight, and has no surface
         "sphere(20 + 3 * saturate(gyroid(9)))",
         "offset(cube(20), mix(0.2mm, 1mm, saturate(gyroid(9))))",

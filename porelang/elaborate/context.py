@@ -56,7 +56,8 @@ class Context:
     what is known of fields, `totals` where distances were added or subtracted (the operator and its place), `cuts`
     where solids are cut (None where a place cuts several), `declared` the names of all params but those that take data,
     `lengths` which nodes without a known unit were made of lengths, `in_degrees` the angle of each number of degrees,
-    `stretching` coordinates that stretch cells, with the name of what makes them and what to do about it,
+    `stretching` coordinates that stretch cells, with the name of what makes them and what to do about it, `lifted` the
+    distances that `metric` has found to lattices,
     `given_at` the arguments of calls in the user's text by their place.
     """
 
@@ -81,6 +82,7 @@ class Context:
         self.cuts: dict[Span, Suspicion | None] = {}
         self.declared: list[str] = []
         self.in_degrees: dict[Node, Scalar] = {}
+        self.lifted: set[Node] = set()
         self.stretching: dict[Node, tuple[str, str]] = {}
         self.lengths: dict[Node, bool] = {}
         self.given_at: dict[Span, Mapping[str, Given]] = {}

@@ -141,7 +141,7 @@ def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
             return None
         same = n.op in ("at", "ensure")
         folded = n.op == "abs" or a.folded
-        uneven = _NOTHING if a.raw else a.uneven | _by(n, n.op == "at" and not _moves(n.args[1:]))
+        uneven = _NOTHING if a.raw else a.uneven | _by(n, n.op == "at" and not moves(n.args[1:]))
         period = None if n.op == "at" else a.period
         return Nature(a.raw, a.total, a.plain and same, period, a.scaled, folded, uneven)
     if len(parts) == 1 or n.op == "hypot":  # of a distance they are numbers to be used as such
@@ -180,7 +180,7 @@ def _by(n: Node, uneven: bool = True) -> frozenset[Node]:
     return frozenset({n}) if uneven else _NOTHING
 
 
-def _moves(point: Sequence[Node]) -> bool:
+def moves(point: Sequence[Node]) -> bool:
     """Whether a point is the one that is looked from, moved by as much everywhere. Whether others are turned, values
     tell."""
     for here, axis in zip(point, (X, Y, Z), strict=True):

@@ -7,13 +7,13 @@ of those units, and 0.4mm is none: whoever writes a unit means it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from porelang.diagnostics import Diagnostic, Edit, Label
 from porelang.elaborate.bare import doubt, short, value_of
 from porelang.elaborate.context import Context
-from porelang.elaborate.natures import nature
+from porelang.elaborate.natures import Nature, nature
 from porelang.elaborate.results import Suspicion
 from porelang.elaborate.values import Function, Given, ListValue, Poison, Scalar, Value
 from porelang.ir import Node, order, within
@@ -83,57 +83,82 @@ def _unit_on_field(ctx: Context, field: Scalar, number: Scalar, at: Span, span: 
 
 
 def _on_uneven(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], span: Span) -> None:
-    """Suspect a length that is added to what was made of distances, and may be none any more."""
+    """Suspect a length that is added to what was made of distances, and may be none any more, there or later."""
     for i, field in enumerate(numbers):
         length, lies = numbers[1 - i], places[i]
         if not (isinstance(field, Scalar) and isinstance(length, Scalar)):
             continue
         place = ctx.users_place(span)
         direct, handed = place is span, list(ctx.given_at.get(place, {}).values())
-        if length.dimension != LENGTH:  # `f * b`, of a length b and a number f that has no unit
-            said = None if direct or length.dimension is not None or length.node.axes else _length_among(ctx, handed)
-            if said is None or not _is_known(said):
-                continue
         found = nature(ctx.natures, field.node)
-        if found is None or found.raw or not found.uneven or (direct and length.node.axes):
+        if found is None or found.raw or found.total is not None:
             continue
-        given = [] if direct else [g for g in handed if _is_uneven(ctx, g.value)]
+        if length.dimension != LENGTH and not _counts_mm(found, length, None if direct else handed):
+            continue
+        other = nature(ctx.natures, length.node)
+        if other is not None and not other.uneven:  # a solid, whose values are mm: it is `field` that is added to it
+            continue
+        if direct and length.node.axes:
+            continue
+        added = set(order([length.node], within))
+        given = [] if direct else [g for g in handed if _is_uneven(ctx, g.value, added)]
         spans = [lies] if direct else [g.span for g in given]
         at = places[1 - i] if direct else place
-        edit = _lift(spans, (), [lies] if direct and found.folded else ())
+        edit = _lift(spans, (), [lies] if direct and found.folded else ()) if found.uneven else None
         where, text = (edit.span, edit.text) if edit else (None, "")
         before = [s.nodes for s in ctx.found.suspicions if s.what == "uneven" and s.span == at]
         if at.source.prelude or len(before) >= _OFTEN or any(n[:2] == (field.node, length.node) for n in before):
             continue
         # all branches of a function are made: which of them is in the part is seen when it is whole
-        ctx.found.suspicions.append(
-            Suspicion("uneven", at, (field.node, length.node, *found.uneven), where, instead=text)
-        )
+        lifted = () if found.uneven else _lifted_of(ctx, field.node)
+        nodes = (field.node, length.node, *found.uneven, *lifted)
+        ctx.found.suspicions.append(Suspicion("uneven", at, nodes, where, LIFT if lifted else "", text))
+
+
+def _lifted_of(ctx: Context, n: Node) -> tuple[Node, ...]:
+    """The distance that `metric` has found of which a wall is made, and a wall of that."""
+    while n not in ctx.lifted:
+        varying = [a for a in n.args if a.axes]
+        if n.op not in ("abs", "neg", "add", "sub") or len(varying) != 1:
+            return ()
+        (n,) = varying
+    return (n,)
+
+
+def _counts_mm(found: Nature, number: Scalar, handed: Sequence[Given] | None) -> bool:
+    """Whether a number without a unit that is added to a distance counts mm: where a function is given it, or where it
+    meets what is at other coordinates than it was made: what was multiplied may have been made a number."""
+    if number.dimension is not None or number.node.axes:
+        return False
+    if handed is None:
+        return not found.uneven or any(m.op == "at" for n in found.uneven for m in (n, *n.args))
+    numbers = [g.value for g in handed if isinstance(g.value, Scalar) and not g.value.node.axes]
+    return any(n.dimension in (None, LENGTH) for n in numbers)
 
 
 def note_varied(ctx: Context, numbers: Sequence[Value], made: Value, span: Span) -> None:
-    """Note that a distance to which a varying length was added may be none any more. A texture, of a lattice, is meant,
-    and so is a fillet: what the prelude adds to the least or the greatest of solids."""
+    """Note that a distance to which what varies was added, a texture too, may be none any more. A fillet is meant: what
+    the prelude adds to the least or the greatest of solids."""
     known, place = ctx.natures, ctx.users_place(span)
     if len(numbers) != 2 or not isinstance(made, Scalar):
         return
     handed = numbers if place is span else [g.value for g in ctx.given_at.get(place, {}).values()]
     own = {v.node for v in handed if isinstance(v, Scalar)}
     for one, other in (numbers, (numbers[1], numbers[0])):
-        if not (isinstance(one, Scalar) and isinstance(other, Scalar)) or not _is_length(ctx, other):
+        if not (isinstance(one, Scalar) and isinstance(other, Scalar)) or not other.node.axes:
             continue
-        if not other.node.axes or (one.node.op in ("min", "max") and one.node not in own):
+        if (other.dimension is not None and not _is_length(ctx, other)) or (
+            one.node.op in ("min", "max") and one.node not in own
+        ):
             continue
-        field, added = nature(known, one.node), nature(known, other.node)
-        if field is None or field.raw or added is not None:
+        field, added, total = nature(known, one.node), nature(known, other.node), nature(known, made.node)
+        if field is None or field.raw or total is None or (added is not None and not added.raw):
             continue
-        sum_of = nature(known, made.node)
-        if sum_of is not None and not any((m := known.get(n)) is not None and m.raw for n in order([other.node])):
-            known[made.node] = replace(sum_of, uneven=sum_of.uneven | {made.node})
+        known[made.node] = replace(total, uneven=total.uneven | {made.node})
 
 
-def _is_uneven(ctx: Context, value: Value) -> bool:
-    found = nature(ctx.natures, value.node) if isinstance(value, Scalar) else None
+def _is_uneven(ctx: Context, value: Value, but: Container[Node]) -> bool:
+    found = nature(ctx.natures, value.node) if isinstance(value, Scalar) and value.node not in but else None
     return found is not None and bool(found.uneven)
 
 

@@ -203,9 +203,10 @@ class Suspicion:
     taken for its period along the axis `instead`, and what is made of it. "jump": a lattice and its phase (three).
     "stretched": what is made at other coordinates, and these, then the direction that they follow, `up` and `about`
     where `up` was not given (three each); or a lattice and its phase. "uneven": what was a distance, the length that is
-    added to it, and what of it was stretched, scaled or mixed (any number). "bend": what is made along a curve, the
-    radius of its arcs (0 for the greatest), whether it is closed, and its points (three each); "rod": the same of a rod
-    that others follow. "beyond": a lattice, and its phase (three) that was found within a solid.
+    added to it, and what of it was stretched, scaled or mixed (any number), or the distance that the function `name`
+    has found. "bend": what is made along a curve, the radius of its arcs (0 for the greatest), whether it is closed,
+    and its points (three each); "rod": the same of a rod that others follow. "beyond": a lattice, and its phase (three)
+    that was found within a solid.
     `argument` is the place that an edit would change, `name` the function or the operator, `instead` what might
     stand there, `period` that of the lattice, `beside` what a cut is united with without parentheses, and the whole.
     """

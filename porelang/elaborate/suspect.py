@@ -16,6 +16,7 @@ from porelang.elaborate.bare import DEGREES, degrees, doubt, short, value_of
 from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import Kind
 from porelang.elaborate.natures import nature
+from porelang.elaborate.raw import LIFT
 from porelang.elaborate.results import Suspicion
 from porelang.elaborate.values import Bool, Function, Given, ListValue, Scalar, Value, Vector, as_vector
 from porelang.ir import UNKNOWN, order, within
@@ -209,6 +210,11 @@ def made_by(ctx: Context, function: Function, bound: Mapping[str, Value], result
         angle = given["angle"].value
         if isinstance(angle, Scalar):
             ctx.in_degrees.setdefault(result.node, angle)
+    if function.name == LIFT and definition.span.source.prelude:
+        lattice = bound.get("f")
+        found = nature(ctx.natures, lattice.node) if isinstance(lattice, Scalar) else None
+        if found is not None and found.raw and found.plain:  # what was cut has corners, and they no distance outside
+            ctx.lifted.add(result.node)
     made_empty(ctx, function, result, given, site)
     drifts(ctx, function, bound, result, given, site)
     jumps(ctx, function, bound, result, given, site)

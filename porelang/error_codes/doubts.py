@@ -212,10 +212,13 @@ DOUBTS = (
         "W238",
         "a length that is added to what is a distance no longer",
         "A distance rises by 1 mm in each mm, so that `shell(0.8mm)` of it is a wall of 0.8 mm. What is stretched,\n"
-        "twisted or bent round, and what is a mixture of two, rises by more or less: the wall is thinner or thicker.\n"
-        "It is measured where the length decides what is solid, and said of the places that are off by more than a\n"
-        "tenth; of a twentieth of the surface or less, and of fillets, nothing is said. `metric` stands outermost:\n"
-        "about the twist, the blend or the crossfade, not within.",
+        "twisted or bent round, a mixture of two, and a solid with a texture rise by more or less: the wall is\n"
+        "thinner or thicker. So is one that is stretched after it was made; what is scaled as a whole is meant.\n"
+        "It is measured where the length moves a surface of the part, and said of the places that are off by more\n"
+        "than a tenth; of a twentieth of the surface or less, and of fillets, nothing is said. `metric` stands\n"
+        "outermost: about the twist, the blend or the crossfade, not within.\n"
+        "Of a wall of `metric` itself it is said where the sheets of the lattice leave no room for it: there the\n"
+        "value is a guess. The manual says up to which part of its period the walls of each lattice are what they say.",
         "twist(metric(gyroid(10)), 0.1) |> shell(0.8mm) & cube(30)",
         "metric(twist(gyroid(10), 0.1)) |> shell(0.8mm) & cube(30)",
     ),

@@ -89,6 +89,17 @@ def _positive(a: Node) -> Node:
     return node("lt", ZERO, a)
 
 
+def _where(holds: Node, slope: Node) -> Node:
+    """A slope where it is one, and 0 elsewhere: a length is level where it is 0, over all of the inside of a box."""
+    return node("select", holds, slope, ZERO)
+
+
+def _turning(y: Node, x: Node, f: Node) -> tuple[Node, Node]:
+    """The derivatives of the angle of a point, which at the axis has none."""
+    r2 = node("square", x) + node("square", y)
+    return _where(_positive(r2), x / r2), _where(_positive(r2), -y / r2)
+
+
 _ROWS = (
     # ---- arithmetic -------------------------------------------------------------------------------------------------
     Op("neg", R, "real", "The negative.", np.negative, "(-{0})", iv.neg, lambda a, f: (const(-1.0),), "-",
@@ -144,7 +155,7 @@ _ROWS = (
     # ---- roots, exponentials ----------------------------------------------------------------------------------------
     Op("sqrt", R, "real", "The square root; not a number below 0. Its derivative at 0 is taken as 0.", np.sqrt,
        "pore_sqrt({0})", iv.on_domain(np.sqrt, 0.0, math.inf),
-       lambda a, f: (node("select", _positive(a), 0.5 / f, ZERO),), "sqrt", ("sqrt(9)", 3.0), units="root",
+       lambda a, f: (_where(_positive(a), 0.5 / f),), "sqrt", ("sqrt(9)", 3.0), units="root",
        tolerance=Tolerance(2.5), domain="not negative", guarded="sqrt({0})", calm="not negative",
        narrow=lambda w, a: (iv.at_most(iv.square(w)),)),
     Op("hypot", RR, "real", "sqrt(a^2 + b^2), the length of a side; its derivative at 0 is taken as 0.", forms.hypot,
@@ -154,8 +165,9 @@ _ROWS = (
        tolerance=Tolerance(3.5, 1e-12, extra=lambda a, b: np.where(np.maximum(_size(a), _size(b)) > 1e19, np.inf, 0.0)),
        domain="magnitudes below 1e19", facts=frozenset({"commutative"}),
        narrow=lambda w, a, b: (iv.up_to(w), iv.up_to(w))),
-    Op("direction", RR, "real", "a / r, for |a| <= r: a cosine; 0 where r is 0.", forms.direction,
-       "({1} == 0.0 ? 0.0 : {0} / {1})", lambda a, r: _cosine(a, r), lambda a, r, f: (1.0 / r, -f / r), "",
+    Op("direction", RR, "real", "a / r, for |a| <= r: a cosine; it and its derivative are 0 where r is 0.",
+       forms.direction, "({1} == 0.0 ? 0.0 : {0} / {1})", lambda a, r: _cosine(a, r),
+       lambda a, r, f: (_where(_positive(r), 1.0 / r), _where(_positive(r), -f / r)), "",
        ("hypot(3, 4) / 5", 1.0), units="quotient", tolerance=Tolerance(2.5), domain="|a| <= r, r below 8e37",
        jumps=lambda a, r: r.contains(0.0)),
     Op("exp", R, "real", "e to the power a.", np.exp, "pore_exp({0})", iv.monotone(np.exp), lambda a, f: (f,), "exp",
@@ -191,9 +203,9 @@ _ROWS = (
        iv.on_domain(np.arccos, -1.0, 1.0, rising=False),
        lambda a, f: (-1.0 / node("sqrt", 1.0 - node("square", a)),), "acos", ("acos(1)", 0.0), units="angle of",
        tolerance=Tolerance(4.0), domain="-1 to 1"),
-    Op("atan2", RR, "real", "The angle (-pi to pi) of the point (x, y), given y first.", np.arctan2,
-       "pore_atan2({0}, {1})", iv.atan2,
-       lambda y, x, f: (x / (node("square", x) + node("square", y)), -y / (node("square", x) + node("square", y))),
+    Op("atan2", RR, "real", "The angle (-pi to pi) of the point (x, y), given y first; its derivative at 0, 0 is 0.",
+       np.arctan2, "pore_atan2({0}, {1})", iv.atan2,
+       _turning,
        "atan2", ("atan2(0, 1)", 0.0), units="angle of", tolerance=Tolerance(4.0), domain="not both 0",
        jumps=lambda y, x: (x.lo <= 0) & y.contains(0.0)),
     # ---- truth ------------------------------------------------------------------------------------------------------

@@ -1,7 +1,8 @@
 """Derivatives: every `d(f)` replaced by the symbolic partial derivative of f, found with the rules of the table.
 
-Fixed choices where a derivative does not exist: 0 for sqrt and hypot at 0, sign(0) = 0 for |x| at 0, and at a tie of
-min or max that of the first argument. Where a value jumps (floor, select) the derivative is that of the branch taken.
+Fixed choices where a derivative does not exist: 0 for sqrt and atan2 at 0, for hypot at 0 (and for its slopes, so that
+the inside of a box is level), sign(0) = 0 for |x| at 0, and at a tie of min or max that of the first argument. Where a
+value jumps (floor, select) the derivative is that of the branch taken.
 """
 
 from __future__ import annotations
