@@ -171,6 +171,8 @@ DOUBTED = [
     ("wedges(gyroid(6), 7) & cylinder(30, 8)", "W218"),
     ("gyroid(phase=sphere_map(18, cells=12)) |> shell(1.2) & sphere(21) \\ sphere(15)", "W218"),
     ("translate(gyroid(phase=sphere_map(18, cells=12)) & sphere(21) \\ sphere(15), [90, 0, 0])", "W218"),
+    ("gyroid(phase=sphere_map(20, cells=16)) |> shell(0.3) & sphere(22) \\ sphere(20)", "W218"),
+    ("gyroid(phase=sphere_map(5, cells=16)) |> shell(0.3) & sphere(5.5) \\ sphere(5)", "W218"),
     ("gyroid(phase=if x > 0 then p / 10 else p / 11) & sphere(20)", "W218"),
     ("param v = 6mm in 4mm..9mm\nwedges(gyroid(v), w=v * 1.5) & cylinder(30, 8)", "W218"),
     ("along(gyroid(6), arc(30, 0deg, 90deg), w=7mm) & pipe(arc(30, 0deg, 90deg), 5)", "W218"),

@@ -24,6 +24,8 @@ from porelang.rewrites import flatten
 FEW = 8
 #: Of the range that samples of a lattice have: how far its values go beyond.
 BEYOND = 0.01
+#: Points of a part that are joined over a seam, each with so many others.
+_JOINED, _NEIGHBOURS = 1000, 4
 
 
 def copies(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
@@ -131,7 +133,7 @@ def jump(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
         at = sampler([part.root, part.seen(primitive)], bindings)
         if which is None or at is None:
             continue
-        ends = _between(which, points, np.random.default_rng(1).permutation(points))
+        ends = _between(which, points[:_JOINED])
         if ends is None:
             continue
         one, other = (at(end) for end in ends)
@@ -165,11 +167,19 @@ def _seams(s: Suspicion, found: Elaborated, place: Points, alike: bool) -> Diagn
     )
 
 
-def _between(which: Sampler, a: Points, b: Points) -> tuple[Points, Points] | None:
-    """Pairs of points a nanometre apart for which conditions differ, between points a and b where they do."""
-    of_a, of_b = (np.stack(which(p), -1) for p in (a, b))
-    differ = (of_a != of_b).any(1)
-    a, b, of_a = a[differ], b[differ], of_a[differ]
+def _between(which: Sampler, points: Points) -> tuple[Points, Points] | None:
+    """Pairs of places a nanometre apart for which conditions differ, each between a point and the nearest of those for
+    which they do: what joins points far apart goes through the hollow of a shell, and not through the shell."""
+    of_all = np.stack(which(points), -1)
+    _, kind = np.unique(of_all, axis=0, return_inverse=True)
+    square = (points**2).sum(axis=1)
+    away = square[:, None] + square - 2 * points @ points.T
+    away[kind[:, None] == kind] = np.inf
+    several = min(_NEIGHBOURS, len(points) - 1)
+    nearest = np.argpartition(away, several, axis=1)[:, :several] if several else np.zeros((len(points), 0), np.int64)
+    first, second = np.repeat(np.arange(len(points)), several), nearest.ravel()
+    differ = kind[first] != kind[second]
+    a, b, of_a = points[first[differ]], points[second[differ]], of_all[first[differ]]
     if not len(a):
         return None
     for _ in range(30):
