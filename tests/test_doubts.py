@@ -521,6 +521,18 @@ def test_what_takes_longer_is_found_by_measuring(text: str, code: str) -> None:
     assert codes(text, measure=True) == [code]
 
 
+def test_a_thin_part_in_a_box_that_is_far_too_large_is_found() -> None:
+    """1600 mm3, in a proven box of 130 litres."""
+    part = "along(gyroid(5), q) |> shell(0.6) & pipe(q, 5mm)"
+    assert codes(f"let q = spline([[0, 0, 0], [30, 10, 0], [60, 0, 10], [90, -10, 0]], 4)\n{part}", measure=True) == []
+
+
+def test_shapes_that_only_touch_hold_nothing_that_rounding_does_not() -> None:
+    for i in range(6):
+        text = f"rotate(sphere(10) & translate(sphere(10), [20, 0, 0]), [1, {i}, 2], {i + 0.3})"
+        assert set(codes(text, measure=True)) & {"W211", "E103"}, text
+
+
 @pytest.mark.parametrize(
     "lattice", ["scale(gyroid(60), 0.1)", "gyroid(60) @ [10 * x, 10 * y, 10 * z]", "polar(gyroid(60), turn=600)"]
 )
