@@ -80,7 +80,10 @@ def endless(design: Design) -> str:
     nodes = order([root], within)
     if not root.axes or any(n.op in TASKS for n in nodes) or len(nodes) > QUICK:
         return ""
-    found = _no_end(design.of(name))
+    formula = design.of(name)
+    if len(nodes) > PROVEN and not unending(formula):
+        return ""
+    found = _no_end(formula)
     return found.axes if found is not None and found.as_far else ""
 
 

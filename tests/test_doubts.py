@@ -173,6 +173,11 @@ DOUBTED = [
     ("translate(gyroid(phase=sphere_map(18, cells=12)) & sphere(21) \\ sphere(15), [90, 0, 0])", "W218"),
     ("gyroid(phase=sphere_map(20, cells=16)) |> shell(0.3) & sphere(22) \\ sphere(20)", "W218"),
     ("gyroid(phase=sphere_map(5, cells=16)) |> shell(0.3) & sphere(5.5) \\ sphere(5)", "W218"),
+    ("gyroid(phase=[hypot(x, y) / 6, atan2(y, x) / 1turn * 19.5, z / 6]) |> shell(0.4) & cylinder(20, 20)", "W218"),
+    (
+        "rotate(gyroid(phase=[hypot(x, y), 6 * atan2(y, x), z] / 6), [1, 0, 0], 1) & translate(sphere(20), [0, 9, 0])",
+        "W218",
+    ),
     ("gyroid(phase=if x > 0 then p / 10 else p / 11) & sphere(20)", "W218"),
     ("param v = 6mm in 4mm..9mm\nwedges(gyroid(v), w=v * 1.5) & cylinder(30, 8)", "W218"),
     ("along(gyroid(6), arc(30, 0deg, 90deg), w=7mm) & pipe(arc(30, 0deg, 90deg), 5)", "W218"),
@@ -213,6 +218,9 @@ DOUBTED = [
 ]
 
 RIGHT = [
+    # an angle that begins again at a whole number of cells, where no part is, and in a part of a ring
+    "gyroid(phase=[hypot(x, y) / 6, atan2(y, x) / 1turn * 20, z / 6]) |> shell(0.4) & cylinder(20, 20)",
+    "gyroid(phase=[hypot(x, y) / 6, atan2(y, x) / 1turn * 19.5, z / 6]) & translate(cube(20), [20, 0, 0])",
     # distances that were moved, turned or scaled as a whole, hardly bent, or used as a number
     "metric(twist(metric(gyroid(10)), 0.1)) |> shell(0.8mm) & cube(30)",
     "scale(metric(gyroid(10)), 2) |> shell(0.8mm) & cube(30)",

@@ -208,8 +208,11 @@ def depth_of(body: Node, bindings: Bindings) -> float | None:
 
 
 def holds_anything(formula: Formula) -> bool:
-    """Whether samples about the origin find material."""
-    return bool((NumpyField(formula, "f64", 1).at(about_the_origin()) < 0).any())
+    """Whether samples find material, about the origin or where the values of a part lead."""
+    if bool((NumpyField(formula, "f64", 1).at(about_the_origin()) < 0).any()):
+        return True
+    points = inside_of(formula.root, formula.bindings)
+    return points is not None and len(points) > 0
 
 
 def unending(formula: Formula) -> str:

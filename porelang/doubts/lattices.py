@@ -123,31 +123,49 @@ def seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
 
 
 def jump(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
-    """A lattice that is cut where its phase passes from one formula to another, as over the edges of `sphere_map`."""
+    """A lattice that is cut where its phase passes from one formula to another, as over the edges of `sphere_map`, or
+    where an angle in it passes from half a turn to minus half a turn."""
     lattice, *turns = s.nodes
-    tests = [n.args[0] for n in order(turns, within) if n.op == "select" and n.args[0].axes]
+    flat = order(flatten(*turns), within)
+    tests = [n.args[0] for n in flat if n.op == "select" and n.args[0].axes]
+    angles = list(dict.fromkeys(n.args for n in flat if n.op == "atan2" and n.axes))
+    tests += [node("lt", up, ZERO) for up, _ in angles if up.axes]
     cosines = [node("cos", const(math.tau) * u) for u in turns]
     primitive = cosines[0] + cosines[1] + cosines[2]  # is the same along all axes, and mirrored
     for part, points in parts_of(lattice, found, bindings):
         which = sampler([part.seen(node("select", test, ONE, ZERO)) for test in tests], bindings)
-        at = sampler([part.root, part.seen(primitive)], bindings)
-        if which is None or at is None:
+        at = sampler([part.seen(n) for n in (primitive, *turns)], bindings)
+        solid_at = sampler([part.root], bindings)
+        if which is None or at is None or solid_at is None:
             continue
         ends = _between(which, points[:_JOINED])
         if ends is None:
             continue
-        one, other = (at(end) for end in ends)
+        one, other = (np.concatenate([solid_at(end), at(end)]) for end in ends)
         solid, cut = (one[0] < 0) | (other[0] < 0), (one[0] < 0) != (other[0] < 0)
         if cut.sum() < FEW or cut.sum() < 0.05 * solid.sum():
             continue
         alike = float(np.mean(np.abs(one[1] - other[1]) > 1e-3)) < 0.05
-        return _seams(s, found, ends[0][cut][0], alike)
+        # how many turns of the phase are lost or gained, where that is the same all along the seam
+        lost = np.abs(one[2:5] - other[2:5])[:, cut].max(axis=0)
+        turned = bool(angles) and not any(n.op == "select" and n.args[0].axes for n in flat)
+        return _seams(s, found, ends[0][cut][0], alike, float(np.median(lost)) if turned and np.ptp(lost) < 1e-3 else 0)
     return None
 
 
-def _seams(s: Suspicion, found: Elaborated, place: Points, alike: bool) -> Diagnostic:
-    """Of a place where cells do not meet; `alike` where those would that are the same along all axes."""
+def _seams(s: Suspicion, found: Elaborated, place: Points, alike: bool, lost: float) -> Diagnostic:
+    """Of a place where cells do not meet; `alike` where those would that are the same along all axes; of how many turns
+    are `lost` where an angle begins again, if that is it."""
     lattice = s.nodes[0]
+    if lost > 0:
+        return Diagnostic(
+            "W218",
+            f"`{s.name}` has a seam: its cells do not meet where an angle in its phase begins again",
+            s.argument or s.span,
+            f"{lost:.4g} cells to a full turn, cut at ({coordinates(place, 3)}), for one",
+            hint=f"let a full turn be a whole number of cells: {max(1, math.floor(lost + 0.501))}",
+            severity="warning",
+        )
     hint = "let both formulas of the phase meet where one takes over from the other"
     asked = next((o.argument for o in found.suspicions if o.what == "period" and o.nodes[0] is lattice), None)
     if asked is not None:  # a period that jumps: p / w does, too
