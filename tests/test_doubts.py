@@ -218,6 +218,10 @@ DOUBTED = [
 ]
 
 RIGHT = [
+    # near the axis cells are narrow with any number of them
+    "polar(gyroid(6), turn=60) & cylinder(20, 20)",
+    "scale(polar(gyroid(6), turn=156), 2) & cylinder(60, 20) \\ cylinder(40, 30)",
+    "spherical(gyroid(6), 156mm) & sphere(30) \\ sphere(20)",
     # an angle that begins again at a whole number of cells, where no part is, and in a part of a ring
     "gyroid(phase=[hypot(x, y) / 6, atan2(y, x) / 1turn * 20, z / 6]) |> shell(0.4) & cylinder(20, 20)",
     "gyroid(phase=[hypot(x, y) / 6, atan2(y, x) / 1turn * 19.5, z / 6]) & translate(cube(20), [20, 0, 0])",

@@ -24,6 +24,8 @@ from porelang.rewrites import flatten
 FEW = 8
 #: Of the range that samples of a lattice have: how far its values go beyond.
 BEYOND = 0.01
+#: A cell that is longer one way than another by more than this factor is told of, where most of a ring is such.
+STRETCHED = 2.0
 #: Points of a part that are joined over a seam, each with so many others.
 _JOINED, _NEIGHBOURS = 1000, 4
 
@@ -97,10 +99,14 @@ def pores(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | N
 
 
 def seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
-    """A lattice that is bent round and does not meet itself after a full turn."""
+    """A lattice that is bent round and does not meet itself after a full turn, or that is squashed by it."""
     lattice, turn, made = s.nodes
     full = number(turn, bindings)
-    if full is None or full == 0 or _closes(lattice, full, bindings) or not _seen(made, found, bindings):
+    if full is None or full == 0:
+        return None
+    if _closes(lattice, full, bindings):
+        return _squashed(s, found, bindings, full)
+    if not _seen(made, found, bindings):
         return None
     period = None if s.period is None else number(s.period, bindings)
     hint, edit = "take a whole multiple of the lattice's period", None
@@ -108,9 +114,7 @@ def seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
         times = max(1, round(full / period))
         if _closes(lattice, times * period, bindings):
             hint = f"take a whole multiple of the period: {times:g} x {period:g} = {times * period:g}"
-            if s.argument is not None and re.fullmatch(r"(?:\w+\s*=\s*)?[\d.]+\s*(?:mm)?", s.argument.text):
-                unit = "mm" if s.argument.text.endswith("mm") else ""
-                edit = Edit(value_of(s.argument), f"{times * period:g}{unit}")
+            edit = _instead(s, times * period)
     return Diagnostic(
         "W218",
         f"`{s.name}` leaves a seam: after a full turn of {full:g} mm the lattice does not meet itself",
@@ -120,6 +124,50 @@ def seam(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | No
         edit=edit,
         severity="warning",
     )
+
+
+def _instead(s: Suspicion, length: float) -> Edit | None:
+    """Another length of a full turn, where one was written as a number."""
+    if s.argument is None or not re.fullmatch(r"(?:\w+\s*=\s*)?[\d.]+\s*(?:mm)?", s.argument.text):
+        return None
+    return Edit(value_of(s.argument), f"{length:g}{'mm' if s.argument.text.endswith('mm') else ''}")
+
+
+def _squashed(s: Suspicion, found: Elaborated, bindings: Bindings, full: float) -> Diagnostic | None:
+    """A lattice bent round with so many cells, or so few, that most of what is seen of it is longer than wide by more
+    than `STRETCHED`; near the axis cells are narrower, and far from it wider, with any number of them."""
+    lattice, _, made = s.nodes
+    period = None if s.period is None else number(s.period, bindings)
+    if made.op != "at" or not period:
+        return None
+    slopes = [node("d", made.args[2], value=axis) for axis in range(3)]
+    for part, points in parts_of(made, found, bindings):
+        at = sampler([part.seen(n) for n in slopes], bindings)
+        if at is None:
+            continue
+        rates = np.linalg.norm(at(points), axis=0)  # of its mm along y to one of the part
+        known = np.isfinite(rates) & (rates > 0)
+        points, rates = points[known], rates[known]
+        if len(rates) < FEW:
+            continue
+        middle = float(np.median(rates))
+        factor = np.maximum(rates, 1 / rates)
+        best = period * max(1, round(full / middle / period))
+        least = np.maximum(rates * best / full, full / (rates * best))
+        if np.median(factor) <= STRETCHED or np.median(least) > STRETCHED or not _closes(lattice, best, bindings):
+            continue
+        share, worst = round(100 * float((factor > STRETCHED).mean())), factor >= np.median(factor)
+        cells = round(full / period), round(best / period)
+        return Diagnostic(
+            "W239",
+            f"`{s.name}` stretches cells beyond {STRETCHED:g}:1 in {share} % of the part: {cells[0]} to a full turn",
+            s.argument or s.span,
+            f"by {float(np.median(factor)):.2g}:1 or more at ({coordinates(points[worst][0], 3)}), for one",
+            hint=f"take a full turn of {best:g} mm: {cells[1]} of {period:g} mm, as wide as long in its middle",
+            edit=_instead(s, best),
+            severity="warning",
+        )
+    return None
 
 
 def jump(s: Suspicion, found: Elaborated, bindings: Bindings) -> Diagnostic | None:
