@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from porelang.analysis.box import extent_of, has_ends, unbounded_axes
-from porelang.analysis.sampled import about_the_origin, holds_anything, unending, unstretched
+from porelang.analysis.sampled import about_the_origin, holds_anything, seen, unending, unstretched
 from porelang.backends.numpy import NumpyField
 from porelang.diagnostics import Diagnostic, Label, PoreError
 from porelang.elaborate.advice import as_solid, joins
@@ -34,6 +34,8 @@ PROVEN = 150
 TOGETHER = 500
 #: Samples of the box of a part, with `--measure`.
 SAMPLES = 200_000
+#: What is thinner along an axis (mm) may be there by rounding alone, where two shapes touch.
+ROUNDED = 1e-6
 #: More than this share of infinite values is no matter of a few places.
 UNDEFINED = 0.99
 #: In place of an offset that is yet to be found.
@@ -75,10 +77,13 @@ def endless(design: Design) -> str:
     if name is None or not isinstance(design.program.outputs[name].value, Scalar):
         return ""
     (root,) = design.program.graph.outputs[name]
-    seen = order([root], within)
-    if not root.axes or any(n.op in TASKS for n in seen) or len(seen) > QUICK:
+    nodes = order([root], within)
+    if not root.axes or any(n.op in TASKS for n in nodes) or len(nodes) > QUICK:
         return ""
-    found = _no_end(design.of(name))
+    formula = design.of(name)
+    if len(nodes) > PROVEN and not unending(formula):
+        return ""
+    found = _no_end(formula)
     return found.axes if found is not None and found.as_far else ""
 
 
@@ -129,11 +134,11 @@ def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> li
     output, roots = program.outputs[name], program.graph.outputs[name]
     if not isinstance(output.value, Scalar) or not roots[0].axes:
         return [_no_surface(design, name)] if name == "part" else []
-    seen = order(roots, within)
+    nodes = order(roots, within)
     if not measure:
-        if len(seen) > QUICK:
+        if len(nodes) > QUICK:
             return []
-        asked = [n for n in seen if n.op in TASKS]
+        asked = [n for n in nodes if n.op in TASKS]
         if asked:  # of an offset yet to be found it is known that it leaves both solid and void
             bindings: Bindings = {param(k): v for k, v in design.settings.items()} | dict.fromkeys(asked, A_LITTLE)
             sure = output.made and {n.op for n in asked} <= {"to_porosity", "shell_to_porosity"}
@@ -142,7 +147,7 @@ def _refused(design: Design, name: str, measure: bool, chosen: str | None) -> li
         formula = design.of(name)
         if (nowhere := _undefined(design, name, formula)) is not None:
             return [nowhere] if output.solid else [replace(nowhere, severity="warning", code="W211")]
-        if holds_anything(formula) and not unending(formula) and (len(seen) > PROVEN or has_ends(formula)):
+        if holds_anything(formula) and not unending(formula) and (len(nodes) > PROVEN or has_ends(formula)):
             return []
     try:
         design.bounds(name)
@@ -264,10 +269,16 @@ def _as_a_part(design: Design, name: str) -> list[Diagnostic]:
 
 
 def _hardly_there(design: Design, name: str) -> list[Diagnostic]:
-    """A warning where a part has a box, and no sample in it meets material: surfaces that only touch."""
-    box = design.bounds(name)
+    """A warning where a part has a box, and no sample in it meets material: surfaces that only touch.
+
+    A box is proven, and may be a thousand times as large as a thin part in it: that is looked for by its values, too.
+    """
+    box, formula = design.bounds(name), design.of(name)
     points = np.random.default_rng(1).uniform(box.lo, box.hi, (SAMPLES, 3))
-    if bool((NumpyField(design.of(name), "f64", 1).at(points) < 0).any()):
+    if bool((NumpyField(formula, "f64", 1).at(points) < 0).any()):
+        return []
+    found = seen(formula)
+    if found is not None and float((found[1] - found[0]).min()) > ROUNDED:
         return []
     return [
         Diagnostic(

@@ -191,6 +191,13 @@ DOUBTED = [
     ("wedges(gyroid(6), 7) & cylinder(30, 8)", "W218"),
     ("gyroid(phase=sphere_map(18, cells=12)) |> shell(1.2) & sphere(21) \\ sphere(15)", "W218"),
     ("translate(gyroid(phase=sphere_map(18, cells=12)) & sphere(21) \\ sphere(15), [90, 0, 0])", "W218"),
+    ("gyroid(phase=sphere_map(20, cells=16)) |> shell(0.3) & sphere(22) \\ sphere(20)", "W218"),
+    ("gyroid(phase=sphere_map(5, cells=16)) |> shell(0.3) & sphere(5.5) \\ sphere(5)", "W218"),
+    ("gyroid(phase=[hypot(x, y) / 6, atan2(y, x) / 1turn * 19.5, z / 6]) |> shell(0.4) & cylinder(20, 20)", "W218"),
+    (
+        "rotate(gyroid(phase=[hypot(x, y), 6 * atan2(y, x), z] / 6), [1, 0, 0], 1) & translate(sphere(20), [0, 9, 0])",
+        "W218",
+    ),
     ("gyroid(phase=if x > 0 then p / 10 else p / 11) & sphere(20)", "W218"),
     ("param v = 6mm in 4mm..9mm\nwedges(gyroid(v), w=v * 1.5) & cylinder(30, 8)", "W218"),
     ("along(gyroid(6), arc(30, 0deg, 90deg), w=7mm) & pipe(arc(30, 0deg, 90deg), 5)", "W218"),
@@ -250,6 +257,13 @@ def test_a_length_that_is_stretched_is_looked_for_as_far_as_it_reaches() -> None
 
 
 RIGHT = [
+    # near the axis cells are narrow with any number of them
+    "polar(gyroid(6), turn=60) & cylinder(20, 20)",
+    "scale(polar(gyroid(6), turn=156), 2) & cylinder(60, 20) \\ cylinder(40, 30)",
+    "spherical(gyroid(6), 156mm) & sphere(30) \\ sphere(20)",
+    # an angle that begins again at a whole number of cells, where no part is, and in a part of a ring
+    "gyroid(phase=[hypot(x, y) / 6, atan2(y, x) / 1turn * 20, z / 6]) |> shell(0.4) & cylinder(20, 20)",
+    "gyroid(phase=[hypot(x, y) / 6, atan2(y, x) / 1turn * 19.5, z / 6]) & translate(cube(20), [20, 0, 0])",
     # distances that were moved, turned or scaled as a whole, hardly bent, or used as a number
     "metric(twist(metric(gyroid(10)), 0.1)) |> shell(0.8mm) & cube(30)",
     "scale(metric(gyroid(10)), 2) |> shell(0.8mm) & cube(30)",
@@ -626,6 +640,18 @@ def test_the_share_of_a_copy_that_is_lost() -> None:
 def test_what_takes_longer_is_found_by_measuring(text: str, code: str) -> None:
     assert code not in codes(text)
     assert codes(text, measure=True) == [code]
+
+
+def test_a_thin_part_in_a_box_that_is_far_too_large_is_found() -> None:
+    """1600 mm3, in a proven box of 130 litres."""
+    part = "along(gyroid(5), q) |> shell(0.6) & pipe(q, 5mm)"
+    assert codes(f"let q = spline([[0, 0, 0], [30, 10, 0], [60, 0, 10], [90, -10, 0]], 4)\n{part}", measure=True) == []
+
+
+def test_shapes_that_only_touch_hold_nothing_that_rounding_does_not() -> None:
+    for i in range(6):
+        text = f"rotate(sphere(10) & translate(sphere(10), [20, 0, 0]), [1, {i}, 2], {i + 0.3})"
+        assert set(codes(text, measure=True)) & {"W211", "E103"}, text
 
 
 @pytest.mark.parametrize(

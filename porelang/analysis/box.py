@@ -111,9 +111,15 @@ def extent_of(formula: Formula, near: float | None = None) -> Extent | None:
     touches +-UNIVERSE.
     """
     formula = formula.taken
+    numbers = _numbers(formula)
+    return _extent_of(formula, near) if numbers is None else _remembered(formula.root, numbers, near)
+
+
+def _numbers(formula: Formula) -> tuple[tuple[Node, str], ...] | None:
+    """What is bound in a formula, where all of it is numbers; -0 is not 0."""
     slots = [formula.tape.nodes[i] for i in formula.tape.slots]
-    numbers = [(n, v.hex()) for n in slots if isinstance(v := formula.bindings.get(n), float)]  # -0 is not 0
-    return _remembered(formula.root, tuple(numbers), near) if len(numbers) == len(slots) else _extent_of(formula, near)
+    numbers = [(n, v.hex()) for n in slots if isinstance(v := formula.bindings.get(n), float)]
+    return tuple(numbers) if len(numbers) == len(slots) else None
 
 
 @lru_cache(64)
@@ -188,7 +194,19 @@ def _rough(formula: Formula, kins: list[Kin], known: Box | None = None) -> list[
 
 def has_ends(formula: Formula) -> bool:
     """Whether a formula's `root < 0` is proven to end along every axis, in a tenth of the time of its extent."""
-    formula = unturned(formula.taken)
+    formula = formula.taken
+    numbers = _numbers(formula)
+    return _ends(formula) if numbers is None else _ends_remembered(formula.root, numbers)
+
+
+@lru_cache(64)
+def _ends_remembered(root: Node, numbers: tuple[tuple[Node, str], ...]) -> bool:
+    """`pore check` asks first whether meshing would refuse a part, and then whether it is a field without an end."""
+    return _ends(Formula((root,), {n: float.fromhex(v) for n, v in numbers}))
+
+
+def _ends(formula: Formula) -> bool:
+    formula = unturned(formula)
     return not any(_far(lo, hi).any() for lo, hi in _rough(formula, kin_of(formula)))
 
 

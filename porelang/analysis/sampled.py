@@ -31,12 +31,17 @@ _STEPS, _LOWEST, _TRIES, _SHORTER = 28, 12, 40, 0.6
 
 #: Points within a solid that are enough; how often twice MOST of them are tried, and for how many operations in all.
 _ENOUGH, _TRIED, _WORK = MOST // 10, 12, 40_000_000
-#: Solids of a union whose boxes are looked for one by one; how often each is widened at most, as of a thin shell every
-#: look finds a few points more; of a box, how much is added to what samples found.
-_APART, _WIDENED, _BESIDE = 8, 36, 0.02
-#: The box of a solid without an end grows by more than this factor at every look, that of a thin shell by less; of one
-#: smaller than the widest samples (mm) that says nothing, as only a corner of it may have been found at first.
-_ENDLESS, _WIDEST = 1.5, 256.0
+#: Solids of a union whose boxes are looked for one by one; of a box, how much is added to what samples found.
+_APART, _BESIDE = 8, 0.02
+#: Where nothing of a solid is known, how many times as far it is looked for as the least value says, and how many times
+#: as near at most as the time before: the value may fall to 0 where two surfaces touch.
+_NEAREST, _NEARER = 1.5, 4.0
+#: How often a box is widened at most. It is known when it has grown by less than this factor so many times in a row;
+#: one that grows by more than `_ENDLESS` to the last has no end.
+_WIDENED, _GROWN, _STILL, _ENDLESS = 36, 1.02, 2, 1.5
+#: More of a solid is looked for in a box wider by this part of it on each side, and about so many that are outermost
+#: along each axis, at powers of ten of its size; of a single point, of this many mm.
+_WIDER, _OUTER, _SCALES, _SMALLEST = 0.2, 8, (-3.0, 0.5), 1.0
 
 
 #: The values of some nodes at points (n, 3), each (n,).
@@ -90,8 +95,8 @@ def keeps_lengths(point: Sequence[Node], bindings: Bindings) -> bool:
 
 
 def about_the_origin() -> Points:
-    """Points (n, 3) of several scales, up to _WIDEST mm from the origin."""
-    scales = np.repeat([[2.0], [8.0], [32.0], [128.0], [_WIDEST]], 2 * MOST // 5, 0)
+    """Points (n, 3) of several scales, up to 256 mm from the origin."""
+    scales = np.repeat([[2.0], [8.0], [32.0], [128.0], [256.0]], 2 * MOST // 5, 0)
     points: Points = np.random.default_rng(1).uniform(-1, 1, (len(scales), 3)) * scales
     return points
 
@@ -122,34 +127,52 @@ def _united(body: Node) -> list[Node]:
 def _box_within(at: Sampler, random: np.random.Generator) -> Points | None:
     """The corners (2, 3) of a box round the points of a solid that samples find; infinite where they find no end, None
     where they find no point."""
-    points = about_the_origin()
-    before, known = 0.0, np.empty((0, 3))
-    for look in range(_WIDENED):
+    points, known = about_the_origin(), np.empty((0, 3))
+    before, grown, still = 0.0, np.inf, 0
+    nearest, farther, reach = np.inf, _NEAREST, 0.0
+    for _ in range(_WIDENED):
         (values,) = at(points)
         known = np.concatenate([known, points[values < 0]])
         if not len(known):  # the nearest is about as far from it as its value says, if that is a distance
             if np.isnan(values).all():
                 return None
             at_least = int(np.nanargmin(values))
-            reach = 1.5 * float(values[at_least])
+            value = float(values[at_least])
+            farther = _NEAREST if value < nearest / 2 else 2 * farther  # which hardly falls is no distance to it
+            nearest, reach = value, max(farther * value, reach / _NEARER)
             if not 0 < reach < UNIVERSE:
                 return None
             points = random.uniform(points[at_least] - reach, points[at_least] + reach, (MOST, 3))
             continue
         lo, hi = known.min(axis=0), known.max(axis=0)
-        size = float(np.prod(hi - lo))
-        if 0 < size < 1.02 * before:
-            beside = _BESIDE * (hi - lo)
-            return np.stack([lo - beside, hi + beside])
-        if look > _WIDENED // 3 and size > _ENDLESS * before and (hi - lo).max() > _WIDEST:
-            break
-        before = max(size, before)
-        deepest = float(np.abs(values[values < 0]).max()) if (values < 0).any() else 0.0
-        more = 0.2 * (hi - lo) + deepest
-        if not np.isfinite(more).all():
+        if max(np.abs(lo).max(), np.abs(hi).max()) >= UNIVERSE:
             return np.full((2, 3), np.inf)
-        points = random.uniform(lo - more, hi + more, (MOST, 3))
-    return None if not len(known) else np.full((2, 3), np.inf)
+        size = float(np.prod(hi - lo))
+        grown = size / before if before else np.inf
+        still = still + 1 if grown < _GROWN else 0
+        if still == _STILL:
+            break
+        before = size
+        points = _about(known, random)
+    if not len(known):
+        return None
+    beside = _BESIDE * (hi - lo)
+    return np.stack([lo - beside, hi + beside]) if grown < _ENDLESS else np.full((2, 3), np.inf)
+
+
+def _about(known: Points, random: np.random.Generator) -> Points:
+    """Points at which to look for more of a solid of which some are known: half of them within a box a little larger
+    than what is known, half about its outermost ones, at distances of every scale, along each axis another: so a plate
+    is followed as well as a ball, and what is known of a part of a tenth of a mm is soon all of it."""
+    lo, hi = known.min(axis=0), known.max(axis=0)
+    along = np.argsort(known, axis=0)
+    outermost = known[np.concatenate([along[:_OUTER], along[-_OUTER:]]).ravel()]
+    size = max(float(np.linalg.norm(hi - lo)), _SMALLEST)
+    from_there = outermost[random.integers(len(outermost), size=MOST // 2)]
+    scales = size * 10 ** random.uniform(*_SCALES, (MOST // 2, 3))
+    more = _WIDER * (hi - lo)
+    within = random.uniform(lo - more, hi + more, (MOST - MOST // 2, 3))
+    return np.concatenate([within, from_there + scales * random.uniform(-1, 1, (MOST // 2, 3))])
 
 
 def _within(at: Sampler, box: tuple[Points, Points], random: np.random.Generator, operations: int) -> Points:
@@ -185,8 +208,11 @@ def depth_of(body: Node, bindings: Bindings) -> float | None:
 
 
 def holds_anything(formula: Formula) -> bool:
-    """Whether samples about the origin find material."""
-    return bool((NumpyField(formula, "f64", 1).at(about_the_origin()) < 0).any())
+    """Whether samples find material, about the origin or where the values of a part lead."""
+    if bool((NumpyField(formula, "f64", 1).at(about_the_origin()) < 0).any()):
+        return True
+    points = inside_of(formula.root, formula.bindings)
+    return points is not None and len(points) > 0
 
 
 def unending(formula: Formula) -> str:

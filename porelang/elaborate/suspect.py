@@ -139,7 +139,7 @@ def jumps(
     below, nodes = order(turns.nodes, within), (result.node, *turns.nodes)
     place = ctx.users_place(site.span)
     spot = given["phase"].span if "phase" in given and place == site.span else None
-    if any(n.op == "select" and n.args[0].axes for n in below):
+    if any((n.op == "select" and n.args[0].axes) or (n.op == "atan2" and n.axes) for n in below):
         ctx.suspect(Suspicion("jump", place, nodes, spot, function.name))
     if by := next((ctx.stretching[n] for n in below if n in ctx.stretching), None):
         ctx.suspect(Suspicion("stretched", place, nodes, name=by[0], instead=by[1]))

@@ -84,6 +84,7 @@ DOUBTS = (
         "In `polar(f, turn)` a full turn about the axis is `turn` mm of f. A lattice meets itself there if that is\n"
         "a whole number of its periods; else its cells are cut along a plane. The same goes for `spherical`, and for\n"
         "`along` and `wedges`, which make a whole number of cells of the length `w` fit: it has to be the period.\n"
+        "A phase with an angle in it has to be a whole number of cells for a full turn, too.\n"
         "A phase that passes from one formula to another, as `sphere_map` does from square to square, is followed\n"
         "without a seam by lattices that are the same along all axes, and mirrored. In `polar`, one whose period\n"
         "varies closes where it has one period along y, a whole part of the turn: `phase([w, turn / n, w], part)`.",
@@ -233,7 +234,9 @@ DOUBTS = (
         "quickly, and another `up` may mend it. Round a centre that v points away from are none: `polar`,\n"
         "`spherical`, `cylinder_map` and `sphere_map` are for that, and `phase(w, part, orientation=v)` finds cells\n"
         "along any direction that has some, and says what it got. `along` narrows cells on the inside of a bend that\n"
-        "is not much wider than the part; `between` flattens them where there are many for the room.",
+        "is not much wider than the part; `between` flattens them where there are many for the room.\n"
+        "`polar` and `spherical` are told of where most of the part has such cells, and fewer or more to a full turn\n"
+        "would be as wide as long in its middle.",
         "align(gyroid(6), grad(sphere(20))) & sphere(12)",
         "align(gyroid(6), grad(sphere(60)), about=[60, 0, 0]) & translate(sphere(12), [60, 0, 0])",
     ),
