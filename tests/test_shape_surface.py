@@ -303,19 +303,16 @@ def test_a_patch_whose_triangles_touch_nobody_fills_its_hole() -> None:
     assert (np.abs(made.values - known)[np.abs(known) < 3 * made.spacing]).max() < 0.3
 
 
-def test_patches_that_overlap_are_one_body_without_a_web() -> None:
-    """Each is closed across the part, over a rim that goes to and fro: its folds are pockets too thin to be any."""
-    halves = []
-    for side, radius in ((1, 10.0), (-1, 10.1)):
-        ball = trimesh.creation.icosphere(subdivisions=5, radius=radius)
-        x, y, z = ball.triangles_center.T
-        ball.update_faces(side * x > -2 + 0.4 * np.sin(29 * np.arctan2(y, z)))
-        halves.append(ball)
-    made = sampled(*halves, error=0.5)
-    known = np.linalg.norm(nodes(made), axis=-1) - 10.05
-    away = known < -0.5
-    assert (made.values[away] < 0).all()
-    assert np.abs(made.values - known)[away].max() < 2 * made.error
+def test_folds_of_a_fan_are_no_walls() -> None:
+    """A rim that goes to and fro has a fan with folds: within another body each is a pocket that no sample could see."""
+    pocket = block([-1, -1, -0.001], [1, 1, 0.001])
+    pocket.invert()
+    whole = trimesh.util.concatenate([block([-4, -5, -6], [4, 5, 6]), pocket])
+    corners, faces = np.array(whole.vertices, np.float64), np.ascontiguousarray(whole.faces, np.int64)
+    for fans in (0, len(pocket.faces)):
+        found, _ = surface.boundary(Closed(corners, faces, [], fans), 1.0, lambda done, total: None)
+        within = (np.abs(found) < 1.5).all(axis=(1, 2)) & (np.ptp(found[..., 2], axis=1) == 0)
+        assert within.any() == (fans == 0)
 
 
 def test_a_sheet_is_left_out_of_the_size_too() -> None:

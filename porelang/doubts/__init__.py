@@ -40,7 +40,7 @@ _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | No
     "beyond": beyond,
 }
 #: Of these it is looked again, when they read what tasks find.
-_LATE = ("period", "beyond")
+_LATE = ("period", "beyond", "uneven")
 
 
 def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
@@ -80,11 +80,16 @@ def of_data(found: Elaborated, formula: Callable[..., Formula], known: Collectio
     late = [s for s in found.suspicions if s.what in _LATE]
     # what a lattice is seen in reads numbers of its own
     seen = [flat for body in bodies(found) if late and is_known(flat := flatten(body))]
+    said: set[tuple[str, Span]] = set()
     for s in late:
         flat = flatten(*s.nodes)
-        if read(flat) and is_known(flat):
-            out.append(_LOOKS[s.what](s, found, formula(*flat, *(n for body in seen for n in body)).bindings))
-    return [d for d in out if d is not None]
+        if not (read(flat) and is_known(flat)) or (s.what, s.span) in said:
+            continue
+        bindings = formula(*flat, *(n for body in seen for n in body)).bindings
+        if (d := _LOOKS[s.what](s, found, bindings)) is not None:
+            said.add((s.what, s.span))
+            out.append(d)
+    return out
 
 
 def _unread(found: Elaborated) -> list[Diagnostic]:

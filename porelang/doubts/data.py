@@ -268,10 +268,7 @@ def _unit_doubt(said: str, unit: str, place: Span | None, label: str = "") -> Di
     if place is not None and place.text.endswith(")"):
         edit = Edit(Span(place.source, place.end - 1, place.end), f", lengths={written(unit)})")
     behind = place is not None and place.source.name.startswith(_BEHIND)
-    how = (
-        f"{place.source.name}=FILE:ARRAY,lengths={written(unit)}"
-        if place is not None and behind
-        else f"lengths={written(unit)}"
-    )
+    how = f"lengths={written(unit)}"
+    how = f"{place.source.name}=FILE:ARRAY,{how}" if place is not None and behind else how
     hint = f"say in what the file has its places: `{how}`"
     return Diagnostic("W231", said, place, label, hint=hint, edit=edit, severity="warning")

@@ -159,7 +159,7 @@ def _flat(vertices: Points, faces: Faces, edges: Faces) -> tuple[Mask, int]:
 
 
 def _within(vertices: Points, faces: Faces) -> int:
-    """How many shells of a closed mesh lie within others and are turned as these are: no cavities, as they are given."""
+    """How many shells of a closed mesh lie within others and are turned as these are: no cavities, as given."""
     _, of_corner = connected(faces[:, [0, 1, 1, 2]].reshape(-1, 2), len(vertices))
     of_face = of_corner[faces[:, 0]]
     shells = np.unique(of_face)
