@@ -87,7 +87,8 @@ def samples_of(info: DataInfo, given: Bindable, voxel: float | str | None, withi
         raise _wrong(info, "there is no memory for it", "keep every second node, or float32") from None
     if found.components != info.components:
         has = "one number" if found.components == 1 else f"{found.components} numbers"
-        text = f"it has {has} in each place, where {_COUNTED[info.components]} {'belongs' if info.components == 1 else 'belong'}"
+        belong = "belongs" if info.components == 1 else "belong"
+        text = f"it has {has} in each place, where {_COUNTED[info.components]} {belong}"
         raise _wrong(info, text, f"it is declared as a `{info.kind}`")
     if (largest := float(np.abs(found.values).max())) > LARGEST_VALUE:
         raise _wrong(info, f"it goes to {largest:.2g}, beyond {LARGEST_VALUE:g}", "give it in a larger unit")

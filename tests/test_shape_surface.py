@@ -304,7 +304,7 @@ def test_a_patch_whose_triangles_touch_nobody_fills_its_hole() -> None:
 
 
 def test_folds_of_a_fan_are_no_walls() -> None:
-    """A rim that goes to and fro has a fan with folds: within another body each is a pocket that no sample could see."""
+    """A rim that goes to and fro has a fan with folds: in another body each is a pocket that no sample could see."""
     pocket = block([-1, -1, -0.001], [1, 1, 0.001])
     pocket.invert()
     whole = trimesh.util.concatenate([block([-4, -5, -6], [4, 5, 6]), pocket])

@@ -154,10 +154,9 @@ def _pushed_back(kin: Kin, bound: _Bound, times: int) -> tuple[dict[int, Interva
     wider, lo[gone], hi[gone], still = _read_backwards(kin.some(gone), bound, times, F64)
     if len(still) < len(gone):
         for i, r in known.items():
-            ends = [np.broadcast_to(values, (len(kin),)).copy() for values in (r.lo, r.hi, r.nan)]
-            for values, more in zip(ends, (wider[i].lo, wider[i].hi, wider[i].nan), strict=True):
-                values[gone] = more
-            known[i] = Interval(*ends)
+            low, high, nan = (np.broadcast_to(values, (len(kin),)).copy() for values in (r.lo, r.hi, r.nan))
+            low[gone], high[gone], nan[gone] = wider[i].lo, wider[i].hi, wider[i].nan
+            known[i] = Interval(low.astype(np.float64), high.astype(np.float64), nan.astype(np.bool_))
     return known, lo, hi
 
 

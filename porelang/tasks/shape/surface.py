@@ -136,7 +136,7 @@ def closed(vertices: Points, faces: Faces, gap: float = 0.0) -> Closed:
     holes = _holes(edges[seen], lengths[seen], halves[seen]) if seen.any() else []
     found = Closed(corners, _outward(corners, np.concatenate([faces, fans])), holes, len(fans), sheets=sheets)
     loose = Closed(corners, np.concatenate([faces, fans]), holes, len(fans), loose=True, sheets=sheets)
-    return loose if _filled(found, loose, area[of_edge], fans) else found
+    return loose if _filled(found, loose, np.asarray(area[of_edge], np.float64), fans) else found
 
 
 def _flat(vertices: Points, faces: Faces, edges: Faces) -> tuple[Mask, int]:
