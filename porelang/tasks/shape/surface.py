@@ -26,8 +26,6 @@ BESIDE = 1e-3
 #: Triangles whose corners lie within this share of the root of their area, off a plane, are a sheet; more sheets, or
 #: shells within each other, than this are a soup.
 THIN, SHEETS = 1e-3, 50
-#: And from triangles that close a hole.
-FOLD = 1 / 8
 #: Where shells cross, the surface is told from what lies inside to so much of a cell.
 SEAM = 1 / 32
 #: The area of a rim in squares of its length, of which a circle has 1/6, below which it is a line up to rounding.
@@ -267,29 +265,28 @@ def boundary(mesh: Closed, h: float, told: Callable[[int, int], None]) -> tuple[
     whole: Points = mesh.vertices[mesh.faces]
     area = np.linalg.norm(_normals(whole), axis=1)
     sized = area > 1e-14 * np.ptp(mesh.vertices, axis=0).max() ** 2
-    whole, fan = whole[sized], (np.arange(len(whole)) >= len(whole) - mesh.fans)[sized]
+    whole = whole[sized]
     most = 4 * MOST_BITS if len(whole) < FEW else MOST_BITS
     size = max(2 * h, float((PER_SQUARE * 0.5 * area.sum() / most) ** 0.5))
     bits, owner = halved(whole, np.arange(len(whole)), size)
-    fan_of = fan[owner]
-    parts = _parts(mesh, bits, fan_of, h, told)
+    parts = _parts(mesh, bits, h, told)
     if parts.all():
         return whole, SEAM * h
     mixed = np.zeros(len(whole), np.bool_)
     mixed[owner[~parts | _beside_others(bits, parts)]] = True  # of all others every bit is surface
     known = [whole[~mixed]]
     some = mixed[owner]
-    bits, parts, fan_of = bits[some], parts[some], fan_of[some]
+    bits, parts = bits[some], parts[some]
     asked, seam = 0, SEAM * h
     while size > SEAM * h and parts.any() and not parts.all():
         crossed = _beside_others(bits, parts)
-        finer, owner = halved(bits[crossed], np.arange(int(crossed.sum())), size / 2)
+        finer, _ = halved(bits[crossed], np.arange(int(crossed.sum())), size / 2)
         if (asked := asked + len(finer)) > most:
             seam = size
             break
         known.append(bits[~crossed & parts])
-        bits, size, fan_of = finer, size / 2, fan_of[crossed][owner]
-        parts = _parts(mesh, bits, fan_of, h, told)
+        bits, size = finer, size / 2
+        parts = _parts(mesh, bits, h, told)
     out: Points = np.concatenate([*known, bits[parts]])
     return out, seam
 
@@ -299,12 +296,10 @@ def _normals(triangles: Points) -> Points:
     return np.asarray(np.cross(b - a, c - a))
 
 
-def _parts(mesh: Closed, triangles: Points, fan: Mask, h: float, told: Callable[[int, int], None]) -> Mask:
-    """Whether triangles part the inside from the outside, in their middles. Those of a `fan` are looked at from farther
-    away: over a rim that goes to and fro it has folds, of which each is a pocket some thousandths of a cell deep."""
+def _parts(mesh: Closed, triangles: Points, h: float, told: Callable[[int, int], None]) -> Mask:
+    """Whether triangles part the inside from the outside, in their middles."""
     normals = _normals(triangles)
-    beside = np.where(fan, FOLD, BESIDE)[:, None] * h
-    away = beside * normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    away = BESIDE * h * normals / np.linalg.norm(normals, axis=1, keepdims=True)
     middle = triangles.mean(axis=1)
     inside = mesh.winds_round(np.concatenate([middle + away, middle - away]), told)
     found: Mask = inside[: len(middle)] != inside[len(middle) :]
