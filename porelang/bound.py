@@ -46,7 +46,10 @@ def array_bound(info: DataInfo, given: str) -> tuple[str, str, str]:
     try:
         file, array, options = array_of(given)
     except Unreadable as error:
-        raise _wrong(info, str(error), 'a text is "FILE:ARRAY", as in "result.vtu:von_mises,unit=Pa"') from None
+        hint = (
+            'a text is "FILE:ARRAY", as in "result.vtu:von_mises,unit=Pa"; what is the same everywhere is the default'
+        )
+        raise _wrong(info, str(error), f"{hint}: `param {info.name}: {info.kind} = {given:.20}`") from None
     return os.path.abspath(file), array, options
 
 
@@ -84,7 +87,8 @@ def samples_of(info: DataInfo, given: Bindable, voxel: float | str | None, withi
         raise _wrong(info, "there is no memory for it", "keep every second node, or float32") from None
     if found.components != info.components:
         has = "one number" if found.components == 1 else f"{found.components} numbers"
-        text = f"it has {has} in each place, where {_COUNTED[info.components]} belong"
+        belong = "belongs" if info.components == 1 else "belong"
+        text = f"it has {has} in each place, where {_COUNTED[info.components]} {belong}"
         raise _wrong(info, text, f"it is declared as a `{info.kind}`")
     if (largest := float(np.abs(found.values).max())) > LARGEST_VALUE:
         raise _wrong(info, f"it goes to {largest:.2g}, beyond {LARGEST_VALUE:g}", "give it in a larger unit")

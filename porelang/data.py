@@ -150,7 +150,12 @@ def _triple(values: NDArray[np.float64]) -> Triple:
 
 def coordinates(point: Iterable[float], figures: int = 4) -> str:
     """A point as it is shown, `1.5, 0, -20`: what rounding leaves of 0 is 0."""
-    return ", ".join(f"{0.0 if abs(c) < NEAREST else float(c):.{figures}g}" for c in point)
+    return ", ".join(shown(0.0 if abs(c) < NEAREST else float(c), figures) for c in point)
+
+
+def shown(length: float, figures: int = 3) -> str:
+    """A length in mm as it is shown: with no exponent where parts have such, and whole beyond its figures."""
+    return f"{length:.0f}" if 10**figures <= abs(length) < 10 * FARTHEST else f"{length:.{figures}g}"
 
 
 def figures(value: float, error: float) -> str:

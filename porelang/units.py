@@ -139,6 +139,11 @@ WITHOUT = {
 }
 
 
+def written(unit: str) -> str:
+    """A unit as it stands alone in a program: `in` is a word of the language, so that inches are `1in`."""
+    return "1in" if unit == "in" else unit
+
+
 def converted(count: float, unit: str) -> str:
     """So many of a unit of elsewhere, as the language writes it."""
     factor, ours = ELSEWHERE[unit]

@@ -14,6 +14,7 @@ import porelang
 from porelang.analysis import backwards
 from porelang.analysis.bounds import rounding
 from porelang.analysis.box import extent_of, has_ends
+from porelang.analysis.kin import kin_of
 from porelang.cli import main
 from porelang.field import number_type, rounding_doubts
 from porelang.formula import Formula
@@ -482,3 +483,42 @@ def test_a_part_that_its_offset_takes_away_is_told_at_the_offset_and_once(text: 
     (found,) = refused.value.diagnostics
     assert (found.code, found.span.text) == ("E103", text[text.index("offset") :].split(", [1")[0])
     assert f"take away less than {deep} mm" in found.hint
+
+
+def test_a_lattice_along_principal_directions_ends_with_what_it_is_cut_to() -> None:
+    """A tensor's values and directions are one operation with several results, which is no number itself."""
+    text = (
+        "let T = tensor(x, y, z, x + y, y - z, z * x / 9mm)\n"
+        "metric(gyroid(8) |> align(principal(T, 1).direction), steps=1) |> shell(0.8mm) & sphere(20)"
+    )
+    formula = porelang.compile(text).field().evaluator.formula
+    assert has_ends(formula)
+    (part,) = kin_of(formula)
+    lo, hi = backwards.rough_boxes(part)
+    assert np.allclose([lo[0], hi[0]], [[-20] * 3, [20] * 3], atol=1e-6)
+
+
+def test_a_lattice_that_follows_data_is_there(tmp_path: Path) -> None:
+    """Where data have no slope sums of products are 0, and ends that rounding set apart leave nothing of them."""
+    x, _, z = np.meshgrid(np.arange(0, 61, 2), np.arange(0, 21, 2), np.arange(0, 17, 2), indexing="ij")
+    u = np.stack([1 + 0.01 * x, 0.2 + 0 * x, 0.1 + 0.03 * z], -1)
+    np.savez(tmp_path / "vec.npz", u=u, origin=np.zeros(3), spacing=2.0)
+    (tmp_path / "part.pore").write_text(
+        'let u = load_vector("vec.npz", "u")\n'
+        "metric(gyroid(8) |> align(u)) |> shell(0.8mm) & (box([60, 20, 16]) |> translate([30, 10, 8]))"
+    )
+    formula = porelang.compile(path=tmp_path / "part.pore").field().evaluator.formula
+    (part,) = kin_of(formula)
+    lo, hi = backwards.rough_boxes(part)
+    assert np.allclose([lo[0], hi[0]], [[0, 0, 0], [60, 20, 16]], atol=1e-6)
+
+
+def test_ends_that_miss_each_other_by_a_rounding_leave_what_is_there() -> None:
+    """0.1 e^a + 0.2 e^b where a and b are 0 is 0.30000000000000004, less 0.2 more than 0.1."""
+    text = (
+        "let a = max(min(x, 0mm), 0mm) / 1mm\nlet b = max(min(y, 0mm), 0mm) / 1mm\n"
+        "sphere(10) & ((exp(a) * 0.1 + exp(b) * 0.2) * 1mm - 1mm)"
+    )
+    (part,) = kin_of(porelang.compile(text).field().evaluator.formula)
+    lo, hi = backwards.rough_boxes(part)
+    assert np.allclose([lo[0], hi[0]], [[-10] * 3, [10] * 3])

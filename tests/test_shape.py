@@ -627,7 +627,7 @@ def test_an_error_that_was_not_reached_is_told() -> None:
     (doubt,) = told_of(field).doubts
     assert doubt.code == "W242"
     assert "3.2 mm, and 1 mm" in doubt.message
-    numbers[-1] = 3.0
+    numbers[20] = 3.0
     assert told_of(dataclasses.replace(field, facts=tuple(map(float, numbers)))).doubts == ()
 
 
@@ -648,3 +648,15 @@ def test_triangles_that_nearly_stand_twice_are_one(tmp_path: Path, eps: float) -
         (note,) = program.design().told(*program.graph.outputs["part"])
         assert ("200 of them repeated" in note.message) is more
     np.testing.assert_allclose(values[1], values[0], atol=2 * eps)
+
+
+def test_a_wall_of_a_scaled_mesh_is_no_longer_as_thick_as_it_says(tmp_path: Path) -> None:
+    saved(box(), tmp_path / "box.stl")
+    for text, expected in (
+        ('shell(scale(mesh("box.stl"), [1, 1, 1.8]), 0.8mm, side="inside")', ["W238"]),
+        ('shell(mesh("box.stl"), 0.8mm, side="inside")', []),
+    ):
+        (tmp_path / "a.pore").write_text(text)
+        program = porelang.compile(path=tmp_path / "a.pore")
+        told = program.design().told(*program.graph.outputs["part"])
+        assert [d.code for d in told if d.severity == "warning"] == expected

@@ -287,3 +287,32 @@ def test_what_is_torn_or_crosses_itself_everywhere_is_refused_at_once() -> None:
     noisy = trimesh.Trimesh(ball.vertices + random.normal(0, 5, ball.vertices.shape), ball.faces, process=False)
     with pytest.raises(UnusableError, match="too many to be told apart"):
         distances(closed_of(noisy), 1.0, np.nan, lambda done, total: None)
+
+
+def test_a_patch_whose_triangles_touch_nobody_fills_its_hole() -> None:
+    """Closed one by one they would be flaps round nothing, and a fan over the hole would cut off what lies below."""
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=10.0)
+    random = np.random.default_rng(5)
+    loose = ball.triangles_center[:, 2] > 8
+    corners = ball.triangles[loose] + random.normal(0, 0.05, (loose.sum(), 3, 3))
+    patch = trimesh.Trimesh(corners.reshape(-1, 3), np.arange(3 * loose.sum()).reshape(-1, 3), process=False)
+    ball.update_faces(~loose)
+    made = sampled(ball, patch)
+    known = np.linalg.norm(nodes(made), axis=-1) - 10
+    assert ((made.values < 0) == (known < 0))[np.abs(known) > 0.3].all()
+    assert (np.abs(made.values - known)[np.abs(known) < 3 * made.spacing]).max() < 0.3
+
+
+def test_a_sheet_is_left_out_of_the_size_too() -> None:
+    sheet = trimesh.Trimesh([[-3, -3, 90], [3, -3, 90], [3, 3, 90], [-3, 3, 90]], [[0, 1, 2], [0, 2, 3]])
+    alone, beside = sampled(block([-4, -5, -6], [4, 5, 6])), sampled(block([-4, -5, -6], [4, 5, 6]), sheet)
+    assert beside.values.shape == alone.values.shape
+    assert (closed_of(block([-4, -5, -6], [4, 5, 6]), sheet).sheets, closed_of(sheet).sheets) == (1, 0)
+
+
+def test_shells_within_others_that_are_no_cavities_are_counted() -> None:
+    outer, inner = block([-4, -5, -6], [4, 5, 6]), block([-1, -1, -1], [1, 1, 1])
+    assert closed_of(outer, inner).within == 1
+    inner.invert()
+    assert closed_of(outer, inner).within == 0
+    assert closed_of(outer, block([5, 5, 5], [6, 6, 6])).within == 0

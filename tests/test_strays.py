@@ -203,7 +203,7 @@ def test_of_a_misspelt_unit_of_lengths_one_thing_is_said() -> None:
     assert found.code == "E041"
     assert "lengths" in found.hint
     (found,) = said('load("a.npz", "s", lengths=3)')
-    assert "the units are um, mm, cm, m, in" in found.hint
+    assert "the units are um, mm, cm, m, 1in" in found.hint
     assert "kPa" not in found.hint
     np.savez("far.npz", s=VALUES, origin=[0, 0, 0], spacing=900)
     with pytest.raises(porelang.PoreError) as raised:
@@ -218,3 +218,49 @@ def test_a_tensor_that_nothing_reads_is_a_field() -> None:
     ]
     assert 'field("_t")' in found.hint
     assert "number" not in found.hint
+
+
+def test_inches_are_written_as_the_language_has_them() -> None:
+    np.savez("in.npz", s=VALUES, origin=[0, 0, 0], spacing=2 / 25.4)
+    (found,) = doubts(f'let s = load("in.npz", "s")\n{PART} {INSIDE}')
+    assert found.code == "W231"
+    assert "`lengths=1in`" in found.message
+    text = f'let s = load("in.npz", "s", lengths=1in)\n{PART} {INSIDE}'
+    assert codes(text) == []
+
+
+def test_a_part_between_two_samples_is_doubted() -> None:
+    (found,) = doubts(f'let s = load("a.npz", "s", lengths=m)\n{PART} {INSIDE}')
+    assert found.code == "W231"
+    assert "lies between two samples of these data, 2000 mm apart" in found.message
+    assert "`lengths=mm`" in found.message
+
+
+def test_what_is_said_of_what_lies_beyond_is_so() -> None:
+    """How much of a cube from 20 to 56 lies beyond 40, how far, what holds there, and where it would lie within."""
+    (found,) = doubts(f'let s = load("a.npz", "s")\n{PART} (cube(36) |> translate([38, 20, 20]))')
+    assert found.message.startswith(("44%", "43%", "45%"))  # (56 - 40) / 36, of what the lattice leaves
+    assert "by up to 16 mm" in found.message
+    assert "as at their faces" in found.label
+    (found,) = doubts(STRAY["all outside"])
+    assert "beyond holds what `outside` says" in found.label
+    assert "outside=" not in found.hint
+    (found,) = doubts(f'let s = load("a.npz", "s")\n{PART} (cube(40) |> translate([1234.56, 20, 20]))')
+    assert "[1214.56, 0, 0]" in found.hint
+    assert "by up to 1215 mm" in found.message
+
+
+def test_the_rim_of_a_blur_is_no_matter() -> None:
+    within = "(cube(43.4) |> translate([20, 20, 20]))"
+    assert codes(f'let s = blur(load("a.npz", "s"), 4mm, {within})\n{PART} {INSIDE}') == []
+
+
+def test_components_that_have_one_order_are_not_told_of() -> None:
+    from porelang.tasks.readers.tensors import are_named
+
+    assert are_named((), 9)
+    assert not are_named((), 6)
+    np.savez("t.npz", t=np.ones((3, 3, 3, 6)), origin=[0, 0, 0], spacing=20)
+    made = compiled('sphere(9) + load_tensor("t.npz", "t").xx')
+    (note,) = [d for d in made.design().told(*made.roots()) if d.severity == "note"]
+    assert "does not name" not in note.message

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.enclose import enclose_all
+from porelang.analysis.enclose import EXACT, F64, Precision, enclose_all
 from porelang.analysis.kin import Kin, Points, kin_of, members
 from porelang.analysis.turned import solved, turns
 from porelang.data import FARTHEST
@@ -36,6 +36,8 @@ _HALVED = 2000
 #: third of a second. A field without an end has branches within branches, of which none leads to one.
 MOST = 10_000
 _NEARLY = 1 - 1e-9
+#: What an operation read backwards rounds, at most, in epsilons of the largest number it reads.
+_ROUNDINGS = 4.0
 
 #: Boxes (n, 3) .. (n, 3); where lo > hi there is nothing.
 Rough = tuple[Points, Points]
@@ -140,7 +142,28 @@ def _rows(known: Mapping[int, Interval], rows: NDArray[np.intp], count: int) -> 
 
 
 def _pushed_back(kin: Kin, bound: _Bound, times: int) -> tuple[dict[int, Interval], Points, Points]:
-    """What is known of every position where `root <= most`, and of the coordinates: pushed back a few times over."""
+    """What is known of every position where `root <= most`, and of the coordinates: pushed back a few times over.
+
+    Ends are exact but for rounding, so that those of plain shapes come out as they were written. Where they leave
+    nothing they may have missed each other by a rounding alone, as those of a product that is 0 in a sum that is 0
+    (`metric` of what turns with data, where these have no slope): that nothing is there is told by wider ones.
+    """
+    known, lo, hi, gone = _read_backwards(kin, bound, times, EXACT)
+    if not len(gone):
+        return known, lo, hi
+    wider, lo[gone], hi[gone], still = _read_backwards(kin.some(gone), bound, times, F64)
+    if len(still) < len(gone):
+        for i, r in known.items():
+            low, high, nan = (np.broadcast_to(values, (len(kin),)).copy() for values in (r.lo, r.hi, r.nan))
+            low[gone], high[gone], nan[gone] = wider[i].lo, wider[i].hi, wider[i].nan
+            known[i] = Interval(low.astype(np.float64), high.astype(np.float64), nan.astype(np.bool_))
+    return known, lo, hi
+
+
+def _read_backwards(
+    kin: Kin, bound: _Bound, times: int, precision: Precision
+) -> tuple[dict[int, Interval], Points, Points, NDArray[np.intp]]:
+    """What is known, and of which solids nothing is left because ends miss each other."""
     count = len(kin)
     formula = kin.of(np.arange(count))
     tape = formula.tape
@@ -149,21 +172,22 @@ def _pushed_back(kin: Kin, bound: _Bound, times: int) -> tuple[dict[int, Interva
     known: dict[int, Interval] = {}
     places = [tape.position.get(n) for n in (X, Y, Z)]
     turned = turns(tape)
-    gone = np.zeros(count, np.bool_)
+    gone, missed = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
     below = None if bound.below is None else tape.position.get(bound.below)
     for turn in range(_TURNED if turned and times > 1 else times):
-        known = {i: e.range for i, e in enclose_all(formula, space, held=known).items()}
+        known = {i: e.range for i, e in enclose_all(formula, space, precision, held=known).items()}
         known[root] = meet(known[root], interval(np.full(count, -np.inf), np.full(count, bound.most)))
         if below is not None:
             gone |= known[below].lo >= bound.most
         with np.errstate(all="ignore"):
-            _narrow_all(formula, known)
+            _narrow_all(formula, known, precision)
             more = turned and _solved(tape, known)
             if more:
-                _narrow_all(formula, known)
+                _narrow_all(formula, known, precision)
         before = space
         space = [s if at is None else meet(s, known[at]) for at, s in zip(places, space, strict=True)]
-        gone |= np.any([s.lo > s.hi for s in (*space, known[root])], axis=0)
+        missed |= np.any([s.lo > s.hi for s in (*space, known[root])], axis=0) & ~gone
+        gone |= missed
         # what is gone stays in the arrays as the whole of space, so that nothing after it meets an empty range
         space = [Interval(np.where(gone, -UNIVERSE, s.lo), np.where(gone, UNIVERSE, s.hi), s.nan) for s in space]
         if gone.any():
@@ -179,15 +203,15 @@ def _pushed_back(kin: Kin, bound: _Bound, times: int) -> tuple[dict[int, Interva
     # an end that only rounding set apart from that of the universe is none
     lo, hi = np.where(lo <= -_NEARLY * UNIVERSE, -UNIVERSE, lo), np.where(hi >= _NEARLY * UNIVERSE, UNIVERSE, hi)
     lo[gone], hi[gone] = np.inf, -np.inf
-    return known, lo, hi
+    return known, lo, hi, np.flatnonzero(missed)
 
 
-def _narrow_all(formula: Formula, known: dict[int, Interval]) -> None:
+def _narrow_all(formula: Formula, known: dict[int, Interval], precision: Precision) -> None:
     for i in reversed(formula.tape.field):
-        _narrow(formula, i, known)
+        _narrow(formula, i, known, precision)
 
 
-def _narrow(formula: Formula, i: int, known: dict[int, Interval]) -> None:
+def _narrow(formula: Formula, i: int, known: dict[int, Interval], precision: Precision) -> None:
     """What the range of an operation's result says of its arguments, met with what is known of them."""
     tape = formula.tape
     inputs, op = tape.inputs[i], tape.ops[i]
@@ -205,7 +229,18 @@ def _narrow(formula: Formula, i: int, known: dict[int, Interval]) -> None:
     more = [tape.values[i]] if row.payload else []
     for a, r in zip(inputs, row.narrow(known[i], *arguments, *more), strict=True):
         if tape.axes[a] and r is not None:
-            known[a] = meet(known[a], r)
+            known[a] = meet(known[a], _widened(r, [known[i], *arguments], precision) if precision.eps else r)
+
+
+def _widened(r: Interval, made_of: list[Any], precision: Precision) -> Interval:
+    """A range with what rounding may have moved its ends by: a few parts in the largest number that it is made of."""
+    ends = [np.abs(end) for of in (r, *made_of) if isinstance(of, Interval) for end in (of.lo, of.hi)]
+    ends += [np.abs(of) for of in made_of if isinstance(of, float)]
+    size: Any = 0.0
+    for end in ends:
+        size = np.maximum(size, np.where(np.isfinite(end), end, 0.0))
+    slack = _ROUNDINGS * precision.eps * size + precision.tiny
+    return Interval(r.lo - slack, r.hi + slack, r.nan)
 
 
 def _solved(tape: Tape, known: dict[int, Interval]) -> bool:

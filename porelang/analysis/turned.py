@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from porelang.formula import Formula
 from porelang.interval import Interval, interval
 from porelang.ir import Node, node, substitute
+from porelang.ops import TABLE
 from porelang.tape import AXES, Tape
 
 Floats = NDArray[np.float64]
@@ -29,6 +30,8 @@ _WAVES = {"cos": 0, "sin": 1, "cos_turns": 0, "sin_turns": 1}
 #: Unknowns that are solved for together, at most; and what is too near to a combination of others to be of use.
 _MOST, _DEPENDENT = 9, 1e-3
 _ROUNDING = 1e-12
+#: What inverting rows that are `_DEPENDENT` by no less rounds, to the largest of the inverse.
+_INVERTED = 1e-13
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +86,9 @@ def solved(tape: Tape, known: Mapping[int, Interval], universe: float) -> dict[i
         lo, hi = _ends(known, i)
         if size > 0 and np.isfinite([lo, hi]).all() and hi - lo < universe * size:
             rest = form.get(_ONE, 0.0)
-            rows.append(((hi - lo) / size, {a: f / size for a, f in factors.items()}, (lo - rest) / size,
-                         (hi - rest) / size))  # fmt: skip
+            slack = _ROUNDING * (max(abs(lo), abs(hi)) + abs(rest))
+            rows.append(((hi - lo) / size, {a: f / size for a, f in factors.items()}, (lo - rest - slack) / size,
+                         (hi - rest + slack) / size))  # fmt: skip
     found: dict[Atom, tuple[float, float]] = {}
     for some in _apart(rows):
         found |= _solved_together(some)
@@ -136,6 +140,8 @@ def _linear(tape: Tape, known: Mapping[int, Interval]) -> Linear:
     for i, op in enumerate(tape.ops):
         if tape.kinds[i] != "real" or (not tape.axes[i] and i not in known):
             continue
+        if op in TABLE and TABLE[op].results:  # a walk is no number: what is picked from it is
+            continue
         if not tape.axes[i]:
             lo, hi = _ends(known, i)
             if lo == hi and np.isfinite(lo):
@@ -159,7 +165,10 @@ def _combined(op: str, f: Sequence[Form | None]) -> Form | None:
         return None
     if op in ("add", "sub"):
         sign = 1.0 if op == "add" else -1.0
-        return f[0] | {a: f[0].get(a, 0.0) + sign * v for a, v in f[1].items()}
+        made = f[0] | {a: f[0].get(a, 0.0) + sign * v for a, v in f[1].items()}
+        # a factor that all but cancels is rounding, and would be taken for what an unknown hangs on
+        cancelled = any(a != _ONE and 0 < abs(made[a]) <= _ROUNDING * abs(v) for a, v in f[1].items())
+        return None if cancelled else made
     if op == "mul":
         for by, of in (f, f[::-1]):
             if by is not None and of is not None and set(by) <= {_ONE}:
@@ -183,7 +192,7 @@ def _product(
     """A product of an amplitude and a wave; of amplitudes that are multiples of each other it names the `first`."""
     for w, a in ((inputs[1], inputs[0]), (inputs[0], inputs[1])):
         found = _wave(tape, w)
-        if found is None or _wave(tape, a) is not None:
+        if found is None or _wave(tape, a) is not None or not forms.get(a):
             continue
         wave, sign = found
         angle = tape.inputs[wave][0], tape.ops[wave].endswith("_turns")
@@ -284,5 +293,7 @@ def _solved_together(rows: list[tuple[float, Form, float, float]]) -> dict[Atom,
     told = np.abs(inverse @ np.array(picked) - np.eye(len(atoms))).max(axis=1) < _ROUNDING
     ends = np.array(low), np.array(high)
     middle, half = inverse @ (ends[0] + ends[1]) / 2, np.abs(inverse) @ (ends[1] - ends[0]) / 2
-    half = half * (1 + _ROUNDING) + _ROUNDING * np.abs(middle)
+    # the inverse is rounded as a whole: an unknown that is 0 has a part in its row of what all others are
+    rounded = float(np.abs(inverse).max() * np.maximum(np.abs(ends[0]), np.abs(ends[1])).sum())
+    half = half * (1 + _ROUNDING) + _INVERTED * rounded
     return {a: (float(middle[k] - half[k]), float(middle[k] + half[k])) for k, a in enumerate(atoms) if told[k]}

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 
 from porelang.diagnostics import Diagnostic
-from porelang.doubts import curves, distances, frames, lattices, solids, stretches
+from porelang.doubts import curves, distances, frames, lattices, seams, solids, stretches
 from porelang.doubts.periods import beyond, bodies, drifting
 from porelang.doubts.solids import MOST_CUTS, MOST_NODES, idle_cuts
 from porelang.elaborate.results import Elaborated, Suspicion
@@ -29,8 +29,8 @@ _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | No
     "apart": solids.apart,
     "empty": solids.empty,
     "pores": lattices.pores,
-    "seam": lattices.seam,
-    "jump": lattices.jump,
+    "seam": seams.seam,
+    "jump": seams.jump,
     "period": drifting,
     "still": frames.still,
     "fold": frames.fold,
@@ -41,7 +41,7 @@ _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | No
     "beyond": beyond,
 }
 #: Of these it is looked again when they read what tasks find, or the part does in which they are seen.
-_LATE = ("seam", "jump", "period", "still", "fold", "fits", "stretched", "bend", "beyond")
+_LATE = ("seam", "jump", "period", "still", "fold", "fits", "stretched", "bend", "beyond", "uneven")
 
 
 def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
@@ -80,7 +80,7 @@ def of_data(
     def read(flat: Collection[Node]) -> list[Node]:
         return [n for n in order(flat) if n.op in TASKS]
 
-    late = [s for s in found.suspicions if s.what in _LATE] if known else []
+    late = [s for s in found.suspicions if s.what in _LATE and not distances.is_idle(s, found)] if known else []
     outputs = [o.nodes for o in found.outputs.values()] if late else []
     # what a lattice is seen in reads numbers of its own
     flats = [flatten(*nodes) for nodes in (*outputs, *([body] for body in (bodies(found) if late else ())))]

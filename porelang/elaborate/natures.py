@@ -132,6 +132,8 @@ def _payload(n: Node) -> tuple[int, ...]:
 
 
 def _made(n: Node, parts: list[Nature | None]) -> Nature | None:
+    if n.op == "select" and n.args[0].op == "covers" and n.args[0].args[0].op == "mesh":  # its samples, and beyond them
+        return Nature(plain=True)
     if not parts or all(p is None for p in parts):
         return None
     if n.op in _KEPT:

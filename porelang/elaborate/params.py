@@ -30,7 +30,7 @@ from porelang.ir import const, param
 from porelang.ir import node as make
 from porelang.source import Span
 from porelang.syntax import tree
-from porelang.units import Dimension
+from porelang.units import UNITS, Dimension
 
 
 def declare(ctx: Context, s: tree.Param, scope: Scope, prefix: str) -> Value:
@@ -133,7 +133,9 @@ def _data(ctx: Context, s: tree.Param, kind: Span, scope: Scope, name: str) -> V
                 return POISON
             given = found[0].dimension
             if None not in (given, dimension) and given != dimension:
-                what, hint = "what is bound", f"say a unit of {dimension}: `--bind {name}=FILE:ARRAY,unit=...`"
+                fit = next((u for u, known in UNITS.items() if known.dimension == dimension), "...")
+                hint = f"say a unit that {dimension} has: `--bind {name}=FILE:ARRAY,unit={fit}`"
+                what = "what is bound"
                 if "outside" in payload[2] and "unit" not in payload[2]:  # which alone has a unit
                     what, hint = "`outside` of what is bound", f"give `outside` as {dimension} too"
                 return ctx.error("E155", f"`{name}` is {dimension}, and {what} to it is {given}", s.name_span,

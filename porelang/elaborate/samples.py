@@ -30,7 +30,7 @@ from porelang.ir import ONE, ZERO, Node, Stage, X, Y, Z, const, node
 from porelang.ops import TASK_TABLE
 from porelang.source import Span
 from porelang.syntax import tree
-from porelang.units import LENGTH, SPELT, UNITS, Dimension
+from porelang.units import LENGTH, SPELT, UNITS, Dimension, written
 
 _HERE = (X, Y, Z)
 
@@ -70,10 +70,11 @@ def _unit(ctx: Context, value: Value, place: Span, name: str, called: str) -> tu
     if isinstance(value, Text) and value.value in UNITS:
         return const(UNITS[value.value].scale), UNITS[value.value].dimension
     units = UNITS if name == "unit" else [u for u, known in UNITS.items() if known.dimension == LENGTH]
-    at, known = bare.value_of(place), f"the units are {', '.join(units)}"
+    at, known = bare.value_of(place), f"the units are {', '.join(map(written, units))}"
     example = "unit=MPa" if name == "unit" else "lengths=m"
     if isinstance(value, Text):
         near = SPELT.get(value.value) or suggest(value.value, units)
+        near = None if near is None else written(near)
         hint = f"did you mean `{near}`?" if near else f"write it without quotes, as in `{example}`; {known}"
         ctx.error("E153", f"`{value.value}` is not a unit", place, hint=hint, edit=(at, near) if near else None)
         return None

@@ -49,7 +49,7 @@ def read(asked: Asked, file: BinaryIO, size: int) -> Grid:
     except BROKEN as error:
         raise asked.fail("E131", f"`{asked.path}` is damaged or no .npz file: {lower(error)}") from None
     origin, spacing = _in_mm(asked, origin), _in_mm(asked, spacing)
-    return grid_of(asked, values, origin, spacing)
+    return grid_of(asked, values, origin, spacing, named=True)  # the manual says the order of an array's components
 
 
 def _in_mm(asked: Asked, lengths: Triple) -> Triple:

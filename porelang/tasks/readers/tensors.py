@@ -33,6 +33,11 @@ def order_of(names: Sequence[str]) -> list[int] | None:
     return [meant.index(c) for c in _NINE] if len(meant) == 9 and set(meant) == set(_NINE) else None
 
 
+def are_named(names: Sequence[str], count: int) -> bool:
+    """Whether a file says which component is which: of nine, row by row, there is one order."""
+    return count == 9 or order_of(names) is not None
+
+
 def _meant(name: str) -> str:
     found = _AXES.findall(name.lower())
     return str(found[-1]).translate(str.maketrans("123", "xyz")) if found else ""

@@ -10,7 +10,7 @@ import numpy as np
 from porelang.data import MOST_COUNTED
 from porelang.tasks.readers.asked import Array, Asked, layered
 from porelang.tasks.readers.grid import Grid, grid_of
-from porelang.tasks.readers.tensors import components, order_of
+from porelang.tasks.readers.tensors import are_named, components
 from porelang.tasks.readers.vtkxml import Document, names_of, opened
 
 HINT = "export it as .vti or .vtu with ParaView, VTK or meshio"
@@ -32,13 +32,13 @@ def read(asked: Asked, file: BinaryIO, size: int) -> Grid:
     if max(shape) > MOST_COUNTED:
         raise asked.too_large(f"it claims {max(shape):,} nodes along an axis; float32 counts {MOST_COUNTED:,}")
     layered(asked, shape.tolist(), "nodes" if section == "PointData" else "cells")
-    values = _whole(document, pieces, arrays, ends, shape, section == "PointData")
+    whole = _whole(document, pieces, arrays, ends, shape, section == "PointData")
     first, spacing = asked.mm * (origin + spacing * ends[:, 0]), asked.mm * spacing
     x, y, z = first.tolist()
     dx, dy, dz = spacing.tolist()
     names = names_of(arrays[0])
-    values = components(asked, values, names)
-    return grid_of(asked, values, (x, y, z), (dx, dy, dz), section == "CellData", order_of(names) is not None)
+    values = components(asked, whole, names)
+    return grid_of(asked, values, (x, y, z), (dx, dy, dz), section == "CellData", are_named(names, whole.shape[-1]))
 
 
 def _whole(

@@ -24,7 +24,7 @@ from porelang.tasks.readers.asked import (
 )
 from porelang.tasks.readers.cells import HEXAHEDRON, Block, Cells, blocks, cells
 from porelang.tasks.readers.grid import Grid, grid_of
-from porelang.tasks.readers.tensors import components, order_of
+from porelang.tasks.readers.tensors import are_named, components
 
 _TYPES = {"char": "i1", "short": "i2", "int": "i4", "long": "i8", "float": "f4", "double": "f8", "vtkidtype": "i4"}
 _TYPES |= {f"unsigned_{name}": kind.replace("i", "u") for name, kind in _TYPES.items() if kind[0] == "i"}
@@ -158,7 +158,7 @@ def _read(reader: _Reader) -> Cells | Grid:
             raise asked.damaged(f"it has a line that begins with `{shown(words[0])}`")
     section, values = _found(reader, words)
     names = reader.names.get(asked.name, [])
-    named = order_of(names) is not None
+    named = are_named(names, values.shape[-1])
     if kind == "STRUCTURED_POINTS":
         return _grid(
             asked, shape, asked.mm * origin, asked.mm * spacing, components(asked, values, names), section, named

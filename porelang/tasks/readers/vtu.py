@@ -8,7 +8,7 @@ import numpy as np
 
 from porelang.tasks.readers.asked import Array, Asked
 from porelang.tasks.readers.cells import Block, Cells, blocks, cells
-from porelang.tasks.readers.tensors import components, order_of
+from porelang.tasks.readers.tensors import are_named, components
 from porelang.tasks.readers.vtkxml import names_of, opened
 
 
@@ -44,5 +44,6 @@ def read(asked: Asked, file: BinaryIO, size: int) -> Cells:
     if len({v.shape[1] for v in values}) > 1:
         raise asked.damaged("its pieces have different numbers of components")
     names = names_of(arrays[0])
-    whole, in_order = components(asked, np.concatenate(values), names), order_of(names) is not None
+    listed_values = np.concatenate(values)
+    whole, in_order = components(asked, listed_values, names), are_named(names, listed_values.shape[-1])
     return cells(asked, np.concatenate(points), listed, whole, section == "CellData", in_order)

@@ -62,6 +62,9 @@ def measured(read: Soup, error: float, margin: float) -> dict[str, NDArray[Any]]
         read.unit,
         repeated,
         error if np.isfinite(error) else longest / DEFAULT,
+        mesh.sheets,
+        mesh.within,
+        mesh.loose,
     ]
     return {
         "values": made.values,

@@ -23,7 +23,9 @@ class Found:
     by how much lookups err at most within some cells of the surface, and by how much nodes err farther away, measured,
     in mm; the corners of the mesh's box; the share of the surface that samples are too far apart for, and a place of
     it; the unit of the file in mm, as it was given or its format says, 0 where neither is so; the triangles
-    that stood there again, or had no size, and were left out; and by how much lookups were to err, in mm.
+    that stood there again, or had no size, and were left out; by how much lookups were to err, in mm; the flat sheets
+    that were left out; the shells within others that are turned as those are; and whether holes are filled by triangles
+    that touch nobody.
     """
 
     triangles: int
@@ -39,10 +41,14 @@ class Found:
     unit: float
     repeated: int = 0
     asked: float = 0.0
+    sheets: int = 0
+    within: int = 0
+    filled: bool = False
 
     @classmethod
     def of(cls, field: SampledField) -> Found:
-        n, edges, holes, x, y, z, error, beyond, a, b, c, d, e, f, lost, p, q, r, unit, repeated, asked = field.facts
+        n, edges, holes, x, y, z, error, beyond, a, b, c, d, e, f, lost, p, q, r, unit, *more = field.facts
+        repeated, asked, sheets, within, filled = more
         return cls(
             int(n),
             int(edges),
@@ -57,6 +63,9 @@ class Found:
             unit,
             int(repeated),
             asked,
+            int(sheets),
+            int(within),
+            bool(filled),
         )
 
     @property
@@ -71,6 +80,13 @@ def told_of(field: SampledField) -> Told:
     size = " x ".join(f"{side:.4g}" for side in found.size)
     repeated = f" ({found.repeated:,} of them repeated and left out)" if found.repeated else ""
     note = f"{size} mm, {found.triangles:,} triangles{repeated}, to within {found.error:.2g} mm near its surface"
+    if found.sheets:
+        what = "a flat sheet that encloses nothing is" if found.sheets == 1 else f"{found.sheets} flat sheets are"
+        note += f"; {what} left out"
+    if found.within:
+        lie = "a shell lies within another, is turned as it is" if found.within == 1 else \
+            f"{found.within} shells lie within others, are turned as those are"  # fmt: skip
+        note += f"; {lie}, and no cavity: turn its triangles where it is to be one"
     return Told(note, (*_holes(found), *_unit(found), *_lost(found), *_coarse(found)))
 
 
@@ -85,7 +101,9 @@ def _holes(found: Found) -> list[Doubt]:
         Doubt(
             "W232",
             f"this mesh is not watertight: {edges}, round {where}",
-            "closed from the middle of each rim, which is flat for a flat rim",
+            "they are filled by triangles that touch nobody: inside is what these and all others go round"
+            if found.filled
+            else "closed from the middle of each rim, which is flat for a flat rim",
             "look at the place in a section; where its shape matters, close it in the program that made the mesh",
         )
     ]

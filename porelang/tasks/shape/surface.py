@@ -8,7 +8,7 @@ surface.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -23,6 +23,9 @@ from porelang.tasks.shape.mend import ONE, Faces, Mask, Points, connected, disti
 AT_ONCE = 1 << 18  # places between two looks at the parent
 #: How far from the surface, in cells, it is asked on which side a place lies.
 BESIDE = 1e-3
+#: Triangles whose corners lie within this share of the root of their area, off a plane, are a sheet; more sheets, or
+#: shells within each other, than this are a soup.
+THIN, SHEETS = 1e-3, 50
 #: Where shells cross, the surface is told from what lies inside to so much of a cell.
 SEAM = 1 / 32
 #: The area of a rim in squares of its length, of which a circle has 1/6, below which it is a line up to rounding.
@@ -39,21 +42,33 @@ PER_SQUARE = 4.0
 #: At which nodes of the tree stand for their triangles, in their radii. Round a closed mesh numbers are whole, and come
 #: out to 0.06; at 2, as is usual, to 0.005 in more than twice the time.
 ACCURACY = 1.25
+#: Where holes are looked at for triangles that fill them: places along each axis of a mesh, what is outside with fans
+#: and inside without, and how many places have to say so.
+_LOOKED, _OUT, _IN, _AGREED = 20, 0.25, 0.85, 3
 
 
 @dataclass(frozen=True)
 class Closed:
     """A mesh without an open edge: corners (n, 3) in mm, triangles (m, 3), and of each hole that was closed the number
-    of its edges and its middle, the largest first."""
+    of its edges and its middle, the largest first.
+
+    The last triangles are the `fans` over holes; they do not count (`loose`) for whether places are inside where other
+    triangles fill the holes, which have no common edges with those round them. `sheets` enclosed nothing and are left
+    out; `within` are the shells that lie within others, are turned as these are, and so no cavities.
+    """
 
     vertices: Points
     faces: Faces
     holes: list[tuple[int, Points]]
+    fans: int = 0
+    loose: bool = False
+    sheets: int = 0
+    within: int = 0
 
     @cached_property
     def _tree(self) -> Any:
         tree = igl.FastWindingNumberBVH()
-        tree.init(self.vertices, self.faces, 2)
+        tree.init(self.vertices, self.faces[: len(self.faces) - (self.fans if self.loose else 0)], 2)
         return tree
 
     def winds_round(self, places: Points, told: Callable[[int, int], None]) -> Mask:
@@ -61,8 +76,12 @@ class Closed:
         found = np.zeros(len(places), np.bool_)
         for some in slices(len(places)):
             told(some.start, len(places))
-            found[some] = np.abs(self._tree.winding_number(places[some], ACCURACY)) > 0.5
+            found[some] = np.abs(self.winding(places[some])) > 0.5
         return found
+
+    def winding(self, places: Points) -> Points:
+        """How often the surface winds round places (n, 3), to about 0.06."""
+        return np.asarray(self._tree.winding_number(np.ascontiguousarray(places), ACCURACY))
 
 
 def cut(mesh: Closed, size: float) -> Closed:
@@ -70,10 +89,14 @@ def cut(mesh: Closed, size: float) -> Closed:
     are long, as those of large holes, make the tree of all of them three times slower to ask."""
     if len(mesh.faces) < FEW:
         return mesh
-    triangles, _ = halved(mesh.vertices[mesh.faces], np.arange(len(mesh.faces)), size)
+    triangles, owner = halved(mesh.vertices[mesh.faces], np.arange(len(mesh.faces)), size)
     if len(triangles) == len(mesh.faces):
         return mesh
-    return Closed(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3), mesh.holes)
+    triangles = triangles[np.argsort(owner, kind="stable")]
+    fans = int((owner >= len(mesh.faces) - mesh.fans).sum())
+    return replace(
+        mesh, vertices=triangles.reshape(-1, 3), faces=np.arange(3 * len(triangles)).reshape(-1, 3), fans=fans
+    )
 
 
 def closed(vertices: Points, faces: Faces, gap: float = 0.0) -> Closed:
@@ -85,7 +108,13 @@ def closed(vertices: Points, faces: Faces, gap: float = 0.0) -> Closed:
     faces = sewn(vertices, _turned_alike(distinct(merged(vertices, faces, ONE * gap))), gap)
     edges = rim(faces)
     if not len(edges):
-        return Closed(vertices, _outward(vertices, faces), [])
+        return Closed(vertices, _outward(vertices, faces), [], within=_within(vertices, faces))
+    flat, sheets = _flat(vertices, faces, edges)
+    if sheets:
+        faces = faces[~flat]
+        edges = rim(faces)
+    if not len(edges):
+        return Closed(vertices, _outward(vertices, faces), [], sheets=sheets, within=_within(vertices, faces))
     if len(faces) > FEW and len(edges) > TORN * 3 * len(faces):
         raise UnusableError(
             "E143",
@@ -103,8 +132,71 @@ def closed(vertices: Points, faces: Faces, gap: float = 0.0) -> Closed:
     area = np.bincount(of_edge, np.linalg.norm(_normals(corners[fans]), axis=1), count)
     seen = (area > FLAT * whole**2)[of_edge]
     holes = _holes(edges[seen], lengths[seen], halves[seen]) if seen.any() else []
-    vertices, faces = corners, np.concatenate([faces, fans])
-    return Closed(vertices, _outward(vertices, faces), holes)
+    found = Closed(corners, _outward(corners, np.concatenate([faces, fans])), holes, len(fans), sheets=sheets)
+    loose = Closed(corners, np.concatenate([faces, fans]), holes, len(fans), loose=True, sheets=sheets)
+    return loose if _filled(found, loose, np.asarray(area[of_edge], np.float64), fans) else found
+
+
+def _flat(vertices: Points, faces: Faces, edges: Faces) -> tuple[Mask, int]:
+    """Which triangles are of sheets beside bodies, and how many sheets there are: groups with open edges that lie in a
+    plane. None where all are, and where there are so many that they are the bits of something."""
+    count, of_corner = connected(faces[:, [0, 1, 1, 2]].reshape(-1, 2), len(vertices))
+    of_face, opened = of_corner[faces[:, 0]], np.zeros(count, np.bool_)
+    opened[of_corner[edges[:, 0]]] = True
+    normals = _normals(vertices[faces])
+    sums = np.stack([np.bincount(of_face, normals[:, k], count) for k in range(3)], axis=1)
+    ways = sums / np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-300)
+    height = np.einsum("ijk,ik->ij", vertices[faces], ways[of_face])
+    low, high = np.full(count, np.inf), np.full(count, -np.inf)
+    np.minimum.at(low, of_face, height.min(axis=1))
+    np.maximum.at(high, of_face, height.max(axis=1))
+    area = np.bincount(of_face, np.linalg.norm(normals, axis=1), count)
+    flat = (opened & (high - low <= THIN * np.sqrt(area)))[of_face]
+    sheets = len(np.unique(of_face[flat]))
+    return flat, 0 if flat.all() or sheets > SHEETS else sheets
+
+
+def _within(vertices: Points, faces: Faces) -> int:
+    """How many shells of a closed mesh lie within others and are turned as these are: no cavities, as given."""
+    _, of_corner = connected(faces[:, [0, 1, 1, 2]].reshape(-1, 2), len(vertices))
+    of_face = of_corner[faces[:, 0]]
+    shells = np.unique(of_face)
+    if not 1 < len(shells) <= SHEETS:
+        return 0
+    parts = [faces[of_face == shell] for shell in shells]
+    ends = np.array([(vertices[part].min(axis=(0, 1)), vertices[part].max(axis=(0, 1))) for part in parts])
+    found = 0
+    for part, (low, high) in zip(parts, ends, strict=True):
+        around = np.flatnonzero((ends[:, 0] < low).all(axis=1) & (ends[:, 1] > high).all(axis=1))
+        if not len(around):
+            continue
+        place = vertices[part[0, :1]]
+        a, b, c = np.moveaxis(vertices[part] - place, 1, 0)
+        volume = float(np.einsum("ij,ij->", a, np.cross(b, c)))
+        others = np.ascontiguousarray(np.concatenate([parts[k] for k in around]))
+        winds = float(igl.fast_winding_number(vertices, others, place)[0])
+        found += abs(winds) > 0.5 and winds * volume > 0
+    return found
+
+
+def _filled(closed: Closed, loose: Closed, area: Points, fans: Faces) -> bool:
+    """Whether holes are filled by triangles that touch nobody: what their fans cut off, these go round.
+
+    A scan in patches, or one whose corners were rounded apart, is a soup where it is torn. Its triangles by themselves
+    wind round a place as they do round the whole; closed one by one they are flaps round nothing, and a fan over all of
+    them cuts off what lies below. Of a true hole triangles leave out a half of the winding at the most.
+    """
+    lo, hi = closed.vertices.min(axis=0), closed.vertices.max(axis=0)
+    axes = [a + (b - a) * (np.arange(_LOOKED) + 0.5) / _LOOKED for a, b in zip(lo, hi, strict=True)]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    some = np.argsort(-area, kind="stable")[: _LOOKED**3]
+    normals = _normals(closed.vertices[fans[some]])
+    size = np.linalg.norm(normals, axis=1, keepdims=True)
+    away = normals / np.maximum(size, 1e-300) * 0.1 * np.sqrt(area[some])[:, None]
+    middle = closed.vertices[fans[some]].mean(axis=1)
+    places = np.concatenate([places, middle + away, middle - away])
+    without = np.abs(closed.winding(places)) < _OUT
+    return bool((np.abs(loose.winding(places[without])) > _IN).sum() >= _AGREED)
 
 
 def _holes(edges: Faces, lengths: Points, halves: Points) -> list[tuple[int, Points]]:
@@ -172,7 +264,8 @@ def boundary(mesh: Closed, h: float, told: Callable[[int, int], None]) -> tuple[
     """
     whole: Points = mesh.vertices[mesh.faces]
     area = np.linalg.norm(_normals(whole), axis=1)
-    whole = whole[area > 1e-14 * np.ptp(mesh.vertices, axis=0).max() ** 2]
+    sized = area > 1e-14 * np.ptp(mesh.vertices, axis=0).max() ** 2
+    whole = whole[sized]
     most = 4 * MOST_BITS if len(whole) < FEW else MOST_BITS
     size = max(2 * h, float((PER_SQUARE * 0.5 * area.sum() / most) ** 0.5))
     bits, owner = halved(whole, np.arange(len(whole)), size)
