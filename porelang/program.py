@@ -26,6 +26,7 @@ from porelang.doors import Doors, Settings, options
 from porelang.doubts import of_data
 from porelang.doubts.data import SAMPLES, specks, strays
 from porelang.doubts.elsewhere import Reading, sources
+from porelang.doubts.margins import thin_margins
 from porelang.elaborate.context import Bound
 from porelang.elaborate.results import DataInfo, Elaborated, Listed, Output, ParamInfo, Requirement
 from porelang.extents import Cut, part_extent
@@ -419,7 +420,8 @@ class Design(Doors):
         for n in read:
             if n in known and n.op in TELL:
                 out.update(dict.fromkeys(told(n, self.task(n), self.program.places.get(n))))
-        found = strays(self._readings(roots, measure), self.program.places)
+        readings = list(self._readings(roots, measure))
+        found = [d for look in (strays, thin_margins) for d in look(readings, self.program.places)]
         seen = {d.span for d in found}
         direct = [n for n in order(roots) if n.op in READERS and (measure or TASK_TABLE[n.op].cost == "instant")]
         small = specks(roots, {n: self._bindings[n] for n in direct if n in self._bindings}, self.program.places)
@@ -436,7 +438,7 @@ class Design(Doors):
                 asked.append((n.args, region, n))
         for fields, body, task in asked:
             read = order([*fields, body])
-            if not any(n.op in SAMPLES for n in read):
+            if not any(n.op in SAMPLES or n.op == "mesh" for n in read):
                 continue
             if measure or all(TASK_TABLE[n.op].cost == "instant" for n in read if n.op in TASKS):
                 known = [f for n in read if n.depends < UNKNOWN for f in sources(n)]

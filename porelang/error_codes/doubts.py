@@ -258,6 +258,8 @@ DOUBTS = (
         "half of the part. It is said where a hundredth of the part, or of the solid within which a `mean` looks,\n"
         "lies farther beyond than two steps and a fiftieth of the box, along an axis along which the data change, and\n"
         "would be another with other values there: move the data with `@`, or say what holds beyond them.\n"
+        'Of a mesh, `mesh("part.stl")`, it is said where the part grows farther than its `margin`: beyond that the\n'
+        "distance is known to 0.7 of it only, and an offset of 9 mm may be one of 13.\n"
         '    let stress = load("stress.vtu", "von_mises") @ (p - [0, 0, 20mm])\n'
         '    let other = load("stress.vtu", "von_mises", outside=0MPa)',
         "",
