@@ -195,7 +195,8 @@ DOUBTED = [
     ("gyroid(phase=sphere_map(5, cells=16)) |> shell(0.3) & sphere(5.5) \\ sphere(5)", "W218"),
     ("gyroid(phase=[hypot(x, y) / 6, atan2(y, x) / 1turn * 19.5, z / 6]) |> shell(0.4) & cylinder(20, 20)", "W218"),
     (
-        "rotate(gyroid(phase=[hypot(x, y) / 6, 6.5 * atan2(y, x) / 1turn, z / 6]), [1, 0, 0], 1) & translate(sphere(20), [0, 9, 0])",
+        "rotate(gyroid(phase=[hypot(x, y) / 6, 6.5 * atan2(y, x) / 1turn, z / 6]), [1, 0, 0], 1) "
+        "& translate(sphere(20), [0, 9, 0])",
         "W218",
     ),
     ("gyroid(phase=if x > 0 then p / 10 else p / 11) & sphere(20)", "W218"),
