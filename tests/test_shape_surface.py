@@ -316,3 +316,22 @@ def test_shells_within_others_that_are_no_cavities_are_counted() -> None:
     inner.invert()
     assert closed_of(outer, inner).within == 0
     assert closed_of(outer, block([5, 5, 5], [6, 6, 6])).within == 0
+
+
+def test_fans_that_fold_are_no_walls() -> None:
+    """Over a ragged rim a fan folds, and between its folds is outside: here a pillow 0.01 mm thick within a block."""
+    whole = block([0, 0, 0], [20, 10, 10])
+    ring = [[10, 2, 2], [10, 8, 2], [10, 8, 8], [10, 2, 8]]
+    sides = [[a, (a + 1) % 4, 4] for a in range(4)] + [[(a + 1) % 4, a, 5] for a in range(4)]
+    fold = trimesh.Trimesh([*ring, [10.005, 5, 5], [9.995, 5, 5]], sides, process=False)
+    assert fold.volume > 0
+    fold.invert()
+    both = trimesh.util.concatenate([whole, fold])
+    vertices, faces = np.array(both.vertices), np.ascontiguousarray(both.faces)
+    depth = []
+    for fans in (len(fold.faces), 0):  # as a cavity of the file it is kept
+        made = distances(Closed(vertices, faces, [], fans), ERROR, np.nan, lambda done, total: None)
+        middle = np.linalg.norm(nodes(made) - [10, 5, 5], axis=-1) < 1
+        depth.append(float(-made.values[middle].max()))
+    assert depth[0] > 3.9
+    assert depth[1] < 1

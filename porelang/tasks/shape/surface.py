@@ -23,6 +23,9 @@ from porelang.tasks.shape.mend import ONE, Faces, Mask, Points, connected, disti
 AT_ONCE = 1 << 18  # places between two looks at the parent
 #: How far from the surface, in cells, it is asked on which side a place lies.
 BESIDE = 1e-3
+#: And from triangles that close a hole, in the end: those over a ragged rim fold over each other, and in a fold nearer
+#: than that the outside is walled off by nothing.
+FOLD = 1 / 8
 #: Triangles whose corners lie within this share of the root of their area, off a plane, are a sheet; more sheets, or
 #: shells within each other, than this are a soup.
 THIN, SHEETS = 1e-3, 50
@@ -265,30 +268,40 @@ def boundary(mesh: Closed, h: float, told: Callable[[int, int], None]) -> tuple[
     whole: Points = mesh.vertices[mesh.faces]
     area = np.linalg.norm(_normals(whole), axis=1)
     sized = area > 1e-14 * np.ptp(mesh.vertices, axis=0).max() ** 2
-    whole = whole[sized]
+    whole, fan = whole[sized], (np.arange(len(whole)) >= len(whole) - mesh.fans)[sized]
     most = 4 * MOST_BITS if len(whole) < FEW else MOST_BITS
     size = max(2 * h, float((PER_SQUARE * 0.5 * area.sum() / most) ** 0.5))
     bits, owner = halved(whole, np.arange(len(whole)), size)
     parts = _parts(mesh, bits, h, told)
     if parts.all():
-        return whole, SEAM * h
+        return _unfolded(mesh, whole, fan, h, told), SEAM * h
     mixed = np.zeros(len(whole), np.bool_)
     mixed[owner[~parts | _beside_others(bits, parts)]] = True  # of all others every bit is surface
-    known = [whole[~mixed]]
+    known, fans = [whole[~mixed]], [fan[~mixed]]
     some = mixed[owner]
-    bits, parts = bits[some], parts[some]
+    bits, parts, of_fan = bits[some], parts[some], fan[owner][some]
     asked, seam = 0, SEAM * h
     while size > SEAM * h and parts.any() and not parts.all():
         crossed = _beside_others(bits, parts)
-        finer, _ = halved(bits[crossed], np.arange(int(crossed.sum())), size / 2)
+        finer, from_fan = halved(bits[crossed], of_fan[crossed], size / 2)
         if (asked := asked + len(finer)) > most:
             seam = size
             break
         known.append(bits[~crossed & parts])
-        bits, size = finer, size / 2
+        fans.append(of_fan[~crossed & parts])
+        bits, of_fan, size = finer, from_fan, size / 2
         parts = _parts(mesh, bits, h, told)
     out: Points = np.concatenate([*known, bits[parts]])
-    return out, seam
+    return _unfolded(mesh, out, np.concatenate([*fans, of_fan[parts]]), h, told), seam
+
+
+def _unfolded(mesh: Closed, triangles: Points, fan: Mask, h: float, told: Callable[[int, int], None]) -> Points:
+    """Triangles without those of fans that are folds, and part nothing a little farther off."""
+    if not fan.any() or mesh.loose:
+        return triangles
+    kept = np.ones(len(triangles), np.bool_)
+    kept[fan] = _parts(mesh, triangles[fan], FOLD / BESIDE * h, told)
+    return np.asarray(triangles[kept])
 
 
 def _normals(triangles: Points) -> Points:
