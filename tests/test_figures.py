@@ -281,10 +281,10 @@ def test_specimen_is_half_void_by_formulas_written_here(name: str) -> None:
 
 @pytest.mark.slow
 def test_the_command_measures_the_porosity_within_the_specimen(capsys: pytest.CaptureFixture[str]) -> None:
-    path = FOLDER / "fig10b_thickness.pore"
+    path = FOLDER / "fig08a_regular.pore"
     assert main(["measure", str(path), "--within", "specimen", "--resolution", "24", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    porosity, deviation = void("fig10b_thickness")
+    porosity, deviation = void("fig08a_regular")
     assert found["porosity"] == pytest.approx(0.5, abs=0.005)
     assert abs(found["porosity"] - porosity) < found["error"]["porosity"] + 4 * deviation
     assert found["envelope_volume"] == pytest.approx(math.pi * 75**2 * 300, rel=1e-3)
