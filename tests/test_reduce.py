@@ -132,8 +132,8 @@ def test_a_spike_that_no_sample_meets_is_in_the_error_of_a_mean() -> None:
     exact = 0.5 + 4 / 3 * math.pi * 0.3**3 / 64000
     ((value, error),) = numbers(f"x + mean(if x > 0 then 1 else ({ball}), box([40, 40, 40]))")
     assert abs(value - exact) <= error
-    ((value, error),) = numbers("x + mean(abs(x), box([20, 20, 3e-5]) |> rotate([1, 2, 3], 33deg))")
-    assert error > 0.4
+    ((value, error),) = numbers("x + mean(abs(x), box([20, 20, 2.1e-5]) |> rotate([1, 2, 3], 33deg))")
+    assert error > 0.5
     assert 0 <= value <= 10 * math.sqrt(2)
 
 

@@ -278,7 +278,8 @@ def test_a_mesh_that_grows_beyond_its_margin_is_doubted_and_the_hint_mends_it() 
     margin = re.search(r"margin=[\d.]+mm", doubt.hint)
     assert margin is not None
     assert codes(grown.format(f", {margin[0]}")) == []
-    assert codes('offset(mesh("bar.stl"), 6mm) \\ offset(mesh("bar.stl"), 5mm)') == ["W241"]
+    for wrong in ('{0} \\ offset(mesh("bar.stl"), 5mm)', "translate({0}, [200, 0, 0])", "cube(60) \\ {0}"):
+        assert codes(wrong.format(grown.format(""))) == ["W241"]
     for right in (
         'offset(mesh("bar.stl"), 1mm)',
         'shell(mesh("bar.stl", error=0.4mm), 1mm, side="inside") | translate(sphere(5), [60, 0, 0])',

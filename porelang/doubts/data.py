@@ -69,7 +69,7 @@ def strays(readings: Iterable[Reading], places: Mapping[Node, Span]) -> list[Dia
         read = [n for n in order(reading.fields, within) if n.op in LOOKUPS and n.args[0].op in SAMPLES]
         if not read or len(order([*reading.fields, reading.body], within)) > _MOST_NODES:
             continue
-        points = _points(reading)
+        points = points_of(reading)
         if points is None or len(points) < _FEW:
             continue
         for grid, at in dict.fromkeys((n.args[0], n.args[1:]) for n in read):
@@ -100,7 +100,7 @@ def specks(roots: Sequence[Node], bindings: Bindings, places: Mapping[Node, Span
     return list(out.values())
 
 
-def _points(reading: Reading) -> Points | None:
+def points_of(reading: Reading) -> Points | None:
     """Points within the solid of a reading; of one that samples do not find at once its box has to be proven first."""
     points, at = inside_of(reading.body, reading.bindings), sampler([reading.body], reading.bindings)
     if points is not None or at is None:

@@ -109,8 +109,8 @@ def _said_below(s: Suspicion, found: Elaborated, bindings: Bindings) -> bool:
 
 def _beside(part: Part, inside: Points, field: Node, length: Node, at: Sampler, bindings: Bindings) -> Points | None:
     """Points (n, 3) between the surface of a field and where a length moves it, where that moved surface is one of an
-    output: of a hole and of a thin wall too. What is added to a field that is a thickness or a
-    weight moves none, however much of what is solid it decides."""
+    output: of a hole and of a thin wall too. What is added to a field that is a thickness or a weight moves none,
+    however much of what is solid it decides."""
     sides = [const(side * (1 + more)) * length for side in (-1.0, 1.0) for more in (-_NEAR, _NEAR)]
     solids = sampler([substitute([part.root], {field: i})[0] for i in sides], bindings)
     if solids is None:

@@ -272,7 +272,7 @@ def boundary(mesh: Closed, h: float, told: Callable[[int, int], None]) -> tuple[
     most = 4 * MOST_BITS if len(whole) < FEW else MOST_BITS
     size = max(2 * h, float((PER_SQUARE * 0.5 * area.sum() / most) ** 0.5))
     bits, owner = halved(whole, np.arange(len(whole)), size)
-    parts = _parts(mesh, bits, h, told)
+    parts = _parts(mesh, bits, BESIDE * h, told)
     if parts.all():
         return _unfolded(mesh, whole, fan, h, told), SEAM * h
     mixed = np.zeros(len(whole), np.bool_)
@@ -290,18 +290,20 @@ def boundary(mesh: Closed, h: float, told: Callable[[int, int], None]) -> tuple[
         known.append(bits[~crossed & parts])
         fans.append(of_fan[~crossed & parts])
         bits, of_fan, size = finer, from_fan, size / 2
-        parts = _parts(mesh, bits, h, told)
+        parts = _parts(mesh, bits, BESIDE * h, told)
     out: Points = np.concatenate([*known, bits[parts]])
     return _unfolded(mesh, out, np.concatenate([*fans, of_fan[parts]]), h, told), seam
 
 
 def _unfolded(mesh: Closed, triangles: Points, fan: Mask, h: float, told: Callable[[int, int], None]) -> Points:
-    """Triangles without those of fans that are folds, and part nothing a little farther off."""
+    """Triangles without the folds of fans, which part nothing a little farther off; a fan that has some, in bits."""
     if not fan.any() or mesh.loose:
         return triangles
-    kept = np.ones(len(triangles), np.bool_)
-    kept[fan] = _parts(mesh, triangles[fan], FOLD / BESIDE * h, told)
-    return np.asarray(triangles[kept])
+    bits, owner = halved(triangles[fan], np.arange(int(fan.sum())), 2 * h)
+    parts = _parts(mesh, bits, FOLD * h, told)
+    whole = np.ones(int(fan.sum()), np.bool_)
+    whole[owner[~parts]] = False
+    return np.concatenate([triangles[~fan], triangles[fan][whole], bits[parts & ~whole[owner]]])
 
 
 def _normals(triangles: Points) -> Points:
@@ -309,10 +311,10 @@ def _normals(triangles: Points) -> Points:
     return np.asarray(np.cross(b - a, c - a))
 
 
-def _parts(mesh: Closed, triangles: Points, h: float, told: Callable[[int, int], None]) -> Mask:
-    """Whether triangles part the inside from the outside, in their middles."""
+def _parts(mesh: Closed, triangles: Points, beside: float, told: Callable[[int, int], None]) -> Mask:
+    """Whether triangles part the inside from the outside, so many mm `beside` their middles."""
     normals = _normals(triangles)
-    away = BESIDE * h * normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    away = beside * normals / np.linalg.norm(normals, axis=1, keepdims=True)
     middle = triangles.mean(axis=1)
     inside = mesh.winds_round(np.concatenate([middle + away, middle - away]), told)
     found: Mask = inside[: len(middle)] != inside[len(middle) :]
