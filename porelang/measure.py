@@ -32,11 +32,11 @@ from porelang.mesh.doubts import lost_doubts
 from porelang.mesh.grid import chosen_voxel
 from porelang.mesh.part import Placed, grid_of, surface_of
 from porelang.mesh.parted import parted
-from porelang.mesh.solid import Solid
-from porelang.mesh.walls import chosen
 from porelang.ops import kind
 from porelang.pieces import Pieces, pieces_of, refuse_too_many, sampled
 from porelang.program import Design, Program
+from porelang.solid import Solid
+from porelang.walls import chosen
 
 _COARSER = 1.5
 #: Samples among which is counted, where no voxel is given: three times as many as along the sides of a cube.

@@ -22,16 +22,21 @@ STOREYS = {
     "interval": 1, "ir": 1, "data": 1, "store": 1, "ops": 1, "rewrite": 1,
     "tape": 2, "formula": 2, "rewrites": 2, "analysis": 2, "backends": 2,
     "syntax": 3, "elaborate": 3,
-    "tasks": 4, "gpu": 4, "files": 4,
+    "materials": 0,
+    "solid": 4, "walls": 4, "tet": 4, "fea": 4, "unitcell": 4, "tasks": 4, "gpu": 4, "files": 4,
     "settings": 5, "program": 5, "field": 5, "doors": 5, "contracts": 5, "doubts": 5, "checks": 5, "refusals": 5,
     "compiler": 5, "extents": 5, "outputs": 5,
     "mesh": 6, "measure": 6, "pieces": 6, "render": 6, "slices": 6, "notation": 6,
+    "tetrahedra": 6, "strength": 6, "homogenize": 6, "optimize": 6,
     "conformance": 6, "cli": 7, "__main__": 7,
     "html": 0, "bound": 5, "values": 5, "picture": 5, "asked": 6, "jupyter": 6,
 }  # fmt: skip
 PURE = 3
 #: What a pure storey does without: files, devices, other programs, and packages that take long to import.
-WORLDLY = {"moderngl", "numba", "trimesh", "scipy", "subprocess", "socket", "time", "tempfile", "shutil"}
+WORLDLY = {
+    "moderngl", "numba", "trimesh", "scipy", "skfem", "pyamg", "meshio", "pytetwild",
+    "subprocess", "socket", "time", "tempfile", "shutil",
+}  # fmt: skip
 #: Where the package's own resources and the user's cache are read and files are written: the only ones below.
 READERS = {"resources", "cache", "store", "elaborate.prelude", "atomic"}
 #: The one place that knows of the compiler of loops.

@@ -19,10 +19,10 @@ from porelang.ir import node
 from porelang.measure import CUT, INTERSECTED, _envelope, measure
 from porelang.mesh.made import make
 from porelang.mesh.part import grid_of, surface_of
-from porelang.mesh.walls import takes
 from porelang.pieces import MOST_NODES
 from porelang.program import Design
 from porelang.refusals import refusals
+from porelang.walls import takes
 
 
 def report(text: str, **more: object) -> dict[str, object]:

@@ -21,10 +21,10 @@ from porelang.mesh.crumbs import settle
 from porelang.mesh.made import make
 from porelang.mesh.mend import kept_sound
 from porelang.mesh.part import grid_of, surface_of
-from porelang.mesh.solid import Solid
 from porelang.mesh.surface import Surface, decimal, single
-from porelang.mesh.walls import MOST_TRIANGLES, TO_A_WALL, chosen, thinnest, triangles
 from porelang.slices import write_slices
+from porelang.solid import Solid
+from porelang.walls import MOST_TRIANGLES, TO_A_WALL, chosen, thinnest, triangles
 
 CUBE = (-5, -5, -5, 5, 5, 5)
 PINS = "union([box([40,20,2]), union([for i in range(8): translate(cylinder(0.1,15),[5*i-18,0,8])])])"

@@ -16,8 +16,8 @@ from porelang.data import coordinates, figures
 from porelang.diagnostics import to_lists
 from porelang.measure import COUNTS
 from porelang.measure import measure as measured
-from porelang.mesh.walls import rounded, takes
 from porelang.pieces import MOST_NODES
+from porelang.walls import rounded, takes
 
 _WORDS = {
     "volume": ("volume", "mm3"),

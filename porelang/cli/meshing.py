@@ -18,7 +18,7 @@ from porelang.mesh.crumbs import SLIVER
 from porelang.mesh.export import writer_of
 from porelang.mesh.made import make
 from porelang.mesh.part import notes_of
-from porelang.mesh.walls import RESOLUTION
+from porelang.walls import RESOLUTION
 
 #: Pieces and voids that the report names; --json has more.
 TOLD = 4

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.mesh.grid import Grid, place
-from porelang.mesh.solid import Solid
-from porelang.mesh.walls import ALIKE, PARALLEL, SCAN, least, on_surface
+from porelang.solid import Solid
+from porelang.walls import ALIKE, PARALLEL, SCAN, least, on_surface
 
 Floats = NDArray[np.float64]
 #: Fewer places, or a smaller share of those looked at, are where a gap ends or a wall runs out.

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.mesh.grid import Grid
-from porelang.mesh.solid import Solid
 from porelang.mesh.surface import Pieces, Surface
 from porelang.progress import tell
+from porelang.solid import Solid
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -17,9 +17,12 @@ from porelang.mesh.crumbs import LITTLE, Settled
 from porelang.mesh.grid import Grid, place
 from porelang.mesh.lost import lost
 from porelang.mesh.missed import Missed, far_and_long, missed
-from porelang.mesh.solid import Flags, Floats, Solid
 from porelang.mesh.surface import Surface
-from porelang.mesh.walls import (
+from porelang.program import Design
+from porelang.solid import Flags, Floats, Solid
+from porelang.source import Span
+from porelang.tasks.numbers.integrals import volume
+from porelang.walls import (
     A_PART,
     MOST_TRIANGLES,
     TO_A_WALL,
@@ -31,9 +34,6 @@ from porelang.mesh.walls import (
     triangles,
     walls_at,
 )
-from porelang.program import Design
-from porelang.source import Span
-from porelang.tasks.numbers.integrals import volume
 
 #: A mesh whose volume is further than this from the part's is not the part, and one much further is not written.
 COARSE, USELESS = 0.03, 0.2

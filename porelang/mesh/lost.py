@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.mesh.grid import Grid
-from porelang.mesh.solid import Solid, onto
 from porelang.mesh.surface import AT_ONCE, Surface
+from porelang.solid import Solid, onto
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

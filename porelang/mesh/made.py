@@ -20,11 +20,11 @@ from porelang.mesh.doubts import Coarse, crossed_doubts, explained, hopeless, lo
 from porelang.mesh.enclosed import material
 from porelang.mesh.mend import kept_sound
 from porelang.mesh.part import grid_of, refine, surface_of
-from porelang.mesh.solid import Solid
 from porelang.mesh.surface import Surface
-from porelang.mesh.walls import Chosen, chosen
 from porelang.program import Design
 from porelang.progress import activity
+from porelang.solid import Solid
+from porelang.walls import Chosen, chosen
 
 AUTO = "auto"
 #: Pieces of a mesh that are told one by one.

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from porelang.mesh.grid import Grid
 from porelang.mesh.lost import BLOCK, PARALLEL, STEPS, Lost, followed, undecided
-from porelang.mesh.solid import Solid, onto
 from porelang.mesh.surface import AT_ONCE, Surface
-from porelang.mesh.walls import least
+from porelang.solid import Solid, onto
+from porelang.walls import least
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

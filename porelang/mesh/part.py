@@ -19,10 +19,10 @@ from porelang.mesh.grid import Point
 from porelang.mesh.layers import clip
 from porelang.mesh.sharpen import sharpen
 from porelang.mesh.simplify import simplify
-from porelang.mesh.walls import RESOLUTION
 from porelang.parallel import workers
 from porelang.program import Design
 from porelang.progress import activity
+from porelang.walls import RESOLUTION
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from porelang.mesh.grid import Grid
 from porelang.mesh.lost import followed
 from porelang.mesh.missed import CELLS, beside, groups_of
-from porelang.mesh.solid import Solid
 from porelang.mesh.surface import Surface
+from porelang.solid import Solid
 
 Floats = NDArray[np.float64]
 LOOKS = 24  # of more, as many by chance

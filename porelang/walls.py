@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.mesh.solid import Solid, onto
+from porelang.solid import Solid, onto
 
 Floats = NDArray[np.float64]
 RESOLUTION = 128  # samples along the longest side, where nothing asks for more

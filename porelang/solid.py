@@ -1,4 +1,4 @@
-"""A part as the rooms of this package ask it: signs at points and on axes, slopes, what boxes may hold; in float64."""
+"""A part as its meshers ask it: signs at points and on axes, slopes, what boxes may hold; in float64."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from porelang.analysis.bounds import BoxTest, box_test, slopes
 from porelang.analysis.enclose import EXACT
 from porelang.backends.numpy import NumpyField
+from porelang.data import Triple
 from porelang.formula import Formula
-from porelang.mesh.grid import Point
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -24,7 +24,7 @@ AT_ONCE = 4096  # boxes that are enclosed in one call
 class Solid:
     """The solid of a formula, cut flat at a box (mm)."""
 
-    def __init__(self, formula: Formula, cut: tuple[Point, Point]) -> None:
+    def __init__(self, formula: Formula, cut: tuple[Triple, Triple]) -> None:
         self.formula = formula
         self.lo, self.hi = np.array(cut[0]), np.array(cut[1])
 
