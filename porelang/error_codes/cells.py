@@ -13,7 +13,7 @@ CELLS = (
         "mm, along x, y and z. They may be several periods, but not a part of one. It is solved on voxels, 64 along\n"
         "its longest side unless `--resolution` says otherwise, from 8 to 256.",
         "",
-        "gyroid(30) |> shell(0.5)",
+        "(gyroid(30) |> shell(0.5)) & cylinder(75, 300)",
     ),
     Code(
         "E181",
@@ -23,7 +23,7 @@ CELLS = (
         "cell that is no whole number of its periods long. The message says across which axis it differs, how much\n"
         "of a face, and where most.",
         "",
-        "gyroid(30) |> shell(0.5)",
+        "(gyroid(30) |> shell(0.5)) & cylinder(75, 300)",
     ),
     Code(
         "E182",
@@ -37,12 +37,12 @@ CELLS = (
     Code(
         "E183",
         "a material that cannot be computed",
-        "Poisson's ratio lies between -1 and 0.5, both excluded: at 0.5 a solid cannot be compressed, and its pressure\n"
+        "Poisson's ratio lies between -1 and 0.5, both excluded: at 0.5 a solid cannot be compressed, its pressure\n"
         "does not follow from displacements. A law of the density needs two different densities, and says nothing\n"
         "beyond the densest. Walls that are a small share of a voxel may keep a cell from coming to rest: take more\n"
         "voxels.",
         "",
-        "gyroid(30) |> shell(0.5)",
+        "(gyroid(30) |> shell(0.5)) & cylinder(75, 300)",
     ),
     Code(
         "W260",
@@ -50,23 +50,23 @@ CELLS = (
         "A few points of opposite faces differ, less than a thousandth: the sides of `--cell` may be rounded, or the\n"
         "lattice is graded a little. What is found holds for the cell repeated as it is, with its small steps.",
         "",
-        "gyroid(30) |> shell(0.5)",
+        "(gyroid(30) |> shell(0.5)) & cylinder(75, 300)",
     ),
     Code(
         "W261",
         "pieces that hang by nothing",
-        "Part of the solid touches the rest neither in the cell nor through its faces. It carries nothing and counts as\n"
+        "Part of the solid touches the rest neither in the cell nor through its faces. It carries nothing, and is\n"
         "density. Printed, it would be loose powder.",
         "",
-        "gyroid(30) |> shell(0.5)",
+        "(gyroid(30) |> shell(0.5)) & cylinder(75, 300)",
     ),
     Code(
         "W262",
         "a cell that hangs together one way only",
-        "No solid leads from a cell into the next along an axis. Pulled that way the part comes apart: its stiffness is\n"
+        "No solid leads from a cell into the next along an axis. Pulled that way the part comes apart: stiffness is\n"
         "0 there, and so is its modulus. A rod along z, a stack of plates, balls that do not touch are such cells.",
         "",
-        "gyroid(30) |> shell(0.5)",
+        "(gyroid(30) |> shell(0.5)) & cylinder(75, 300)",
     ),
     Code(
         "W263",
@@ -75,6 +75,6 @@ CELLS = (
         "certain about that. It is more than 5 % here. Walls of less than three voxels are the usual reason: take\n"
         "twice the `--resolution`, at eight times the work.",
         "",
-        "gyroid(30) |> shell(0.5)",
+        "(gyroid(30) |> shell(0.5)) & cylinder(75, 300)",
     ),
 )

@@ -27,7 +27,9 @@ _LIGHT = np.array([-0.35, 0.45, 0.82])  # to the right, up, toward the viewer
 _AMBIENT = 0.42
 
 
-def modulus_picture(compliance: Floats, title: str, notes: Sequence[str] = (), unit: str = "E / E of the solid") -> Picture:
+def modulus_picture(
+    compliance: Floats, title: str, notes: Sequence[str] = (), unit: str = "E / E of the solid"
+) -> Picture:
     """Young's modulus by direction, of a compliance (6, 6) by Voigt: 1 / E = n n : S : n n.
 
     Colours and distance both show it; the legend begins at its least value, and the rings on the axes are its scale.
@@ -65,11 +67,11 @@ def _camera() -> tuple[Floats, Floats, Floats]:
 
 def _sphere(count: int = 4000) -> Floats:
     """Directions (n, 3) spread evenly, with the axes, face diagonals and space diagonals among them."""
-    k = np.arange(count)
-    z = 1 - (2 * k + 1) / count
-    turn = k * np.pi * (3 - np.sqrt(5))
+    place = np.arange(count)
+    z = 1 - (2 * place + 1) / count
+    turn = place * np.pi * (3 - np.sqrt(5))
     flat = np.sqrt(1 - z * z)
-    named = np.array([(i, j, l) for i in (-1, 0, 1) for j in (-1, 0, 1) for l in (-1, 0, 1) if i or j or l], float)
+    named = np.array([(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1) if i or j or k], float)
     return np.concatenate([np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1),
                            named / np.linalg.norm(named, axis=1, keepdims=True)])  # fmt: skip
 
@@ -82,7 +84,7 @@ def _modulus(compliance: Floats, n: Floats) -> Floats:
 
 @compiled
 def _cast(s: Any, view: Any, reach: float, greatest: float, sun: Any, values: Any, light: Any, depth: Any) -> None:
-    """Where each ray of an orthographic picture meets the surface: the modulus there, how much light falls on it, and how
+    """Where each ray of an orthographic picture meets the surface: the modulus there, the light on it, and how
     far toward the viewer it lies. A ray is walked from in front of the sphere that holds everything."""
     height, width = values.shape
     p, g = np.empty(3), np.empty(3)
@@ -150,7 +152,8 @@ def _beyond(s: Any, p: Any) -> float:
                + s[2, 3] * c * d + s[2, 4] * c * e + s[2, 5] * c * f
                + s[3, 4] * d * e + s[3, 5] * d * f + s[4, 5] * e * f)
     )  # fmt: skip
-    return np.sqrt(r2) - r2 * r2 / q
+    far: float = np.sqrt(r2) - r2 * r2 / q
+    return far
 
 
 def _axes(page: Image.Image, view: Floats, reach: float, compliance: Floats, depth: Floats) -> None:

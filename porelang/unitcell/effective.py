@@ -44,7 +44,11 @@ class Effective:
 
 
 def homogenized(
-    density: Any, cell: Sequence[float], nu: float = 0.3, tolerance: float = TOLERANCE, threads: int | None = None
+    density: Any,
+    cell: Sequence[float] | Floats,
+    nu: float = 0.3,
+    tolerance: float = TOLERANCE,
+    threads: int | None = None,
 ) -> Effective:
     """The effective stiffness of a periodic cell of voxels.
 
@@ -62,7 +66,7 @@ def homogenized(
 
 
 def conducted(
-    density: Any, cell: Sequence[float], tolerance: float = TOLERANCE, threads: int | None = None
+    density: Any, cell: Sequence[float] | Floats, tolerance: float = TOLERANCE, threads: int | None = None
 ) -> Effective:
     """The effective conductivity (3, 3) of a periodic cell of voxels, in units of the solid's; see `homogenized`."""
     values, sides = checked(density, cell)
@@ -115,12 +119,14 @@ def is_cyclic(density: Floats, sides: Floats) -> bool:
     return bool(np.abs(density - density.transpose(2, 0, 1)).max() <= SAME)
 
 
-def checked(density: Any, cell: Sequence[float]) -> tuple[Floats, Floats]:
+def checked(density: Any, cell: Sequence[float] | Floats) -> tuple[Floats, Floats]:
     """Densities (nx, ny, nz) and the sides of a voxel (3,). Errors: E180."""
     values = np.asarray(density, np.float64)
     lengths = np.asarray(cell, np.float64)
     if lengths.shape != (3,) or not (np.isfinite(lengths).all() and (lengths > 0).all()):
-        raise fail("E180", f"a cell of {cell!r:.60} has no volume", hint="give its sides along x, y and z in mm: 10,10,15")
+        raise fail(
+            "E180", f"a cell of {cell!r:.60} has no volume", hint="give its sides along x, y and z in mm: 10,10,15"
+        )
     if values.ndim != 3 or min(values.shape) < 2:
         raise fail("E180", f"densities have the shape {values.shape}, not (nx, ny, nz) of 2 voxels at least",
                    hint="give the share of solid of each voxel")  # fmt: skip
@@ -133,6 +139,10 @@ def checked(density: Any, cell: Sequence[float]) -> tuple[Floats, Floats]:
 def checked_ratio(nu: float) -> float:
     """A Poisson's ratio that a solid can have. Errors: E183."""
     if not -1 < nu < 0.5:
-        why = "a solid of 0.5 cannot be compressed, and displacements alone do not tell its pressure" if nu == 0.5 else ""
-        raise fail("E183", f"{nu:g} is no Poisson's ratio of a solid", hint=f"it lies between -1 and 0.5{why and ': '}{why}")
+        why = (
+            "a solid of 0.5 cannot be compressed, and displacements alone do not tell its pressure" if nu == 0.5 else ""
+        )
+        raise fail(
+            "E183", f"{nu:g} is no Poisson's ratio of a solid", hint=f"it lies between -1 and 0.5{why and ': '}{why}"
+        )
     return float(nu)

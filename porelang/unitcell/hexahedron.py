@@ -8,6 +8,7 @@ entries are left: 45 of 576 where the material is isotropic, and that is what ma
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,7 +77,7 @@ def conducting(sides: Floats) -> Element:
     return _element(sides, np.eye(3), lambda gradient: gradient)
 
 
-def _element(sides: Floats, uniform: Floats, made: object) -> Element:
+def _element(sides: Floats, uniform: Floats, made: Callable[[Floats], Floats]) -> Element:
     volume, signs = float(np.prod(sides)), 2 * CORNERS - 1
     gauss = np.array([(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]) / np.sqrt(3)
     matrices, sources = [], []
@@ -84,7 +85,7 @@ def _element(sides: Floats, uniform: Floats, made: object) -> Element:
         shape = 1 + signs * at
         gradient = np.stack([signs[:, a] * shape[:, (a + 1) % 3] * shape[:, (a + 2) % 3] / 4 / sides[a]
                              for a in range(3)])  # fmt: skip
-        b = made(gradient)  # type: ignore[operator]
+        b = made(gradient)
         matrices.append(b.T @ uniform @ b)
         sources.append(b.T @ uniform)
     matrix = volume * np.mean(matrices, axis=0)

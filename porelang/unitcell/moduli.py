@@ -37,7 +37,7 @@ class Averages:
 
     @property
     def anisotropy(self) -> float:
-        """The universal index, 0 where isotropic (S. Ranganathan and M. Ostoja-Starzewski, Phys. Rev. Lett. 101, 2008)."""
+        """The universal index, 0 where isotropic (S. I. Ranganathan and M. Ostoja-Starzewski, PRL 101, 2008)."""
         if min(self.bulk_reuss, self.shear_reuss) <= NOTHING:
             return np.inf
         return 5 * self.shear_voigt / self.shear_reuss + self.bulk_voigt / self.bulk_reuss - 6
@@ -46,8 +46,8 @@ class Averages:
 def compliance(stiffness: Any) -> Floats:
     """The inverse (6, 6) of a stiffness. Where a mode has no stiffness its compliance is 1 / NOTHING^2: moduli that it
     takes part in come out as none."""
-    found: Floats = np.linalg.inv(np.asarray(stiffness, np.float64) + NOTHING**2 * np.eye(6))
-    return (found + found.T) / 2
+    found = np.linalg.inv(np.asarray(stiffness, np.float64) + NOTHING**2 * np.eye(6))
+    return np.asarray((found + found.T) / 2, np.float64)
 
 
 def young(stiffness: Any, directions: Any) -> Floats:

@@ -36,11 +36,11 @@ def mismatches(field: Callable[[Floats], Floats], low: Floats, cell: Floats) -> 
     along = (np.arange(_ALONG) + 0.382) / _ALONG
     for axis in range(3):
         a, b = ((axis + 1) % 3, (axis + 2) % 3)
-        points = np.empty((_ALONG, _ALONG, 3))
-        points[..., a] = low[a] + along[:, None] * cell[a]
-        points[..., b] = low[b] + along[None, :] * cell[b]
-        points[..., axis] = low[axis] + _INSIDE * cell[axis]
-        points = points.reshape(-1, 3)
+        grid = np.empty((_ALONG, _ALONG, 3))
+        grid[..., a] = low[a] + along[:, None] * cell[a]
+        grid[..., b] = low[b] + along[None, :] * cell[b]
+        grid[..., axis] = low[axis] + _INSIDE * cell[axis]
+        points = grid.reshape(-1, 3)
         opposite = points.copy()
         opposite[:, axis] = low[axis] + (1 - _INSIDE) * cell[axis]
         below, above = field(points), field(opposite)

@@ -18,6 +18,11 @@ class Piece:
     at: tuple[int, int, int]
     leads: tuple[bool, bool, bool]
 
+    @property
+    def axes(self) -> list[str]:
+        """The names of the axes along which it leads on."""
+        return [name for name, on in zip("xyz", self.leads, strict=True) if on]
+
 
 def pieces_of(solid: NDArray[np.bool_]) -> list[Piece]:
     """The pieces of a periodic array, those with common faces being one; the largest first."""
@@ -31,8 +36,8 @@ def pieces_of(solid: NDArray[np.bool_]) -> list[Piece]:
         both = (last >= 0) & (first >= 0)
         step = tuple(int(a == axis) for a in range(3))
         for a, b in np.unique(np.stack([last[both], first[both]], axis=1), axis=0):
-            joined[a].append((int(b), step))  # type: ignore[arg-type]
-            joined[b].append((int(a), tuple(-s for s in step)))  # type: ignore[arg-type]
+            joined[a].append((int(b), step))
+            joined[b].append((int(a), tuple(-s for s in step)))
     sizes = np.bincount(labels[labels >= 0], minlength=count)
     moved: list[Any] = [None] * count
     out = []

@@ -1,12 +1,12 @@
 """How a periodic cell of voxels relaxes under a mean strain: conjugate gradients, preconditioned by Fourier transforms.
 
-The unknown is the periodic part of the displacement (or temperature) at the nodes. The preconditioner is a sum. One part
-is the exact inverse of the same elements in a homogeneous cell, which in Fourier space is a block of 3 x 3 for each
-frequency: a discrete Green operator, for what is smooth. The other is a share of the inverse of the diagonal, for nodes
-that only cut voxels hold, which the first takes for ten times as stiff as they are. Voids are voids, not soft: nothing
-pushes a node without solid. Steps hardly grow in number with the resolution: 31 at 32^3 and 38 at 64^3 for a gyroid sheet
-of a tenth, where scaling by the diagonal alone, or Green's operator between its roots, take five times as many at 64^3
-(docs/decisions/0018). Green's operator works in float32, at half the price; the gradients themselves are in float64.
+The unknown is the periodic part of the displacement (or temperature) at the nodes. The preconditioner is a sum. One
+part is the exact inverse of the same elements in a homogeneous cell, a block of 3 x 3 for each frequency in Fourier
+space: a discrete Green operator, for what is smooth. The other is a share of the inverse of the diagonal, for nodes
+that only cut voxels hold, which the first takes for many times as stiff as they are. Voids are voids, not soft: nothing
+pushes a node without solid. Steps hardly grow in number with the resolution: 31 at 32^3 and 38 at 64^3 for a gyroid
+sheet of a tenth, where Green's operator alone takes 84, and between the roots of the diagonal 202
+(docs/decisions/0018). It works in float32, at half the price; the gradients themselves are in float64.
 """
 
 from __future__ import annotations
@@ -106,8 +106,6 @@ class Cell:
 @lru_cache(8)
 def _cached(parts: int, matrix: bytes, shape: tuple[int, ...]) -> NDArray[np.float32]:
     """The inverse of the homogeneous cell by frequency: the upper triangles (d (d + 1) / 2, frequencies)."""
-    import scipy.fft
-
     block = np.frombuffer(matrix).reshape(8, parts, 8, parts)
     spectrum = 0.0
     turns = [np.exp(-2j * np.pi * np.arange(n) / n) for n in shape[:2]]
