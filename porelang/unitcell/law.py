@@ -137,7 +137,7 @@ class Law:
         most = np.abs(coarse.cubic(at) - self.cubic(at)).max(axis=0)
         wide = np.concatenate([most[:1], most, most[-1:]])
         piece = np.clip(np.searchsorted(self.density, rho, side="right") - 1, 0, len(most) - 1)
-        return own + np.max([wide[piece], wide[piece + 1], wide[piece + 2]], axis=0)
+        return np.asarray(own + np.max([wide[piece], wide[piece + 1], wide[piece + 2]], axis=0))
 
 
 def law(density: Sequence[float], stiffness: Any, errors: Any = None, nu: float = 0.3) -> Law:
