@@ -21,11 +21,9 @@ _CHUNK = 1 << 16
 
 
 @contextmanager
-def child(
-    module: str, words: Sequence[object], passed: Sequence[int], errors: IO[bytes], folder: str | None = None
-) -> Iterator[Running]:
-    """`python -m MODULE WORDS...` while the block lasts, in a folder if one is named, with some descriptors passed on;
-    killed where it still runs at the end. Errors: OSError where no process can be started."""
+def child(module: str, words: Sequence[object], passed: Sequence[int], errors: IO[bytes]) -> Iterator[Running]:
+    """`python -m MODULE WORDS...` while the block lasts, with some descriptors passed on; killed where it still runs
+    at the end. Errors: OSError where no process can be started."""
     # The interpreter that multiprocessing would start, which programs that embed Python know how to set.
     python = os.fsdecode(multiprocessing.spawn.get_executable() or sys.executable)
     path = dict.fromkeys([*(os.path.abspath(p) for p in sys.path), str(PACKAGE.parent)])
@@ -35,7 +33,6 @@ def child(
         stdout=subprocess.PIPE,
         stderr=errors,
         pass_fds=passed,
-        cwd=folder,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
     )
     with process:

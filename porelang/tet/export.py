@@ -120,11 +120,21 @@ def _msh(mesh: TetMesh, path: Path, notes: Notes) -> None:
 
 def _nas(mesh: TetMesh, path: Path, notes: Notes) -> None:
     made = _tagged(mesh, reference="nastran:ref")
+    made.points = _rounded(mesh.vertices)
     with open(path, "x", encoding="ascii") as file:
         for line in _comments(notes):
             file.write(f"$ {line}\n")
         file.writelines(f"$ PID {number}: {name}\n" for name, (number, _) in made.field_data.items())
         made.write(file, file_format="nastran")
+
+
+def _rounded(places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Places with ten digits: with a sign and an exponent these fill the 16 columns of Nastran's wide fields. What does
+    not fit fails an assertion of meshio (5.3)."""
+    with np.errstate(divide="ignore"):
+        power = np.where(places == 0, 0.0, 9 - np.floor(np.log10(np.abs(places))))
+    scale = 10.0 ** np.minimum(power, 22)  # exact up to there; what is smaller is nothing
+    return np.asarray(np.rint(places * scale) / scale)
 
 
 def _medit(mesh: TetMesh, path: Path, notes: Notes) -> None:

@@ -6,7 +6,7 @@ of `ENERGY` (3 is the regular one).
 
 It runs in a process of its own (`wildchild`): on an empty surface, on indices and numbers that are none and on a
 negative epsilon it crashes, and with epsilon 0 it never ends (pytetwild 0.4.2). What it is given is looked over all the
-same. That process has a folder of its own, for fTetWild leaves files where it works (`__tracked_surface.stl`).
+same. And fTetWild leaves files where it works (`__tracked_surface.stl`): that process works where there is no folder.
 """
 
 from __future__ import annotations
@@ -183,10 +183,7 @@ def _run(
         tell(min(_BEFORE + int(log.get("passes", 0)), _BEFORE + PASSES) - 1, _BEFORE + PASSES)
 
     try:
-        with (
-            tempfile.TemporaryDirectory() as folder,
-            child("porelang.tet.wildchild", asked, passed, words, folder) as working,
-        ):
+        with child("porelang.tet.wildchild", asked, passed, words) as working:
             return ended(working, heard, limit)
     except TimeoutError:
         hint = f"give a larger --size, a longer --time-limit, or {_DIRECT}"

@@ -16,6 +16,7 @@ import os
 import select
 import signal
 import sys
+import tempfile
 import types
 from contextlib import suppress
 from typing import Any
@@ -69,6 +70,13 @@ def hold_lifeline() -> None:
         os._exit(1)
 
 
+def work_nowhere() -> None:
+    """Work in a folder that is gone, so that fTetWild leaves its files nowhere: it says that it cannot, and goes on."""
+    folder = tempfile.mkdtemp()
+    os.chdir(folder)
+    os.rmdir(folder)
+
+
 def speak_by_lines() -> None:
     """Let what native code prints pass a pipe line by line, and not by the block."""
     name = "__stdoutp" if sys.platform == "darwin" else "stdout"
@@ -79,6 +87,7 @@ def speak_by_lines() -> None:
 
 if __name__ == "__main__":
     hold_lifeline()
+    work_nowhere()
     speak_by_lines()
     edge, epsilon, energy, passes, threads, source, target = sys.argv[1:]
     main(float(edge), float(epsilon), float(energy), int(passes), int(threads), int(source), int(target))

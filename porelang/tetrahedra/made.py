@@ -83,6 +83,7 @@ def tetrahedra(
         ends = bounds is not None or len(wanted) > 1  # else the part ends of itself, and is not cut
         solid = part if ends else Solid(part.formula, _roomy(box))
         mesh, facts = direct(solid, fine.size, surface_size=surface_size, keep_islands=keep_islands)
+    meshing = time.perf_counter() - start
     with activity("looking at tetrahedra"):
         report = _report(design, name, mesh, box if bounds is not None else None)
     report |= {
@@ -93,6 +94,7 @@ def tetrahedra(
         "size_for_wall": fine.wanted,
         "size_told": fine.told(),
         **{key: value for key, value in facts.items() if key not in report and key != "told"},
+        "seconds_meshing": round(meshing, 3),
         "seconds": round(time.perf_counter() - start, 3),
     }
     doubts += facts["told"]
