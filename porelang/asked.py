@@ -69,7 +69,7 @@ def measure(
 
 def tet(
     design: Design, name: str | None, size: Length | None, surface_size: Length | None,
-    mesher: Literal["direct", "ftetwild"], phases: str | Sequence[str], bounds: Bounds | str | None, sharp: bool,
+    mesher: Literal["direct", "ftetwild"], phases: str | Sequence[str], bounds: Bounds | str | None,
     keep_islands: bool, time_limit: float | str | None, check: bool, force: bool,
 ) -> Tetrahedra:  # fmt: skip
     """An output as tetrahedra; see `Program.tet`."""
@@ -81,7 +81,7 @@ def tet(
         keep_checks(design)
     made = tetrahedra(
         design, name, edge, mesher, wanted, surface_size=at_surface, bounds=read("bounds", bounds, values.box),
-        sharp=sharp, keep_islands=keep_islands, time_limit=read("time_limit", time_limit, values.duration), force=force,
+        keep_islands=keep_islands, time_limit=read("time_limit", time_limit, values.duration), force=force,
     )  # fmt: skip
     warn([*(undecided_checks(design) if check else []), *made.doubts, *design.told(*design.program.roots(name))])
     return made

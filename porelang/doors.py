@@ -175,7 +175,6 @@ class Doors(ABC):
         mesher: Literal["direct", "ftetwild"] = "direct",
         phases: str | Sequence[str] = "solid",
         bounds: Bounds | str | None = None,
-        sharp: bool = True,
         keep_islands: bool = False,
         time_limit: float | str | None = None,
         check: bool = True,
@@ -191,8 +190,7 @@ class Doors(ABC):
         at every place; if it is not given, or `"auto"`, it is found from the walls. Near the surface it is
         `surface_size`. The `mesher` is the direct one, or fTetWild (from pytetwild). `phases="solid,void"` fills the
         void in the part's box too, with the triangles between them shared. Pieces that do not hang together with the
-        largest are left out unless `keep_islands`. `sharp=False` cuts rims off; `time_limit` (s, or `"5min"`) is for
-        fTetWild. What is doubtful is told as a `PoreWarning` (W202, W250-W254). Errors: those of bounds; E068 where a
+        largest are left out unless `keep_islands`. `time_limit` (s, or `"5min"`) is for fTetWild. What is doubtful is told as a `PoreWarning` (W202, W250-W254). Errors: those of bounds; E068 where a
         `check` of the program fails, unless `check` is False; E118 where more than a fifth of the part is lost, unless
         `force`; E160-E165.
 
@@ -213,7 +211,6 @@ class Doors(ABC):
             mesher,
             phases,
             bounds,
-            sharp,
             keep_islands,
             time_limit,
             check,

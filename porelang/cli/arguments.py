@@ -58,7 +58,6 @@ COMMANDS: dict[str, Command] = {
                 "mesher",
                 "phases",
                 "bounds",
-                "blunt",
                 "keep_islands",
                 "time_limit",
                 "force_tets",
@@ -370,10 +369,6 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "default": ("solid",),
             "help": "what to fill: the solid (the default), or the void in the part's box too, with triangles shared",
         },
-    ),
-    "blunt": (
-        ("--blunt",),
-        {"action": "store_true", "help": "cut off the rims where surfaces meet"},
     ),
     "keep_islands": (
         ("--keep-islands",),

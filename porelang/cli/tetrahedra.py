@@ -34,7 +34,7 @@ def tet(options: Namespace) -> int:
     start = time.perf_counter()
     made = tetrahedra(
         design, options.out, options.size, options.mesher, options.phases, surface_size=options.surface_size,
-        bounds=options.bounds, sharp=not options.blunt, keep_islands=options.keep_islands,
+        bounds=options.bounds, keep_islands=options.keep_islands,
         time_limit=options.time_limit, force=options.force,
     )  # fmt: skip
     doubts = [*undecided_checks(design), *made.doubts, *design.told(*design.program.roots(options.out))]

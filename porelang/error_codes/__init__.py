@@ -9,6 +9,7 @@ that is no longer given keeps its page.
 from __future__ import annotations
 
 from porelang.error_codes.datafiles import DATAFILES
+from porelang.error_codes.direct import DIRECT
 from porelang.error_codes.doubts import DOUBTS
 from porelang.error_codes.found import FOUND
 from porelang.error_codes.ftetwild import FTETWILD
@@ -35,6 +36,7 @@ THEMES: tuple[tuple[Code, ...], ...] = (
     PHASES,
     SHAPES,
     WALLS,
+    DIRECT,
     FTETWILD,
     DOUBTS,
 )

@@ -47,7 +47,6 @@ def tetrahedra(
     *,
     surface_size: float | None = None,
     bounds: Bounds | None = None,
-    sharp: bool = True,
     keep_islands: bool = False,
     time_limit: float | None = None,
     force: bool = False,
@@ -56,8 +55,8 @@ def tetrahedra(
 
     `size` is how long their edges are (mm), or the name of an output or a `let` that says it at every place; where it
     is not given it is found from the walls. At the surface it is `surface_size`. `phases` ("solid", "void") also fills
-    what is not solid within the box of the part or of `bounds`. `sharp` keeps rims. Pieces that do not hang together
-    with the largest are left out unless `keep_islands`. `time_limit` (s) is for fTetWild.
+    what is not solid within the box of the part or of `bounds`. Pieces that do not hang together with
+    the largest are left out unless `keep_islands`. `time_limit` (s) is for fTetWild.
 
     Errors: those of bounds; E108, E114 for wishes that cannot be; E118 where more than a fifth of the part is lost,
     unless `force`; E160-E162 of the direct mesher, E163-E165 of fTetWild.
@@ -71,7 +70,7 @@ def tetrahedra(
     doubts: list[Diagnostic] = []
     if mesher == "ftetwild":
         assert isinstance(fine.size, float)
-        given = _surface(design, name, fine, surface_size, bounds, sharp, force)
+        given = _surface(design, name, fine, surface_size, bounds, force)
         doubts += given.doubts
         vertices, faces = given.surface.vertices, given.surface.faces
         mesh, facts = ftetwild(
@@ -82,7 +81,7 @@ def tetrahedra(
     else:
         ends = bounds is not None or len(wanted) > 1  # else the part ends of itself, and is not cut
         solid = part if ends else Solid(part.formula, _roomy(box))
-        mesh, facts = direct(solid, fine.size, surface_size=surface_size, keep_islands=keep_islands)
+        mesh, facts = direct(solid, fine.size, surface_size=surface_size, phases=wanted, keep_islands=keep_islands)
     meshing = time.perf_counter() - start
     with activity("looking at tetrahedra"):
         report = _report(design, name, mesh, box if bounds is not None else None)
@@ -100,7 +99,7 @@ def tetrahedra(
     doubts += facts["told"]
     span = design.program.outputs[design.program.output(name)].span
     lost = report["dropped_volume_fraction"]
-    held = report["volume"] / (1 - lost) if lost < 1 else 0.0  # what is left out has its own doubt
+    held = report["volume"] / (1 - lost if len(wanted) == 1 else 1)  # what is left out has its own doubt
     if not force:
         refuse_loss(report["islands"], lost, span)
     doubts += volume_doubts(held, Reduced(report["field_volume"], report["field_volume_error"]), fine, force, span)
@@ -146,7 +145,6 @@ def _surface(
     fine: Fineness,
     surface_size: float | None,
     bounds: Bounds | None,
-    sharp: bool,
     force: bool,
 ) -> Made:
     """The surface that fTetWild is given: its voxel is `surface_size`, or else fits the size and the walls."""
@@ -159,9 +157,7 @@ def _surface(
     ) + 4 * voxel
     voxel = max(voxel, float(np.prod(size) / MOST_SAMPLES) ** (1 / 3))
     try:
-        return make(
-            design, name, surface_size or voxel, bounds=bounds, smooth=True, sharp=sharp, force=force, dtype="f64"
-        )
+        return make(design, name, surface_size or voxel, bounds=bounds, sharp=True, force=force, dtype="f64")
     except PoreError as error:  # which knows of voxels
         told = [replace(d, hint=d.hint.replace("--voxel", "--surface-size")) for d in error.diagnostics]
         raise PoreError(told) from None
