@@ -188,11 +188,11 @@ class Doors(ABC):
 
         `size` is how long edges are, in mm or as a text with a unit; or the name of an output or a `let` that says it
         at every place; if it is not given, or `"auto"`, it is found from the walls. Near the surface it is
-        `surface_size`. The `mesher` is the direct one, or fTetWild (from pytetwild). `phases="solid,void"` fills the
-        void in the part's box too, with the triangles between them shared. Pieces that do not hang together with the
-        largest are left out unless `keep_islands`. `time_limit` (s, or `"5min"`) is for fTetWild. What is doubtful is told as a `PoreWarning` (W202, W250-W254). Errors: those of bounds; E068 where a
-        `check` of the program fails, unless `check` is False; E118 where more than a fifth of the part is lost, unless
-        `force`; E160-E165.
+        `surface_size`. The `mesher` is the direct one, or fTetWild (from pytetwild), for which `time_limit` is (s, or
+        `"5min"`). `phases="solid,void"` fills the void in the part's box too, with the triangles between them shared.
+        Pieces that do not hang together with the largest are left out unless `keep_islands`. What is doubtful is told
+        as a `PoreWarning` (W202, W250-W251). Errors: those of bounds; E068 where a `check` of the program fails, unless
+        `check` is False; E118 where more than a fifth of the part is lost, unless `force`; E160-E165.
 
         >>> import porelang
         >>> ball = porelang.compile("sphere(10)").tet(size=4)

@@ -527,7 +527,7 @@ def work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_report_as_json(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["tet", "a.pore", "-o", "a b.vtu", "--size", "2mm", "--json"]) == 0
+    assert main(["tet", "a.pore", "-o", "a b.vtu", "--size", "2mm", "--json", "-q"]) == 0
     out = capsys.readouterr()
     found = json.loads(out.out)
     assert out.err == ""
