@@ -20,7 +20,7 @@ from porelang.tet.tetmesh import TetMesh, dihedral_angles, volumes
 #: A cylinder of a gyroid sheet, half solid: 1.5 x 1.5 x 1.5 cells, for fTetWild takes minutes for more.
 CYLINDER, COARSE = "gyroid(20) |> shell(1.53) & cylinder(15, 30)", 2.5
 #: A block of 3 x 3 x 6 cells, as tpmslab makes them; and the size that gives about as many tetrahedra.
-BLOCK, CELLS, SAMPLES, FINE = "gyroid(25) |> shell(1.53) & box([75, 75, 150])", "3,3,6", 16, 1.8
+BLOCK, CELLS, SAMPLES, FINE = "gyroid(25) |> shell(1.53) & box([75, 75, 150])", "3,3,6", 12, 1.8
 
 
 def tetmeshers(rounds: int) -> list[dict[str, Any]]:

@@ -332,6 +332,20 @@ for ending in WRITERS:
     assert len(os.listdir(tmp_path)) == len(WRITERS)
 
 
+def test_an_interruption_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(mesh: TetMesh, path: Path, notes: Any) -> None:
+        path.write_bytes(b"half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(WRITERS, ".msh", interrupted)
+    path = tmp_path / "a.msh"
+    path.write_bytes(b"old")
+    with pytest.raises(KeyboardInterrupt):
+        write(boxes(), path)
+    assert path.read_bytes() == b"old"
+    assert os.listdir(tmp_path) == ["a.msh"]
+
+
 # ---- fTetWild
 
 
@@ -689,6 +703,35 @@ def test_a_field_may_say_the_size() -> None:
     right = graded.vertices[graded.tets].mean(axis=1)[:, 0] > 0
     assert right.sum() < 0.5 * (~right).sum()
     assert graded.report["tets"] < coarse
+
+
+def test_both_phases_fill_the_box_and_share_their_triangles(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Two voids that do not meet, either side of a wall: each has a name, and volumes are those of boxes."""
+    (work / "a.pore").write_text("box([20, 20, 4])\n")
+    words = ["--bounds=-10,-10,-5,10,10,7", "--phases", "void,solid", "--size", "2mm", "--json", "-q"]
+    assert main(["tet", "a.pore", "-o", "a.msh", *words]) == 0
+    found = json.loads(capsys.readouterr().out)
+    held = {name: phase["volume"] for name, phase in found["phases"].items()}
+    assert held == pytest.approx({"solid": 1600, "void_1": 2000, "void_2": 1200}, rel=1e-3)
+    assert found["volume"] == pytest.approx(1600, rel=1e-3)
+    areas = {name: patch["area"] for name, patch in found["surfaces"].items()}
+    assert areas == pytest.approx(
+        {"solid_outside": 320, "void_1_outside": 800, "void_2_outside": 640, "solid_void_1": 400, "solid_void_2": 400},
+        rel=1e-3,
+    )
+    read = meshio.read(work / "a.msh")
+    names = {int(tag): name for name, (tag, d) in read.field_data.items() if d == 3}
+    cells = np.concatenate([block.data for block in read.cells if block.type == "tetra"])
+    tags = np.concatenate(
+        [tag for block, tag in zip(read.cells, read.cell_data["gmsh:physical"], strict=True) if block.type == "tetra"]
+    )
+    for tag, name in names.items():
+        assert positive(read.points, cells[tags == tag]).sum() == pytest.approx(held[name])
+    faces = np.sort(np.concatenate([cells[:, list(f)] for f in itertools.combinations(range(4), 3)]), axis=1)
+    assert np.unique(faces, axis=0, return_counts=True)[1].max() == 2
+    solid, void = (np.unique(cells[tags == tag]) for tag in sorted(names)[:2])
+    on = read.points[np.intersect1d(solid, void)]
+    assert np.allclose(on[:, 2], 2, atol=1e-6)
 
 
 def test_two_bodies_are_not_halved_without_a_word() -> None:

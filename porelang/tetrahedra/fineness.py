@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from porelang.diagnostics import fail
 from porelang.formula import Formula
 from porelang.program import Design
@@ -48,8 +50,9 @@ class Fineness:
         return f"{text} (by itself, and coarse: {thin}; three across them take --size {rounded(self.wanted)}mm)"
 
 
-def fineness(design: Design, part: Solid, size: float | str | None, mesher: str) -> Fineness:
-    """The size as it was asked for (mm, or the name of what says it), or else from the walls of a part in its box.
+def fineness(design: Design, part: Solid, size: float | str | None, mesher: str, whole: bool = False) -> Fineness:
+    """The size as it was asked for (mm, or the name of what says it), or else from the walls of a part in its box, of
+    which it fills the `whole`, or the solid.
 
     Errors: E100 for a name of nothing, E108 for a field where fTetWild takes one number.
     """
@@ -63,5 +66,6 @@ def fineness(design: Design, part: Solid, size: float | str | None, mesher: str)
         return Fineness(float(size), wanted, wall, False)
     usual = float((part.hi - part.lo).max()) * USUAL
     volume, error = part.guess
-    finest = ((volume + error) * IN_A_CUBE / AFFORDABLE[mesher]) ** (1 / 3)
+    filled = float(np.prod(part.hi - part.lo)) if whole else volume + error
+    finest = (filled * IN_A_CUBE / AFFORDABLE[mesher]) ** (1 / 3)
     return Fineness(max(finest, min(usual, wanted or usual)), wanted, wall, True)

@@ -66,7 +66,7 @@ def tetrahedra(
     box = checked_bounds(bounds) if bounds is not None else design.bounds(name)
     part = Solid(design.of(name), (box.lo, box.hi))
     with activity("looking at walls"):
-        fine = fineness(design, part, size, mesher)
+        fine = fineness(design, part, size, mesher, len(wanted) > 1)
     doubts: list[Diagnostic] = []
     if mesher == "ftetwild":
         assert isinstance(fine.size, float)
