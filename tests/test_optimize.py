@@ -9,6 +9,7 @@ von Mises, .805 by optimality criteria; frictionless 1, .770 from a biased start
 from __future__ import annotations
 
 import json
+import re
 from concurrent.futures import CancelledError
 from pathlib import Path
 
@@ -464,6 +465,17 @@ def test_a_record_is_gone_on_with_only_as_it_was_begun(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(b"?")
         with pytest.raises(PoreError, match=r"E195.*cannot go on"):
             loop.iterate(begun, Energy(), loop.Plan(0.5, 0.2, 0.8, 3.0, 1e-9, 6), folder=tmp_path, resume=True)
+
+
+def test_python_of_its_page_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (Path(__file__).parent.parent / "docs" / "optimize.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    for code in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(code, {})
+    assert "settled" in capsys.readouterr().out
+    assert (tmp_path / "loop" / "history.png").stat().st_size > 5000
 
 
 def test_the_history_is_a_table_and_a_picture() -> None:
