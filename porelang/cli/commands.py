@@ -28,6 +28,7 @@ RUN: dict[str, str] = {
     "mesh": "meshing.mesh",
     "measure": "measuring.measure",
     "slices": "slicing.slices",
+    "tet": "tetrahedra.tet",
     "homogenize": "homogenizing.homogenize",
     "eval": "evaluate.evaluate",
     "show": "showing.show",
