@@ -28,6 +28,7 @@ RUN: dict[str, str] = {
     "mesh": "meshing.mesh",
     "measure": "measuring.measure",
     "slices": "slicing.slices",
+    "tet": "tetrahedra.tet",
     "eval": "evaluate.evaluate",
     "show": "showing.show",
     "glsl": "showing.glsl",
