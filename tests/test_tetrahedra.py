@@ -484,9 +484,12 @@ def test_the_process_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
         with child:
             assert child.stdout is not None
             assert child.stdin is not None
-            assert child.stdout.readline()  # fTetWild has begun, and says so line by line
-            child.stdin.close()
-            assert child.wait(timeout=60) == -signal.SIGIO
+            try:
+                assert child.stdout.readline()  # fTetWild has begun, and says so
+                child.stdin.close()
+                assert child.wait(timeout=20) == -signal.SIGIO
+            finally:
+                child.kill()
     assert (tmp_path / "out.npz").read_bytes() == b""
 
 
