@@ -14,6 +14,7 @@ from typing import Any
 
 from data import data
 from fields import fields
+from loop import loop
 from meshes import compiling, pruning, specimen
 from metric import metric
 from peers import install
@@ -35,7 +36,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument(
         "--only",
-        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tetmeshers, gpu, "
+        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tetmeshers, loop, gpu, "
         "compiling, starts",
     )
     parser.add_argument("--json", action="store_true")
@@ -55,6 +56,7 @@ def main() -> None:
         "tensors": lambda: tensors(options.rounds),
         "phases": lambda: phases(max(3, options.rounds // 3)),
         "tetmeshers": lambda: tetmeshers(max(1, options.rounds // 3)),
+        "loop": loop,
         "gpu": lambda: transfers(options.rounds),
         "compiling": lambda: compiling(max(3, options.rounds // 3)),
         "starts": lambda: starts(options.rounds),

@@ -4,6 +4,8 @@ E001-E029 syntax, E030- names, E060- kinds and units, E080- params and contracts
 E100- requests, E120- the machine, E130- files of data, E140- meshes, E145- raw lattices, E147- phases, E150- sampling
 and binding, E160- tetrahedra, W200- warnings, W210- doubts, W250- tetrahedra. A code keeps its meaning for ever; one
 that is no longer given keeps its page.
+and binding, E190- loops, W200- warnings, W210- doubts. A code keeps its meaning for ever; one that is no longer given
+keeps its page.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from porelang.error_codes.doubts import DOUBTS
 from porelang.error_codes.found import FOUND
 from porelang.error_codes.ftetwild import FTETWILD
 from porelang.error_codes.kinds import KINDS
+from porelang.error_codes.loops import LOOPS
 from porelang.error_codes.machine import MACHINE
 from porelang.error_codes.names import NAMES
 from porelang.error_codes.page import Code
@@ -38,6 +41,7 @@ THEMES: tuple[tuple[Code, ...], ...] = (
     WALLS,
     DIRECT,
     FTETWILD,
+    LOOPS,
     DOUBTS,
 )
 CODES: dict[str, Code] = {page.code: page for theme in THEMES for page in theme}
