@@ -629,6 +629,7 @@ def test_what_cannot_be_is_refused_in_words(
         ({"surface_size": -1}, "E114"), ({"mesher": "gmsh"}, "E108"), ({"phases": "gas"}, "E108"),
         ({"phases": ("void",)}, "E108"), ({"size": "thick"}, "E100"), ({"bounds": (0, 0, 0, 1, 1)}, "E107"),
         ({"time_limit": "soon", "mesher": "ftetwild"}, "E108"), ({"time_limit": -1}, "E114"),
+        ({"time_limit": 5}, "E108"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_refused_in_python(more: dict[str, Any], code: str) -> None:
