@@ -29,7 +29,7 @@ REACH = 2.0  # cubes: how far from a vertex a rim is, as beyond a chamfered wedg
 FIRST, LEAST = 12.0, 8.2  # degrees: dihedral angles that rims leave at first, and at last, if they were no smaller
 POOR = 15.0  # degrees: what has smaller angles is made better, as far as inner vertices can
 FEW = 0.02  # of the edges that cross rims: where fewer are mended the first will not do
-ROOM = 0.2  # cubes: how far an inner vertex makes room
+ROOM = 0.35  # cubes: how far an inner vertex makes room at once
 WAYS = np.array([w for w in np.ndindex(3, 3, 3) if w != (1, 1, 1)]) - 1.0
 WAYS /= np.linalg.norm(WAYS, axis=1)[:, None]
 
