@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from porelang.field import Backend, Bounds
 from porelang.html import table, title
 from porelang.picture import Picture
 from porelang.program import Design
+
+if TYPE_CHECKING:
+    from porelang.tetrahedra import Tetrahedra
 
 Some = TypeVar("Some")
 _UNITS = {"volume": "mm3", "envelope_volume": "mm3", "area": "mm2"}
@@ -62,6 +65,26 @@ def measure(
     warn([*broken, *doubts])
     listed = {"failed_checks": [d.to_json() for d in broken], **to_lists(doubts)}
     return Report(design.program.output(name), found | listed)
+
+
+def tet(
+    design: Design, name: str | None, size: Length | None, surface_size: Length | None,
+    mesher: Literal["direct", "ftetwild"], phases: str | Sequence[str], bounds: Bounds | str | None,
+    keep_islands: bool, time_limit: float | str | None, check: bool, force: bool,
+) -> Tetrahedra:  # fmt: skip
+    """An output as tetrahedra; see `Program.tet`."""
+    from porelang.tetrahedra import tetrahedra
+
+    edge, at_surface = length("size", size, values.size), length("surface_size", surface_size)
+    wanted: Sequence[str] = read("phases", phases, values.phases)
+    if check:
+        keep_checks(design)
+    made = tetrahedra(
+        design, name, edge, mesher, wanted, surface_size=at_surface, bounds=read("bounds", bounds, values.box),
+        keep_islands=keep_islands, time_limit=read("time_limit", time_limit, values.duration), force=force,
+    )  # fmt: skip
+    warn([*(undecided_checks(design) if check else []), *made.doubts, *design.told(*design.program.roots(name))])
+    return made
 
 
 def slices(
@@ -123,6 +146,27 @@ def render(
     made = render_output(design, names, wishes, read("bounds", bounds, values.box))
     warn(design.told(*roots_shown(design.program, names, wishes)))
     return made
+
+
+def homogenize(
+    design: Design, name: str | None, cell: str | Sequence[float] | None, nu: float, resolution: int,
+    sweep: str | None, check: bool,
+) -> Any:  # fmt: skip
+    """A period of an output as a material, or of a sweep each; see `Program.homogenize`."""
+    from porelang import homogenize as work
+
+    sides = read("cell", cell, values.cell)
+    ratio = float(read("nu", nu, values.number))
+    if check:
+        keep_checks(design)
+    found: Any
+    if sweep is None:
+        found = work.homogenize(design, name, sides, ratio, resolution)
+    else:
+        param, low, high, count = read("sweep", sweep, values.swept)
+        found = work.sweep(design, param, low, high, count, name, sides, ratio, resolution)
+    warn([*found.doubts, *design.told(*design.program.roots(name))])
+    return found
 
 
 #: What options may be that are one of a few words.

@@ -48,6 +48,31 @@ COMMANDS: dict[str, Command] = {
             "pore slices specimen.pore -o layers --step 0.1mm",
         ),
         Command(
+            "homogenize",
+            "what a period of a lattice does as a material: stiffness, moduli by direction, conductivity, with errors",
+            (*ASK, "cell", "nu", "finest", "sweep", "reports", "json", "quiet"),
+            "pore homogenize lattice.pore --nu 0.3 -o modulus.png",
+        ),
+        Command(
+            "tet",
+            "write the part as tetrahedra, for analysis: .vtu .msh .inp .nas .mesh",
+            (
+                *ASK,
+                "output",
+                "tet_size",
+                "surface_size",
+                "mesher",
+                "phases",
+                "bounds",
+                "keep_islands",
+                "time_limit",
+                "force_tets",
+                "json",
+                "quiet",
+            ),
+            "pore tet specimen.pore -o part.vtu --size 3mm",
+        ),
+        Command(
             "eval",
             "the value of the field at points",
             (*ASK, "points", "values", "backend", "dtype", "json", "quiet"),
@@ -226,6 +251,48 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         ("--step",),
         {"metavar": "LENGTH", "type": values.length, "required": True, "help": "the thickness of a layer, as in 0.1mm"},
     ),
+    "cell": (
+        ("--cell",),
+        {
+            "metavar": "A,B,C",
+            "type": values.cell,
+            "help": "the sides of the period along x, y and z, in mm (default: the period of its lattices)",
+        },
+    ),
+    "nu": (
+        ("--nu",),
+        {"metavar": "NU", "type": values.number, "default": 0.3, "help": "Poisson's ratio of the solid (default: 0.3)"},
+    ),
+    "finest": (
+        ("--resolution",),
+        {
+            "metavar": "N",
+            "type": values.count,
+            "default": 64,
+            "help": "voxels along the longest side of the finest grid; 3/4, 1/2 and 3/8 of them are solved too "
+            "(default: 64)",
+        },
+    ),
+    "sweep": (
+        ("--sweep",),
+        {
+            "metavar": "NAME=LO..HI:N",
+            "type": values.swept,
+            "help": "at N values of a param: the density, what resists, and the power C rho^n through it",
+        },
+    ),
+    "reports": (
+        ("-o", "--output"),
+        {
+            "metavar": "FILE",
+            "type": values.output,
+            "action": "append",
+            "default": [],
+            "dest": "outputs",
+            "help": ".png Young's modulus by direction, .csv the same as numbers, .json all; of a sweep its plot, its "
+            "table, all; repeat it for several",
+        },
+    ),
     "format": (("--format",), {"choices": ("png", "svg"), "default": "png", "help": "pictures, or contours in mm"}),
     "output": (
         ("-o", "--output"),
@@ -317,6 +384,53 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "help": "in pixels (default: 800x600)",
         },
     ),
+    "tet_size": (
+        ("--size",),
+        {
+            "metavar": "LENGTH",
+            "type": values.size,
+            "help": "how long the edges of tetrahedra are, as in 3mm; or the name of an output or a `let` that says it "
+            "at every place; auto (the default) finds it from the walls",
+        },
+    ),
+    "surface_size": (
+        ("--surface-size",),
+        {
+            "metavar": "LENGTH",
+            "type": values.length,
+            "help": "how long they are at the surface (default: as inside)",
+        },
+    ),
+    "mesher": (
+        ("--mesher",),
+        {
+            "choices": ("direct", "ftetwild"),
+            "default": "direct",
+            "help": "direct: straight from the field (the default); ftetwild: from a surface, by fTetWild",
+        },
+    ),
+    "phases": (
+        ("--phases",),
+        {
+            "metavar": "solid[,void]",
+            "type": values.phases,
+            "default": ("solid",),
+            "help": "what to fill: the solid (the default), or the void in the part's box too, with triangles shared",
+        },
+    ),
+    "keep_islands": (
+        ("--keep-islands",),
+        {"action": "store_true", "help": "keep pieces that do not hang together with the largest"},
+    ),
+    "time_limit": (
+        ("--time-limit",),
+        {
+            "metavar": "TIME",
+            "type": values.duration,
+            "help": "the time fTetWild has, as in 90s or 2h (default: 30min)",
+        },
+    ),
+    "force_tets": (("--force",), {"action": "store_true", "help": "write tetrahedra also if much of the part is lost"}),
     "zoom": (
         ("--zoom",),
         {"metavar": "FACTOR", "type": values.factor, "default": 1.0, "help": "2 shows the middle twice as large"},

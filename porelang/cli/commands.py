@@ -28,6 +28,8 @@ RUN: dict[str, str] = {
     "mesh": "meshing.mesh",
     "measure": "measuring.measure",
     "slices": "slicing.slices",
+    "tet": "tetrahedra.tet",
+    "homogenize": "homogenizing.homogenize",
     "eval": "evaluate.evaluate",
     "show": "showing.show",
     "glsl": "showing.glsl",
