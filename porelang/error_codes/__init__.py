@@ -2,7 +2,7 @@
 
 E001-E029 syntax, E030- names, E060- kinds and units, E080- params and contracts, E090- numbers found from fields,
 E100- requests, E120- the machine, E130- files of data, E140- meshes, E145- raw lattices, E147- phases, E150- sampling
-and binding, W200- warnings, W210- doubts. A code keeps its meaning for ever; one that is no longer given keeps its
+and binding, E184- studies, W200- warnings, W210- doubts. A code keeps its meaning for ever; one that is no longer given keeps its
 page.
 """
 
@@ -19,6 +19,7 @@ from porelang.error_codes.params import PARAMS
 from porelang.error_codes.phases import PHASES
 from porelang.error_codes.requests import REQUESTS
 from porelang.error_codes.shapes import SHAPES
+from porelang.error_codes.studies import STUDIES
 from porelang.error_codes.syntax import SYNTAX
 from porelang.error_codes.walls import WALLS
 
@@ -34,6 +35,7 @@ THEMES: tuple[tuple[Code, ...], ...] = (
     PHASES,
     SHAPES,
     WALLS,
+    STUDIES,
     DOUBTS,
 )
 CODES: dict[str, Code] = {page.code: page for theme in THEMES for page in theme}
