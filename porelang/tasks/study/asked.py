@@ -13,6 +13,8 @@ from porelang.diagnostics import fail
 from porelang.formula import Formula
 from porelang.ir import constant
 from porelang.ops.studies import ACTIONS, HEAD
+from porelang.solid import Solid
+from porelang.tasks.bake import region
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -50,6 +52,12 @@ class Question:
     def whole(self) -> Acts | None:
         """The test between two ends of the part that it is, if it is one."""
         return next((a for a in self.acts if a.name in _WHOLE), None)
+
+
+def solid_of(asked: Question) -> Solid:
+    """The part, cut at the box that holds it. Errors: E091 where it has no end, E092 where it is empty."""
+    box = region(asked.part, "this study", "part")
+    return Solid(asked.part, (box.lo, box.hi))
 
 
 _WHOLE = frozenset(row.name for row in ACTIONS if row.does == "whole")
