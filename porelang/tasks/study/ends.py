@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from porelang.diagnostics import fail
 from porelang.fea import Force, Moment, Pressure, Support, Weight
+from porelang.fea.nodes import number
+from porelang.fea.surface import Surface, surface
 from porelang.tasks.study.asked import Acts, Question
 from porelang.tet.tetmesh import TetMesh, boundary
 
@@ -84,7 +87,7 @@ class Ends:
 
     def __init__(self, mesh: TetMesh, size: float) -> None:
         triangles, _ = boundary(mesh)
-        self.size = size
+        self.mesh, self.size = mesh, size
         self.corners = mesh.vertices[triangles]
         points = mesh.vertices[np.unique(triangles)]
         self.lo, self.hi = points.min(axis=0), points.max(axis=0)
@@ -107,6 +110,16 @@ class Ends:
             hint = "cut the part flat there, or say where it is held and loaded: `study(part, fix=..., load=...)`"
             raise fail("E189", f"the part has no face at its end {where}", hint=hint)
         return side
+
+    def middle(self, side: Side) -> Floats:
+        """The middle of the area that the solver finds on a side, (3,) mm."""
+        there = self.loaded.areas * side(self.loaded.points.reshape(-1, 3)).reshape(self.loaded.areas.shape)
+        return np.asarray(np.einsum("fq,fqd->d", there, self.loaded.points) / there.sum())
+
+    @cached_property
+    def loaded(self) -> Surface:
+        """The surface as the solver loads it."""
+        return surface(number(self.mesh.vertices, self.mesh.tets, 1))
 
     def area(self, side: Side) -> float:
         """How much of the surface lies on a side, in mm2."""
@@ -160,7 +173,7 @@ def _bent(
     axis, toward = int(axis_), int(toward_)
     total = [0.0, 0.0, 0.0]
     total[toward] = sign * force
-    whole, half = (total[0], total[1], total[2]), (-total[0] / 2, -total[1] / 2, -total[2] / 2)
+    whole = (total[0], total[1], total[2])
     if points == 1:
         held = Support(ends.face(axis, high=False), name="held end")
         return Setting((held,), (Force(ends.face(axis, high=True), whole, "force at the end"),))
@@ -176,9 +189,26 @@ def _bent(
         raise fail("E187", f"pads {wide:.3g} mm wide leave nothing of {apart:.4g} mm to bend", hint=hint)
     pressed = [_pad(ends, toward, sign < 0, axis, middle, wide)]
     pressed += [_pad(ends, toward, sign > 0, axis, middle + side * apart / 2, wide) for side in (-1, 1)]
+    return Setting((), _balanced(ends, pressed, axis, np.array(total)), balanced=True, rests=tuple(pressed[1:]))
+
+
+def _balanced(ends: Ends, pads: Sequence[Side], axis: int, total: Floats) -> tuple[Load, ...]:
+    """A force in the middle and two that bear it, spread over pads. A force acts in the middle of the area that the
+    solver finds on its pad; where these lie a little beside each other, a couple on the outer pads balances the rest."""
+    middle, *outer = (ends.middle(pad) for pad in pads)
+    one = (middle[axis] - outer[1][axis]) / (outer[0][axis] - outer[1][axis])
+    forces = [total, -one * total, -(1 - one) * total]
+    turn = sum(np.cross(at, force) for at, force in zip((middle, *outer), forces, strict=True))
     names = ("force in the middle", "first support", "second support")
-    forces = (Force(pad, f, name) for pad, f, name in zip(pressed, (whole, half, half), names, strict=True))
-    return Setting((), tuple(forces), balanced=True, rests=tuple(pressed[1:]))
+    loads: list[Load] = [Force(pad, _triple(f), n) for pad, f, n in zip(pads, forces, names, strict=True)]
+    if np.abs(turn).max() > 1e-12 * float(np.abs(total).max()) * float((ends.hi - ends.lo).max()):
+        loads.append(Moment(lambda p: pads[1](p) | pads[2](p), _triple(-turn), "what balances the supports"))
+    return tuple(loads)
+
+
+def _triple(of: Floats) -> tuple[float, float, float]:
+    x, y, z = (float(v) for v in of)
+    return x, y, z
 
 
 def _pad(ends: Ends, toward: int, high: bool, axis: int, middle: float, wide: float) -> Side:
