@@ -19,7 +19,7 @@ from porelang.atomic import destination, draft_in, save, unwritable
 from porelang.data import Reduced
 from porelang.diagnostics import Diagnostic, fail, suggest
 from porelang.ir import Node, node
-from porelang.measure import envelope_of
+from porelang.measure import BOUNDS, envelope_of
 from porelang.ops.principal import RESULTS, principal
 from porelang.ops.studies import NUMBERS
 from porelang.program import Design
@@ -31,6 +31,8 @@ from porelang.tasks.telling import told
 Floats = NDArray[np.float64]
 #: What is no number of its own in a report: it is told under `error`.
 _ERROR = "error"
+#: A part without an envelope of its own that fills so much of its bounds is a solid, and no lattice in them.
+_FILLS = 0.5
 
 
 @dataclass(frozen=True)
@@ -151,7 +153,11 @@ def _modulus(design: Design, found: Solved, axis: int, within: str | None) -> tu
     lo, hi = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     length = float(hi[axis] - lo[axis])
     envelope, called = envelope_of(design, part, within, Box(tuple(lo.tolist()), tuple(hi.tolist())))
-    area = design.number(node("volume", envelope)).value / length
+    whole = design.number(node("volume", envelope)).value
+    own = found.numbers["volume"].value
+    if called == BOUNDS and own > _FILLS * whole:  # a plain shape is its own envelope
+        whole, called = own, "the part itself"
+    area = whole / length
     stiffness = found.numbers["stiffness"]
     return Reduced(stiffness.value * length / area, stiffness.error * length / area), called
 
@@ -172,4 +178,4 @@ def _write_vtu(found: Solved, path: Path) -> None:
         **{f"direction{k}": np.stack([way[RESULTS.index(f"{a}{k}")] for a in "xyz"], 1) for k in (1, 2, 3)},
     }
     cells = {"young": [found.young], "error": [found.errors]}
-    write(str(path), Mesh(found.mesh.vertices, [("tetra", found.mesh.tets)], points, cells))
+    write(str(path), Mesh(fields.mesh.vertices, [("tetra", fields.mesh.tets)], points, cells))
