@@ -93,7 +93,10 @@ def specks(roots: Sequence[Node], bindings: Bindings, places: Mapping[Node, Span
     for n in order(roots, within):
         if n.op in LOOKUPS and n.args[0].op == "load" and n.args[1:] == (X, Y, Z) and not _lengths(n.args[0]):
             data = bindings.get(n.args[0])
-            if isinstance(data, SampledField) and float((box := _box(n.args[0], data))[1].max() - box[0].min()) < _SMALL:
+            if not isinstance(data, SampledField):
+                continue
+            box = _box(n.args[0], data)
+            if float(box[1].max() - box[0].min()) < _SMALL:
                 size = " x ".join(f"{s:.3g}" for s in box[1] - box[0])
                 said = f"all of this lies within {size} mm: is the file in metres?"
                 out[n.args[0]] = _unit_doubt(said, "m", places.get(n.args[0]))

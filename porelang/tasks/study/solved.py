@@ -52,8 +52,8 @@ class Solved:
     """A study in elements: `fields` at their corners, by which share stresses err in the energy of each (m,), the
     numbers of `porelang.ops.studies` by name, with their errors, the forces of supports (N) by name.
 
-    `young` (m,) MPa is that of each element; `solution` what the solver found, before a platen got its force; `lost` the share of the part in `pieces` that are left out. Displacements
-    are counted from where the part rests.
+    `young` (m,) MPa is that of each element; `solution` what the solver found, before a platen got its force; `lost`
+    the share of the part in `pieces` that are left out. Displacements are counted from where the part rests.
     """
 
     asked: Question
@@ -85,7 +85,7 @@ def solved(asked: Question) -> Solved:
 
 
 def _meshed(part: Solid, size: float | Formula, finest: float) -> tuple[TetMesh, float, int]:
-    """Elements of a part in its largest piece; the share of the volume that is in others, and how many. Errors: E188."""
+    """Elements of a part in its largest piece; which share of the volume is in others, in how many. Errors: E188."""
     mesh, _ = direct(part, size, keep_islands=True)
     piece = components(mesh)
     count = int(piece.max())
@@ -97,7 +97,7 @@ def _meshed(part: Solid, size: float | Formula, finest: float) -> tuple[TetMesh,
         some = piece == 1
         at = np.average(mesh.vertices[mesh.tets[some]].mean(axis=1), axis=0, weights=volume[some])
         text = f"{lost:.0%} of the part hang together with its largest piece by nothing, as at ({coordinates(at)})"
-        hint = f"join the pieces, or study each by itself; or elements of {finest:.3g} mm are too coarse for what joins it"
+        hint = f"join the pieces, or study each by itself; or elements of {finest:.3g} mm are too coarse for what joins"
         raise fail("E188", text, hint=hint)
     return taken(mesh, piece == 0), lost, count
 
