@@ -29,6 +29,7 @@ RUN: dict[str, str] = {
     "measure": "measuring.measure",
     "fea": "strength.fea",
     "slices": "slicing.slices",
+    "tet": "tetrahedra.tet",
     "eval": "evaluate.evaluate",
     "show": "showing.show",
     "glsl": "showing.glsl",

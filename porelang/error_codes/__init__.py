@@ -2,8 +2,8 @@
 
 E001-E029 syntax, E030- names, E060- kinds and units, E080- params and contracts, E090- numbers found from fields,
 E100- requests, E120- the machine, E130- files of data, E140- meshes, E145- raw lattices, E147- phases, E150- sampling
-and binding, E160- tetrahedra, E184- studies, W200- warnings, W210- doubts, W250- tetrahedra, W264- studies. A code keeps
-its meaning for ever; one that is no longer given keeps its page.
+and binding, E160- tetrahedra, E184- studies, E190- loops, W200- warnings, W210- doubts, W250- tetrahedra, W264- studies.
+A code keeps its meaning for ever; one that is no longer given keeps its page.
 """
 
 from __future__ import annotations
@@ -12,7 +12,9 @@ from porelang.error_codes.datafiles import DATAFILES
 from porelang.error_codes.direct import DIRECT
 from porelang.error_codes.doubts import DOUBTS
 from porelang.error_codes.found import FOUND
+from porelang.error_codes.ftetwild import FTETWILD
 from porelang.error_codes.kinds import KINDS
+from porelang.error_codes.loops import LOOPS
 from porelang.error_codes.machine import MACHINE
 from porelang.error_codes.names import NAMES
 from porelang.error_codes.page import Code
@@ -37,7 +39,9 @@ THEMES: tuple[tuple[Code, ...], ...] = (
     SHAPES,
     WALLS,
     DIRECT,
+    FTETWILD,
     STUDIES,
+    LOOPS,
     DOUBTS,
 )
 CODES: dict[str, Code] = {page.code: page for theme in THEMES for page in theme}

@@ -1,0 +1,141 @@
+"""From what each voxel bears to how dense it is to be.
+
+A rule looks at one solution and proposes a density; limits and the mean are kept by `spread.restored`. All of them are
+blurred by one cell, for a lattice has no density below that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.optimize.spread import restored
+
+Array = NDArray[np.float64]
+#: Averages values (m,) over a cell.
+Average = Callable[[Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What an analysis says of a density (m,): see `loop.Analysis`.
+
+    `energy` (m,) MPa strain energy density of the homogenised material, `saved` (m,) MPa by how much the compliance
+    falls with a step of the density there, per volume; `von_mises` (m,) MPa, macroscopic. `noise` is the relative error
+    of the energies, `state` what a next solution begins from, if anything.
+    """
+
+    compliance: float
+    largest: float
+    energy: Array
+    saved: Array
+    von_mises: Array
+    noise: float
+    state: Array | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What a rule has to keep: the mean density, its limits, the volumes (m,) of voxels, the average over a cell."""
+
+    mean: float
+    low: float
+    high: float
+    weights: Array
+    average: Average
+
+
+class Rule(Protocol):
+    """A rule: its name for the record, what it looks at (m,), and the density (m,) that it makes of it."""
+
+    @property
+    def name(self) -> str: ...
+    def driver(self, density: Array, answer: Answer, frame: Frame) -> Array: ...
+    def next(self, density: Array, answer: Answer, frame: Frame) -> Array: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Energy:
+    """density *= (u / mean of u)^exponent, with u the strain energy per solid, energy over density.
+
+    Where u is the same everywhere the density is stationary: for a stiffness that goes with density^n the optimum has
+    that. The exponent is the damping: 1 oscillates.
+    """
+
+    exponent: float = 0.5
+
+    @property
+    def name(self) -> str:
+        return f"energy, exponent {self.exponent:g}"
+
+    def driver(self, density: Array, answer: Answer, frame: Frame) -> Array:
+        return frame.average(answer.energy / density)
+
+    def next(self, density: Array, answer: Answer, frame: Frame) -> Array:
+        grown = density * _relative(self.driver(density, answer, frame), frame) ** self.exponent
+        return _scaled(grown, frame.low, frame.high, frame)
+
+
+@dataclass(frozen=True, slots=True)
+class VonMises:
+    """density = mean + factor (s / mean of s - 1), with s von Mises' stress: the designer's one step.
+
+    The factor is in densities. A negative one is the reversed sign, and 2 is too strong.
+    """
+
+    factor: float = 0.5
+
+    @property
+    def name(self) -> str:
+        return f"von Mises, factor {self.factor:g}"
+
+    def driver(self, density: Array, answer: Answer, frame: Frame) -> Array:
+        return frame.average(answer.von_mises)
+
+    def next(self, density: Array, answer: Answer, frame: Frame) -> Array:
+        wanted = frame.mean + self.factor * (_relative(self.driver(density, answer, frame), frame) - 1)
+        lows, highs = np.full_like(density, frame.low), np.full_like(density, frame.high)
+        return restored(lambda s: wanted + s, lows, highs, frame.weights, frame.mean)
+
+
+@dataclass(frozen=True, slots=True)
+class Optimum:
+    """Optimality criteria: density *= (saved / lambda)^exponent, at most `move` in a step (Bendsoe, 1995).
+
+    With the lattice's own law in place of SIMP's, and its sensitivities averaged over a cell (Sigmund, 1997).
+    """
+
+    exponent: float = 0.5
+    move: float = 0.2
+
+    @property
+    def name(self) -> str:
+        return f"optimality criteria, exponent {self.exponent:g}, move {self.move:g}"
+
+    def driver(self, density: Array, answer: Answer, frame: Frame) -> Array:
+        return frame.average(density * answer.saved) / density
+
+    def next(self, density: Array, answer: Answer, frame: Frame) -> Array:
+        grown = density * _relative(self.driver(density, answer, frame), frame) ** self.exponent
+        low, high = np.maximum(frame.low, density - self.move), np.minimum(frame.high, density + self.move)
+        return _scaled(grown, low, high, frame)
+
+
+def spread_of(values: Array, weights: Array) -> float:
+    """The coefficient of variation of values (m,): their standard deviation over their mean."""
+    mean = float(np.average(values, weights=weights))
+    return float(np.sqrt(np.average((values - mean) ** 2, weights=weights))) / abs(mean)
+
+
+def _relative(driver: Array, frame: Frame) -> Array:
+    values: Array = driver / np.average(driver, weights=frame.weights)
+    return values
+
+
+def _scaled(grown: Array, low: Array | float, high: Array | float, frame: Frame) -> Array:
+    lows, highs = np.broadcast_to(low, grown.shape), np.broadcast_to(high, grown.shape)
+    return restored(lambda s: grown * np.exp(s), lows, highs, frame.weights, frame.mean)
