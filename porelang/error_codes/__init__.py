@@ -2,8 +2,9 @@
 
 E001-E029 syntax, E030- names, E060- kinds and units, E080- params and contracts, E090- numbers found from fields,
 E100- requests, E120- the machine, E130- files of data, E140- meshes, E145- raw lattices, E147- phases, E150- sampling
-and binding, E160- tetrahedra, E184- studies, E190- loops, W200- warnings, W210- doubts, W250- tetrahedra, W264- studies.
-A code keeps its meaning for ever; one that is no longer given keeps its page.
+and binding, E160- tetrahedra, E170- elasticity, E184- studies, E190- loops, W200- warnings, W210- doubts, W250-
+tetrahedra, W255- elasticity, W264- studies. A code keeps its meaning for ever; one that is no longer given keeps its
+page.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 from porelang.error_codes.datafiles import DATAFILES
 from porelang.error_codes.direct import DIRECT
 from porelang.error_codes.doubts import DOUBTS
+from porelang.error_codes.elasticity import ELASTICITY
 from porelang.error_codes.found import FOUND
 from porelang.error_codes.ftetwild import FTETWILD
 from porelang.error_codes.kinds import KINDS
@@ -40,6 +42,7 @@ THEMES: tuple[tuple[Code, ...], ...] = (
     WALLS,
     DIRECT,
     FTETWILD,
+    ELASTICITY,
     STUDIES,
     LOOPS,
     DOUBTS,
