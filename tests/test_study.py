@@ -284,11 +284,10 @@ def test_it_says_what_it_is_and_what_is_doubtful() -> None:
     text = f"{BAR}let s = {bent}\nout vm = s.von_mises"
     fine = told(text.replace("SIZE", "3mm"))
     assert set(fine) == {""}
-    assert all(
-        word in fine[""] for word in ("elements of 3 mm", "unknowns", "residual", "Zienkiewicz", "nearest place")
-    )
-    thin = told(f"let plate = box([30mm, 30mm, 1mm])\nlet s = study(plate, x < -14.9mm, force(x > 14.9mm, [0, 0, -1N]), "
-                f"{MATERIAL}, size=1.5mm)\nout vm = s.von_mises")  # fmt: skip
+    words = ("elements of 3 mm", "unknowns", "residual", "Zienkiewicz", "nearest place")
+    assert all(word in fine[""] for word in words)
+    plate = "study(plate, x < -14.9mm, force(x > 14.9mm, [0, 0, -1N])"
+    thin = told(f"let plate = box([30mm, 30mm, 1mm])\nlet s = {plate}, {MATERIAL}, size=1.5mm)\nout vm = s.von_mises")
     assert "1 mm thick" in thin["W265"]
     crumbs = told(f"let body = box([20mm, 20mm, 20mm]) | cube(3mm) @ [x - 14, y, z]\n"
                   f"let s = compress(body, 1kN, {MATERIAL}, size=2mm)\nout vm = s.von_mises")  # fmt: skip
