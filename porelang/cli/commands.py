@@ -30,6 +30,7 @@ RUN: dict[str, str] = {
     "fea": "strength.fea",
     "slices": "slicing.slices",
     "tet": "tetrahedra.tet",
+    "homogenize": "homogenizing.homogenize",
     "eval": "evaluate.evaluate",
     "show": "showing.show",
     "glsl": "showing.glsl",
