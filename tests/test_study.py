@@ -232,7 +232,7 @@ def test_a_disk_that_fills_loses_no_result(monkeypatch: pytest.MonkeyPatch, tmp_
 # ---- what is said of mistakes
 
 MISTAKES = {
-    "no face": ("sphere(9mm)", "compress(part_, 1kN, MATERIAL)", "E189", "z = -9 mm"),
+    "no face": ("sphere(9mm)", "compress(part_, 1kN, MATERIAL)", "E189", "no face at its end z = -9"),
     "too fine": ("cube(9mm)", "compress(part_, 1kN, MATERIAL, size=0.02mm)", "E187", "unknowns"),
     "two pieces": ("cube(9mm) | cube(9mm) @ [x - 30, y, z]", "compress(part_, 1kN, MATERIAL, size=3mm)", "E188", "50%"),
     "nothing held": ("cube(9mm)", "study(part_, z < -6mm, force(z > 4mm, [0, 0, 1N]), MATERIAL, size=3mm)", "E170",
