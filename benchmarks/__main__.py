@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from data import data
+from elasticity import elasticity
 from fields import fields
 from loop import loop
 from meshes import compiling, pruning, specimen
@@ -36,7 +37,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument(
         "--only",
-        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tetmeshers, loop, gpu, "
+        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tetmeshers, loop, elasticity, gpu, "
         "compiling, starts",
     )
     parser.add_argument("--json", action="store_true")
@@ -57,6 +58,7 @@ def main() -> None:
         "phases": lambda: phases(max(3, options.rounds // 3)),
         "tetmeshers": lambda: tetmeshers(max(1, options.rounds // 3)),
         "loop": loop,
+        "elasticity": lambda: elasticity(max(1, options.rounds // 4)),
         "gpu": lambda: transfers(options.rounds),
         "compiling": lambda: compiling(max(3, options.rounds // 3)),
         "starts": lambda: starts(options.rounds),
