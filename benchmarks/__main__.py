@@ -12,6 +12,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from cells import cells
 from data import data
 from elasticity import elasticity
 from fields import fields
@@ -37,8 +38,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument(
         "--only",
-        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tetmeshers, loop, elasticity, gpu, "
-        "compiling, starts",
+        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tetmeshers, loop, "
+        "elasticity, gpu, compiling, starts, cells",
     )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
@@ -62,6 +63,7 @@ def main() -> None:
         "gpu": lambda: transfers(options.rounds),
         "compiling": lambda: compiling(max(3, options.rounds // 3)),
         "starts": lambda: starts(options.rounds),
+        "cells": cells,
     }
     if options.only and options.only not in sections:
         parser.error(f"--only takes one of {', '.join(sections)}")

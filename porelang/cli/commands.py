@@ -29,6 +29,7 @@ RUN: dict[str, str] = {
     "measure": "measuring.measure",
     "slices": "slicing.slices",
     "tet": "tetrahedra.tet",
+    "homogenize": "homogenizing.homogenize",
     "eval": "evaluate.evaluate",
     "show": "showing.show",
     "glsl": "showing.glsl",
