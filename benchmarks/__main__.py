@@ -25,6 +25,7 @@ from shapes import shapes
 from starts import starts
 from tensors import tensors
 from tetmeshers import tetmeshers
+from tets import tets
 from timing import machine
 from transfers import transfers
 
@@ -37,8 +38,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument(
         "--only",
-        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tetmeshers, loop, gpu, "
-        "compiling, starts, cells",
+        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tets, tetmeshers, loop, "
+        "gpu, compiling, starts, cells",
     )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
@@ -56,6 +57,7 @@ def main() -> None:
         "shapes": lambda: shapes(max(1, options.rounds // 4)),
         "tensors": lambda: tensors(options.rounds),
         "phases": lambda: phases(max(3, options.rounds // 3)),
+        "tets": lambda: tets(max(1, options.rounds // 3)),
         "tetmeshers": lambda: tetmeshers(max(1, options.rounds // 3)),
         "loop": loop,
         "gpu": lambda: transfers(options.rounds),
