@@ -26,6 +26,7 @@ from porelang.picture import Picture
 from porelang.program import Design
 
 if TYPE_CHECKING:
+    from porelang.strength import Strength
     from porelang.tetrahedra import Tetrahedra
 
 Some = TypeVar("Some")
@@ -65,6 +66,15 @@ def measure(
     warn([*broken, *doubts])
     listed = {"failed_checks": [d.to_json() for d in broken], **to_lists(doubts)}
     return Report(design.program.output(name), found | listed)
+
+
+def study(design: Design, name: str | None, refine: bool, within: str | None) -> Strength:
+    """A study of the program in elements; see `Program.study`."""
+    from porelang.strength import carry_out
+
+    found = carry_out(design, name, refine, within)
+    warn([d for d in found.told if d.severity == "warning"])
+    return found
 
 
 def tet(

@@ -217,6 +217,27 @@ class Doors(ABC):
             force,
         )
 
+    def study(
+        self,
+        name: str | None = None,
+        /,
+        refine: bool = False,
+        within: str | None = None,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Any:
+        """A study of the program in elements (`porelang.strength.Strength`): the one that a `let` names, the only one,
+        or one that is described as a program calls it, `"compress(part, 10kN, axis=z, E=2GPa, nu=0.3)"`. With its mesh,
+        what was found on it, its `numbers` with their errors, and `write("result.vtu")`.
+
+        `refine` adds a step of refinement where stresses err most; `within` names the envelope of an effective modulus.
+        What is doubtful is told as a `PoreWarning`. Errors: E100 where there is no such study; those of the study.
+        """
+        from porelang.asked import study
+
+        return study(self.design(settings, preset=preset, **more), name, refine, within)
+
     def slices(
         self,
         name: str | None = None,
@@ -349,8 +370,8 @@ class Doors(ABC):
 def options() -> frozenset[str]:
     """The options of all that can be asked."""
     asked = (
-        Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.tet, Doors.slices, Doors.render,
-        Doors.homogenize,
+        Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.tet, Doors.study, Doors.slices,
+        Doors.render, Doors.homogenize,
     )  # fmt: skip
     every = frozenset(option for one in asked for option in signature(one).parameters)
     return every - {"self", "name", "more"}
