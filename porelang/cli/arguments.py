@@ -42,6 +42,14 @@ COMMANDS: dict[str, Command] = {
             "pore measure specimen.pore --within cyl",
         ),
         Command(
+            "fea",
+            "solve a study of the program (`let s = compress(part, ...)`): stiffness, stresses, displacements; to .vtu",
+            (
+                "file", "set", "preset", "bind", "result", "study", "refine", "within", "json", "quiet",
+            ),
+            "pore fea closed_loop.pore -o result.vtu",
+        ),
+        Command(
             "slices",
             "write layers for printing into a folder, as PNG or as SVG contours",
             (*ASK, "folder", "step", "format", "voxel", "bounds", "backend", "dtype", "json", "quiet"),
@@ -230,6 +238,19 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "output": (
         ("-o", "--output"),
         {"metavar": "FILE", "type": values.output, "required": True, "help": "the file to write"},
+    ),
+    "result": (
+        ("-o", "--output"),
+        {
+            "metavar": "FILE.vtu",
+            "type": values.output,
+            "help": "write the elements with stresses and displacements, as ParaView opens them",
+        },
+    ),
+    "study": (("--study",), {"metavar": "NAME", "help": "which study of the program (default: the only one)"}),
+    "refine": (
+        ("--refine",),
+        {"action": "store_true", "help": "solve again with finer elements where stresses err most"},
     ),
     "values": (
         ("-o", "--output"),

@@ -27,6 +27,7 @@ RUN: dict[str, str] = {
     "check": "checking.check",
     "mesh": "meshing.mesh",
     "measure": "measuring.measure",
+    "fea": "strength.fea",
     "slices": "slicing.slices",
     "eval": "evaluate.evaluate",
     "show": "showing.show",

@@ -248,12 +248,13 @@ def _with_choice(root: Node, condition: Node, way: bool) -> Node:
 
 
 def _sources(roots: Sequence[Node], bindings: Bindings, places: Places) -> list[Node]:
-    """The numbers that roots read, directly or through data."""
+    """The numbers that roots read, directly or through data; but not through a study, which errs more by its elements
+    than by them, and takes too long to be solved again for each."""
     out: dict[Node, None] = {}
     for m in _reach(bindings, places).tasks(roots):
         if TASK_TABLE[m.op].result == "real":
             out[m] = None
-        else:
+        elif m.op != "study":
             out.update(dict.fromkeys(_sources(m.args, bindings, places)) if m.args else {})
     return list(out)
 

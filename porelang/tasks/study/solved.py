@@ -1,0 +1,150 @@
+"""A study, solved: the part as elements, its stresses and displacements, and the numbers that it comes to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.data import Reduced
+from porelang.fea import Problem, Solution, solve
+from porelang.progress import activity
+from porelang.solid import Solid
+from porelang.tasks.study.asked import Question, solid_of, valued
+from porelang.tasks.study.ends import Setting, Side, setting
+from porelang.tasks.study.numbers import Measured, numbers_of, surface_error
+from porelang.tasks.study.sized import Sized, sized
+from porelang.tet.direct import direct
+from porelang.tet.tetmesh import TetMesh
+
+Floats = NDArray[np.float64]
+MESHING, SOLVING = "making elements", "solving for stresses"
+
+
+@dataclass(frozen=True, slots=True)
+class Fields:
+    """What a study finds at the vertices of its elements: `displacement` (n, 3) mm, `stress` (n, 6) MPa in VTK's order,
+    `von_mises` (n,) MPa, `energy` (n,) N/mm2."""
+
+    displacement: Floats
+    stress: Floats
+    von_mises: Floats
+    energy: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """A study in elements: `fields` at their vertices, by which share stresses err in the energy of each (m,), the
+    numbers of `porelang.ops.studies` by name, with their errors, the forces of supports (N) by name.
+
+    `young` (m,) MPa is that of each element; `lost` the share of the part in `pieces` that are left out. Displacements
+    are counted from where the part rests.
+    """
+
+    asked: Question
+    mesh: TetMesh
+    young: Floats
+    fields: Fields
+    errors: Floats
+    sized: Sized
+    numbers: Mapping[str, Reduced]
+    reactions: Mapping[str, Floats]
+    unknowns: int
+    iterations: int
+    residual: float
+    lost: float
+    pieces: int
+
+
+def solved(asked: Question) -> Solved:
+    """Elements, made as fine as the study asks for, and what is solved on them.
+
+    Errors: those of the part (E091, E092), of its elements (E160-), of what holds and loads it (E170-, E185-E189).
+    """
+    part = solid_of(asked)
+    with activity(MESHING):
+        found = sized(part, asked.size, asked.order)
+        mesh, facts = direct(part, found.size)
+    return on(asked, part, mesh, found, float(facts["dropped_volume_fraction"]), int(facts["islands"]))
+
+
+def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, pieces: int) -> Solved:
+    """What is solved on a mesh. Errors: those of `solved` but for the mesh's."""
+    acting = setting(asked, mesh, found.size)
+    middles = mesh.vertices[mesh.tets].mean(axis=1)
+    young = valued(asked.young, middles, "Young's modulus", 0.0, np.inf, "it is above 0, and finite, in all of a part")
+    poisson = valued(asked.poisson, middles, "Poisson's ratio", -1.0, 0.5, "it lies between -1 and 0.5: 0.49 at most")
+    density = valued(asked.density, middles, "the density", -1e-300, np.inf, "it is 0 or more in all of a part")
+    problem = Problem(mesh, young, poisson, density, acting.supports, acting.loads, 1 if asked.order == 1 else 2,
+                      acting.balanced)  # fmt: skip
+    with activity(SOLVING):
+        solution = solve(problem)
+    factor, stiffness, work = _scaled(asked, acting, solution)
+    fields = _fields(solution, factor, acting, mesh)
+    errors = _errors(solution)
+    measured = Measured(fields.displacement, fields.von_mises, work, stiffness, solution.error, errors)
+    numbers = numbers_of(mesh, density, measured, surface_error(mesh, part))
+    reactions = {r.name: factor * r.force for r in solution.reactions}
+    return Solved(asked, mesh, young, fields, errors, found, numbers, reactions, solution.unknowns, solution.iterations,
+                  solution.residual, lost, pieces)  # fmt: skip
+
+
+def _scaled(asked: Question, acting: Setting, solution: Solution) -> tuple[float, float | None, float]:
+    """By what a solution is to be multiplied; the stiffness, and the work of what moves the part (N mm).
+
+    A platen that was moved by 1 mm gets the force that is asked for. Stiffness is force over the way that it goes, or
+    torque over the angle: the square of a load over its work.
+    """
+    if acting.reached is not None:
+        which, axis, force = acting.reached
+        stiffness = abs(float(solution.reactions[which].force[axis]))
+        return force / stiffness, stiffness, force**2 / stiffness
+    work = float(solution.compliance)
+    moving = [a for a in asked.acts if a.name != "held"]
+    if len(moving) > 1 or work <= 0:
+        return 1.0, None, work
+    (act,) = moving
+    match act.name:
+        case "force" | "torque":
+            return 1.0, float(np.dot(act.numbers, act.numbers)) / work, work
+        case "bend" | "twist_load":
+            return 1.0, act.numbers[0] ** 2 / work, work
+        case "moved":
+            by = np.array(act.numbers[3:]) * np.array(act.numbers[:3])
+            return 1.0, work / float(by @ by), work
+    return 1.0, None, work
+
+
+def _fields(solution: Solution, factor: float, acting: Setting, mesh: TetMesh) -> Fields:
+    displacement = factor * solution.displacement
+    if acting.rests:
+        displacement = displacement - _ridden(displacement, mesh.vertices, acting.rests)
+    return Fields(displacement, factor * solution.stress, abs(factor) * solution.von_mises, factor**2 * solution.energy)
+
+
+def _ridden(displacement: Floats, at: Floats, rests: tuple[Side, ...]) -> Floats:
+    """The rigid motion (n, 3) that is the nearest to what the vertices on some sides do: what lies on supports does not
+    move with them."""
+    on_them = np.zeros(len(at), np.bool_)
+    for side in rests:
+        on_them |= side(at)
+    if not on_them.any():
+        return np.zeros_like(at)
+    centre = at[on_them].mean(axis=0)
+
+    def motions(points: Floats) -> Floats:
+        x, y, z = (points - centre).T
+        zero, one = np.zeros_like(x), np.ones_like(x)
+        rows = ([one, zero, zero, zero, z, -y], [zero, one, zero, -z, zero, x], [zero, zero, one, y, -x, zero])
+        return np.stack([np.stack(row, -1) for row in rows], axis=1)
+
+    fit = motions(at[on_them]).reshape(-1, 6)
+    motion = np.linalg.lstsq(fit, displacement[on_them].reshape(-1), rcond=None)[0]
+    return np.asarray(motions(at) @ motion)
+
+
+def _errors(solution: Solution) -> Floats:
+    """By which share the stress of each element errs in its energy, at least that of an element of mean energy."""
+    return np.asarray(solution.errors)

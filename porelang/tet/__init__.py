@@ -1,0 +1,1 @@
+"""A part to tetrahedra, straight from its field."""
