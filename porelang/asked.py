@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from porelang.field import Backend, Bounds
 from porelang.html import table, title
 from porelang.picture import Picture
 from porelang.program import Design
+
+if TYPE_CHECKING:
+    from porelang.strength import Strength
 
 Some = TypeVar("Some")
 _UNITS = {"volume": "mm3", "envelope_volume": "mm3", "area": "mm2"}
@@ -62,6 +65,15 @@ def measure(
     warn([*broken, *doubts])
     listed = {"failed_checks": [d.to_json() for d in broken], **to_lists(doubts)}
     return Report(design.program.output(name), found | listed)
+
+
+def study(design: Design, name: str | None, refine: bool, within: str | None) -> Strength:
+    """A study of the program in elements; see `Program.study`."""
+    from porelang.strength import carry_out
+
+    found = carry_out(design, name, refine, within)
+    warn([d for d in found.told if d.severity == "warning"])
+    return found
 
 
 def slices(

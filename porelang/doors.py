@@ -166,6 +166,26 @@ class Doors(ABC):
             self.design(settings, preset=preset, **more), name, within, voxel, resolution, bounds, backend, dtype
         )
 
+    def study(
+        self,
+        name: str | None = None,
+        /,
+        refine: bool = False,
+        within: str | None = None,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Any:
+        """A study of the program in elements (`porelang.strength.Strength`): the one that a `let` names, or the only
+        one; with its mesh, what was found on it, its `numbers` with their errors, and `write("result.vtu")`.
+
+        `refine` adds a step of refinement where stresses err most; `within` names the envelope of an effective modulus.
+        What is doubtful is told as a `PoreWarning`. Errors: E100 where there is no such study; those of the study.
+        """
+        from porelang.asked import study
+
+        return study(self.design(settings, preset=preset, **more), name, refine, within)
+
     def slices(
         self,
         name: str | None = None,
@@ -266,6 +286,6 @@ class Doors(ABC):
 @cache
 def options() -> frozenset[str]:
     """The options of all that can be asked."""
-    asked = (Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.slices, Doors.render)
+    asked = (Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.study, Doors.slices, Doors.render)
     every = frozenset(option for one in asked for option in signature(one).parameters)
     return every - {"self", "name", "more"}

@@ -23,7 +23,7 @@ from porelang.measure import envelope_of
 from porelang.ops.principal import RESULTS, principal
 from porelang.ops.studies import NUMBERS
 from porelang.program import Design
-from porelang.tasks.study import question
+from porelang.tasks.study.asked import question
 from porelang.tasks.study.found import kept
 from porelang.tasks.study.solved import Solved, refined, solved
 from porelang.tasks.telling import told
@@ -122,7 +122,7 @@ def chosen(design: Design, name: str | None) -> tuple[str, Node]:
     studies = design.program.studies
     if name is None and len(studies) == 1:
         return next(iter(studies.items()))
-    if name in studies:
+    if name is not None and name in studies:
         return name, studies[name]
     if not studies:
         hint = 'name one with `let`: `let s = compress(part, force=10kN, axis=z, material="PA12")`'
@@ -131,7 +131,9 @@ def chosen(design: Design, name: str | None) -> tuple[str, Node]:
     if name is None:
         raise fail("E100", f"the program has several studies: {listed}", hint="choose one with --study NAME")
     near = suggest(name, studies)
-    raise fail("E100", f"the program has no study `{name}`", hint=f"did you mean `{near}`?" if near else f"it has {listed}")
+    raise fail(
+        "E100", f"the program has no study `{name}`", hint=f"did you mean `{near}`?" if near else f"it has {listed}"
+    )
 
 
 def _result(design: Design, name: str, n: Node, found: Solved, within: str | None) -> Strength:
@@ -152,7 +154,6 @@ def _modulus(design: Design, found: Solved, axis: int, within: str | None) -> tu
     area = design.number(node("volume", envelope)).value / length
     stiffness = found.numbers["stiffness"]
     return Reduced(stiffness.value * length / area, stiffness.error * length / area), called
-
 
 
 def _write_vtu(found: Solved, path: Path) -> None:

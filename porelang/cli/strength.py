@@ -27,7 +27,9 @@ def fea(options: Namespace) -> int:
     """Solve a study, write it and print a report. What can be refused is refused before anything is computed."""
     if options.output:
         if not options.output.lower().endswith(".vtu"):
-            raise fail("E112", f"{options.output}: results of a study are written as .vtu", hint="end the name with .vtu")
+            raise fail(
+                "E112", f"{options.output}: results of a study are written as .vtu", hint="end the name with .vtu"
+            )
         destination(options.output)
     design = bound(options)
     if options.output:

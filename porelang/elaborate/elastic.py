@@ -55,7 +55,7 @@ def elastic(ctx: Context, name: str, given: Options, site: Span) -> Elastic | No
 def _material(ctx: Context, name: str, given: Options, site: Span) -> tuple[Node, Node, Node] | None:
     """Young's modulus, Poisson's ratio and density; what is given by itself counts before what a table says."""
     material, place = given["material"]
-    E: Node | None = None
+    young: Node | None = None
     nu: Node | None = None
     density: Node | None = ZERO
     if material is not ABSENT:
@@ -71,32 +71,36 @@ def _material(ctx: Context, name: str, given: Options, site: Span) -> tuple[Node
             ctx.error("E184", what, place, hint=hint)
             return None
         found = MATERIALS[material.value]
-        E, nu, density = const(found.young), const(found.poisson), const(found.density)
+        young, nu, density = const(found.young), const(found.poisson), const(found.density)
     if given["E"][0] is not ABSENT:
-        E = loads.number(ctx, *given["E"], f"`E` of `{name}`", STRESS, "E=1.7GPa", field=True)
+        young = loads.number(ctx, *given["E"], f"`E` of `{name}`", STRESS, "E=1.7GPa", field=True)
     if given["nu"][0] is not ABSENT:
         nu = loads.number(ctx, *given["nu"], f"`nu` of `{name}`", None, "nu=0.3", field=True)
     if given["density"][0] is not ABSENT:
         density = loads.number(ctx, *given["density"], f"`density` of `{name}`", None, "density=1.01", field=True)
-    if E is None or nu is None or density is None:
+    if young is None or nu is None or density is None:
         if all(given[k][0] is ABSENT for k in ("material", "E", "nu")):
             hint = 'name one, `material="PA12"`, or give `E=1.7GPa, nu=0.4`'
             ctx.error("E184", f"`{name}` needs a material", site, "an argument is missing here", hint=hint)
         elif material is ABSENT and given["E"][0] is ABSENT:
             hint = "as in `E=1.7GPa`"
-            ctx.error("E184", f"`{name}` needs `E`, Young's modulus, beside `nu`", site, "it is missing here", hint=hint)
+            ctx.error(
+                "E184", f"`{name}` needs `E`, Young's modulus, beside `nu`", site, "it is missing here", hint=hint
+            )
         elif material is ABSENT and given["nu"][0] is ABSENT:
             hint = "as in `nu=0.3`"
-            ctx.error("E184", f"`{name}` needs `nu`, Poisson's ratio, beside `E`", site, "it is missing here", hint=hint)
+            ctx.error(
+                "E184", f"`{name}` needs `nu`, Poisson's ratio, beside `E`", site, "it is missing here", hint=hint
+            )
         return None
     limits = (
-        ("E", E, node("lt", ZERO, E), "a modulus above 0", "as in `E=1.7GPa`"),
+        ("E", young, node("lt", ZERO, young), "a modulus above 0", "as in `E=1.7GPa`"),
         ("nu", nu, _between(const(-1.0), nu, const(0.5)), "a Poisson's ratio between -1 and 0.5",
          "at 0.5 a material keeps its volume, and its pressure is not told by its strain: take 0.49 at most"),
         ("density", density, node("le", ZERO, density), "a density above 0", "in g/cm^3, as in `density=1.01`"),
     )  # fmt: skip
     sound = [_holds(ctx, name, *limit, given, site) for limit in limits]
-    return (E, nu, density) if all(sound) else None
+    return (young, nu, density) if all(sound) else None
 
 
 def _between(low: Node, n: Node, high: Node) -> Node:

@@ -113,7 +113,9 @@ def _members(ctx: Context, files: _Files, file: tree.File, prefix: str) -> dict[
         ctx.found.unread = [
             Unread(b.name, b.name_span, isinstance(b, tree.Param), stage(members[b.name]) is not Stage.FIELD)
             for b in bound.values()
-            if isinstance(b, tree.Let | tree.Param) and b.name not in read and not b.name.startswith("_")
+            if isinstance(b, tree.Let | tree.Param)
+            and b.name not in read
+            and not b.name.startswith("_")
             and not isinstance(members[b.name], Study)
         ]
     for s in file.statements:

@@ -262,8 +262,8 @@ def _members(ctx: Context, task: Node, known: Elastic, acting: Sequence[Acting],
 _PARAMETERS: dict[str, tuple[tuple[str, ...], int, _Acts, str]] = {
     "compress": (("part", "force", "axis", "platens"), 2, _compress,
                  "A part between two rigid platens that press its ends along an axis together with a force (a negative "
-                 'one pulls): `compress(part, force=10kN, axis=z, material="PA12")`, a study. It slides on its platens, '
-                 'or with `platens="bonded"` sticks to them.'),
+                 'one pulls): `compress(part, force=10kN, axis=z, material="PA12")`, a study. It slides on its '
+                 'platens, or with `platens="bonded"` sticks to them.'),
     "shear": (("part", "force", "axis", "toward"), 2, _shear,
               "A part bonded to two rigid platens at its ends along an axis, of which one is moved `toward` an axis "
               "across by a force: a study, as `compress`."),

@@ -8,9 +8,9 @@ STUDIES = (
     Code(
         "E184",
         "a material that is not known",
-        "A study takes Young's modulus and Poisson's ratio: of a material by its name, or given as `E` and `nu`, which\n"
-        "may be fields, so that core and skin differ. What is given beside a name counts before the table. A weight\n"
-        "takes a density too, in g/cm^3. The table is small, and says where each number is from: docs/strength.md.",
+        "A study takes Young's modulus and Poisson's ratio: of a material by its name, or given as `E` and `nu`.\n"
+        "These may be fields, so that core and skin differ. What is given beside a name counts before the table.\n"
+        "A weight takes a density too, in g/cm^3. The table is small, and says where each number is from.",
         'let s = compress(cylinder(9mm, 20mm), force=1kN, material="nylon 99")\nsphere(s.max_von_mises / 1MPa * 1mm)',
         'let s = compress(cylinder(9mm, 20mm), force=1kN, material="PA12")\n'
         "cylinder(9mm, 20mm) & gyroid(6mm) |> thicken(s.von_mises, 0.1)",
@@ -36,12 +36,12 @@ STUDIES = (
     ),
     Code(
         "E187",
-        "a word of a study that means nothing there",
+        "an argument that a study cannot have",
         "What holds a part (`fix`) is a condition, true where it is held, `held(...)` or `moved(...)`; what loads it\n"
-        "(`load`) is `force(...)`, `pressure(...)`, `torque(...)`, `weight(...)` or `moved(...)`: or a list of them. "
-        "Axes\n"
-        "are x, y and z; platens are frictionless or bonded. A beam's pads have to fit under it, and elements have a "
-        "size\nabove 0. The message says what was given, and what might be.",
+        "(`load`) is `force(...)`, `pressure(...)`, `torque(...)`, `weight(...)` or `moved(...)`: or a list of them.\n"
+        "Axes are x, y and z; platens are frictionless or bonded. A beam's pads have to fit under it. Elements have a\n"
+        "size above 0, and not so small a one that there are four million unknowns: these take some 10 GB. Without\n"
+        "`size` elements are found from the walls of a part, as fine as about a minute allows.",
         'let s = study(cube(9mm), fix=z < -4mm, load=[0, 0, -1kN], material="PA12")\n'
         "sphere(s.max_von_mises / 1MPa * 1mm)",
         'let s = study(cube(9mm), fix=z < -4mm, load=force(z > 4mm, [0, 0, -1kN]), material="PA12")\n'
@@ -49,18 +49,20 @@ STUDIES = (
     ),
     Code(
         "E188",
-        "more elements than a machine takes",
-        "Three million unknowns take some 10 GB, and the better part of an hour. Without `size` elements are found\n"
-        "from the walls of a part, and no finer than takes about a minute.",
+        "a part in several pieces",
+        "What is in pieces that hang together with nothing is no part, and no study of one: what the loads do to it\n"
+        "depends on how the pieces touch. Small ones, as a lattice leaves where it is cut, are left out, with a word\n"
+        "where they are more than a thousandth (W266). Join the pieces, or study each by itself. Where the part is in\n"
+        "one piece, its elements are too coarse to see what joins it: the message says how large they are.",
         "",
-        'let s = compress(cylinder(9mm, 20mm), force=1kN, material="PA12", size=3mm)\n'
+        'let s = compress(cylinder(9mm, 20mm), force=1kN, material="PA12")\n'
         "cylinder(9mm, 20mm) & gyroid(6mm) |> thicken(s.von_mises, 0.1)",
     ),
     Code(
         "E189",
         "an end that no platen can press",
-        "`compress`, `shear`, `twist_load` and a cantilever hold and load the flat ends of a part along an axis. A ball "
-        "has\nnone: what is pressed there would be a point. Cut it flat, or say where it is held and loaded.",
+        "`compress`, `shear`, `twist_load` and a cantilever hold and load the flat ends of a part along an axis. A\n"
+        "ball has none: what is pressed there would be a point. Cut it flat, or say where it is held and loaded.",
         "",
         'let s = compress(sphere(9mm) & slab(12mm), force=1kN, material="PA12")\n'
         "sphere(9mm) & slab(12mm) & gyroid(6mm) |> thicken(s.von_mises, 0.1)",
@@ -68,10 +70,10 @@ STUDIES = (
     Code(
         "W264",
         "a study whose stresses are rough",
-        "Stresses jump from element to element, and by how much tells how far they are from the true ones (Zienkiewicz\n"
-        "and Zhu, A simple error estimator, 1987): in the energy of the whole part, where this is above 10 %. Finer\n"
-        "elements help, but at sharp inner corners and at the edges of what is bonded, where the true stress is\n"
-        "infinite.",
+        "Stresses jump from element to element, and by how much tells how far they are from the true ones\n"
+        "(Zienkiewicz and Zhu, A simple error estimator, 1987): in the energy of the whole part, where this is above\n"
+        "10 %. Finer elements help, but at sharp inner corners and at the edges of what is bonded, where the true\n"
+        "stress is infinite.",
         "",
         "",
     ),
@@ -87,17 +89,18 @@ STUDIES = (
     Code(
         "W266",
         "pieces of a part that hang on nothing",
-        "A lattice that is cut by a shape leaves pieces that nothing holds: they carry no load, and a study leaves them\n"
-        "out. That is said where they are more than a thousandth of the part. `pore measure` lists pieces.",
+        "A lattice that is cut by a shape leaves pieces that nothing holds: they carry no load, and a study leaves\n"
+        "them out. That is said where they are more than a thousandth of the part; where they are more than a\n"
+        "twentieth it is an error (E188). `pore measure` lists pieces.",
         "",
         "",
     ),
     Code(
         "W267",
         "samples too coarse for the stress in the elements",
-        "What a study gives a program is sampled on a grid that follows its elements, of 800 000 nodes at most. Where\n"
-        "elements are finer than that can show, a lookup in twenty misses the stress by a tenth of the greatest or more.\n"
-        "`pore fea` writes the elements themselves.",
+        "What a study gives a program is sampled on a grid that follows its elements, of 800 000 nodes at most.\n"
+        "Where elements are finer than that can show, a lookup in twenty misses the stress by a tenth of the greatest\n"
+        "or more. `pore fea` writes the elements themselves.",
         "",
         "",
     ),

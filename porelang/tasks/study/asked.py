@@ -60,6 +60,8 @@ def solid_of(asked: Question) -> Solid:
     return Solid(asked.part, (box.lo, box.hi))
 
 
+#: Which of the numbers of an action are its load.
+_LOADS = {"holds": slice(3, None), "loads": slice(None), "whole": slice(1)}
 _WHOLE = frozenset(row.name for row in ACTIONS if row.does == "whole")
 
 
@@ -84,10 +86,7 @@ def question(asked: Formula) -> Question:
 def _checked(act: Acts) -> None:
     """Errors: E186 for a load of 0, or one that is no number."""
     row = next(row for row in ACTIONS if row.name == act.name)
-    if row.does == "holds":
-        loads = act.numbers[3:]
-    else:
-        loads = act.numbers[:1] if row.does == "whole" else act.numbers
+    loads = act.numbers[_LOADS[row.does]]
     what = f"a `{act.name}`"
     if not all(np.isfinite(loads)):
         raise fail("E186", f"{what} of {', '.join(f'{v:g}' for v in loads)} cannot be had", hint="it takes numbers")

@@ -194,11 +194,11 @@ def _bent(
 
 def _balanced(ends: Ends, pads: Sequence[Side], axis: int, total: Floats) -> tuple[Load, ...]:
     """A force in the middle and two that bear it, spread over pads. A force acts in the middle of the area that the
-    solver finds on its pad; where these lie a little beside each other, a couple on the outer pads balances the rest."""
+    solver finds on its pad; where these lie beside each other, a couple on the outer pads balances the rest."""
     middle, *outer = (ends.middle(pad) for pad in pads)
     one = (middle[axis] - outer[1][axis]) / (outer[0][axis] - outer[1][axis])
     forces = [total, -one * total, -(1 - one) * total]
-    turn = sum(np.cross(at, force) for at, force in zip((middle, *outer), forces, strict=True))
+    turn = np.cross(np.stack([middle, *outer]), np.stack(forces)).sum(axis=0)
     names = ("force in the middle", "first support", "second support")
     loads: list[Load] = [Force(pad, _triple(f), n) for pad, f, n in zip(pads, forces, names, strict=True)]
     if np.abs(turn).max() > 1e-12 * float(np.abs(total).max()) * float((ends.hi - ends.lo).max()):

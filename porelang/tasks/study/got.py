@@ -14,6 +14,8 @@ ERRS = 0.1
 THROUGH = 2.0
 #: Pieces that are left out, of so much of the volume, are doubted.
 _LOST = 0.001
+#: Facts that count.
+_WHOLE = 3
 #: Lookups that miss the elements by so much of the greatest stress are doubted, where one in twenty does.
 _COARSE = 0.1
 
@@ -54,9 +56,10 @@ class Got:
     @classmethod
     def of(cls, found: SampledField) -> Got:
         head, count = len(fields(cls)) - 2, len(NUMBERS)
-        elements, unknowns, iterations, *rest = found.facts[:head]
-        numbers, errors = found.facts[head : head + count], found.facts[head + count :]
-        return cls(int(elements), int(unknowns), int(iterations), *rest, numbers, errors)  # type: ignore[arg-type]
+        whole = [int(v) for v in found.facts[:_WHOLE]]
+        known = dict(zip([f.name for f in fields(cls)][:head], [*whole, *found.facts[_WHOLE:head]], strict=True))
+        known["pieces"] = int(known["pieces"])
+        return cls(**known, numbers=found.facts[head : head + count], errors=found.facts[head + count :])  # type: ignore[arg-type]  # those that count are whole
 
     def number(self, name: str) -> Reduced:
         """A number of a study, with its error."""

@@ -8,19 +8,30 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.data import Reduced
+from porelang.data import Reduced, coordinates
+from porelang.diagnostics import fail
 from porelang.fea import Problem, Solution, solve
+from porelang.fea.error import refined_sizes
+from porelang.formula import Formula
+from porelang.ir import X, Y, Z, node
 from porelang.progress import activity
 from porelang.solid import Solid
+from porelang.tasks.readers.cells import Cells
+from porelang.tasks.readers.raster import rasterised, spacing_of
 from porelang.tasks.study.asked import Question, solid_of, valued
 from porelang.tasks.study.ends import Setting, Side, setting
 from porelang.tasks.study.numbers import Measured, numbers_of, surface_error
+from porelang.tasks.study.samples import NODES
 from porelang.tasks.study.sized import Sized, sized
 from porelang.tet.direct import direct
-from porelang.tet.tetmesh import TetMesh
+from porelang.tet.tetmesh import TetMesh, components, taken, volumes
 
 Floats = NDArray[np.float64]
 MESHING, SOLVING = "making elements", "solving for stresses"
+#: A step of refinement is to bring the error to this share of what it was.
+_REFINED = 0.5
+#: What is in pieces, of which those that are not the largest hold more than this of the volume, is no part.
+_LOST = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +50,7 @@ class Solved:
     """A study in elements: `fields` at their vertices, by which share stresses err in the energy of each (m,), the
     numbers of `porelang.ops.studies` by name, with their errors, the forces of supports (N) by name.
 
-    `young` (m,) MPa is that of each element; `lost` the share of the part in `pieces` that are left out. Displacements
+    `young` (m,) MPa is that of each element; `solution` what the solver found, before a platen got its force; `lost` the share of the part in `pieces` that are left out. Displacements
     are counted from where the part rests.
     """
 
@@ -48,6 +59,7 @@ class Solved:
     young: Floats
     fields: Fields
     errors: Floats
+    solution: Solution
     sized: Sized
     numbers: Mapping[str, Reduced]
     reactions: Mapping[str, Floats]
@@ -66,8 +78,26 @@ def solved(asked: Question) -> Solved:
     part = solid_of(asked)
     with activity(MESHING):
         found = sized(part, asked.size, asked.order)
-        mesh, facts = direct(part, found.size)
-    return on(asked, part, mesh, found, float(facts["dropped_volume_fraction"]), int(facts["islands"]))
+        mesh, lost, pieces = _meshed(part, found.size, found.size)
+    return on(asked, part, mesh, found, lost, pieces)
+
+
+def _meshed(part: Solid, size: float | Formula, finest: float) -> tuple[TetMesh, float, int]:
+    """Elements of a part in its largest piece; the share of the volume that is in others, and how many. Errors: E188."""
+    mesh, _ = direct(part, size, keep_islands=True)
+    piece = components(mesh)
+    count = int(piece.max())
+    if not count:
+        return mesh, 0.0, 0
+    volume = volumes(mesh)
+    lost = float(volume[piece > 0].sum() / volume.sum())
+    if lost > _LOST:
+        some = piece == 1
+        at = np.average(mesh.vertices[mesh.tets[some]].mean(axis=1), axis=0, weights=volume[some])
+        text = f"{lost:.0%} of the part hang together with its largest piece by nothing, as at ({coordinates(at)})"
+        hint = f"join the pieces, or study each by itself; or elements of {finest:.3g} mm are too coarse for what joins it"
+        raise fail("E188", text, hint=hint)
+    return taken(mesh, piece == 0), lost, count
 
 
 def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, pieces: int) -> Solved:
@@ -87,7 +117,7 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
     measured = Measured(fields.displacement, fields.von_mises, work, stiffness, solution.error, errors)
     numbers = numbers_of(mesh, density, measured, surface_error(mesh, part))
     reactions = {r.name: factor * r.force for r in solution.reactions}
-    return Solved(asked, mesh, young, fields, errors, found, numbers, reactions, solution.unknowns, solution.iterations,
+    return Solved(asked, mesh, young, fields, errors, solution, found, numbers, reactions, solution.unknowns, solution.iterations,
                   solution.residual, lost, pieces)  # fmt: skip
 
 
@@ -148,3 +178,17 @@ def _ridden(displacement: Floats, at: Floats, rests: tuple[Side, ...]) -> Floats
 def _errors(solution: Solution) -> Floats:
     """By which share the stress of each element errs in its energy, at least that of an element of mean energy."""
     return np.asarray(solution.errors)
+
+
+def refined(found: Solved) -> Solved:
+    """The study solved again with elements of sizes that halve its error with the fewest of them, by the estimate."""
+    sizes = refined_sizes(found.solution, _REFINED * max(found.solution.error.relative, 1e-9))
+    cells = Cells(found.mesh.vertices, found.mesh.tets.astype(np.int64), sizes[:, None], False, found.mesh.vertices,
+                  sizes[:, None], len(found.mesh.tets), 0, 0, True)  # fmt: skip
+    samples = rasterised(cells, spacing_of(cells, NODES)).samples
+    grid = node("bound", value=(samples.digest,))
+    wanted = Formula((node("lookup", grid, X, Y, Z, value=(0, 0, 0, 0)),), {grid: samples})
+    part = solid_of(found.asked)
+    with activity(MESHING):
+        mesh, lost, pieces = _meshed(part, wanted, float(sizes.min()))
+    return on(found.asked, part, mesh, found.sized, lost, pieces)
