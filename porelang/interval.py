@@ -54,10 +54,16 @@ def truth(false: Mask, true: Mask) -> Interval:
     return Interval(np.where(false, 0.0, 1.0), np.where(true, 1.0, 0.0), np.zeros(np.shape(false), np.bool_))
 
 
+def _all_finite(lo: Array, hi: Array) -> bool:
+    """Whether ends are numbers everywhere, so that nothing infinite, empty or undefined went into them."""
+    return bool(np.isfinite(hi - lo).all())
+
+
 def _made(lo: Array, hi: Array, nan: Mask, *arguments: Interval) -> Interval:
     """A result, with NaN ends opened to infinity and empty arguments handed on."""
-    lo = np.where(np.isnan(lo), -INF, lo)
-    hi = np.where(np.isnan(hi), INF, hi)
+    if not _all_finite(lo, hi):
+        lo = np.where(np.isnan(lo), -INF, lo)
+        hi = np.where(np.isnan(hi), INF, hi)
     for a in arguments:
         nan = nan | a.nan
         empty = a.empty
@@ -72,11 +78,6 @@ def _infinite(a: Interval) -> Mask:
 
 def neg(a: Interval) -> Interval:
     return Interval(-a.hi, -a.lo, a.nan)
-
-
-def _all_finite(lo: Array, hi: Array) -> bool:
-    """Whether ends are numbers everywhere, so that nothing infinite, empty or undefined went into them."""
-    return bool(np.isfinite(hi - lo).all())
 
 
 def add(a: Interval, b: Interval) -> Interval:
@@ -115,6 +116,12 @@ def square(a: Interval) -> Interval:
 
 def div(a: Interval, b: Interval) -> Interval:
     zero = b.contains(0.0)
+    if not (zero.any() or b.empty.any() or a.empty.any()):
+        one, two, three, four = a.lo / b.lo, a.lo / b.hi, a.hi / b.lo, a.hi / b.hi
+        lo = np.minimum(np.minimum(one, two), np.minimum(three, four))
+        hi = np.maximum(np.maximum(one, two), np.maximum(three, four))
+        if _all_finite(lo, hi):
+            return Interval(lo, hi, a.nan | b.nan)
     safe_lo, safe_hi = np.where(zero, 1.0, b.lo), np.where(zero, 1.0, b.hi)
     ends = [_quotient(p, q) for p in (a.lo, a.hi) for q in (safe_lo, safe_hi)]
     lo, hi = np.minimum.reduce(ends), np.maximum.reduce(ends)
@@ -198,8 +205,9 @@ def _wave(a: Interval, lo: Array, hi: Array, crest: float, function: Callable[[A
     """The rule of a sine of `a`, that is of lo..hi turns: crests lie at `crest` + n, troughs half a turn from them."""
     wide = ~(hi - lo < 1.0)  # infinite ones too
     slack = (np.maximum(np.abs(lo), np.abs(hi)) + 1.0) * 2.0**-51
+    finite = _all_finite(a.lo, a.hi)
     with np.errstate(invalid="ignore"):
-        ends = [function(np.where(np.isinf(v), 0.0, v)) for v in (a.lo, a.hi)]
+        ends = [function(v if finite else np.where(np.isinf(v), 0.0, v)) for v in (a.lo, a.hi)]
         top = wide | (np.floor(hi - crest + slack) >= np.ceil(lo - crest - slack))
         low_point = crest + 0.5
         bottom = wide | (np.floor(hi - low_point + slack) >= np.ceil(lo - low_point - slack))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +30,10 @@ OF_FIELDS = {"W211", "W221"}
 OF_FIGURES = {"fig07d_aligned": {"W239"}}
 
 
-def said(text: str, measure: bool = False) -> list[Diagnostic]:
-    """All that `pore check` says of a program, but for its `check` statements."""
-    return said_of(Source("part.pore", text), measure)
+@cache
+def said(text: str, measure: bool = False) -> tuple[Diagnostic, ...]:
+    """All that `pore check` says of a program, but for its `check` statements: asked once, for several look at it."""
+    return tuple(said_of(Source("part.pore", text), measure))
 
 
 def said_of(source: Source, measure: bool = False) -> list[Diagnostic]:
@@ -460,12 +462,15 @@ def test_a_doubt_has_a_place_a_reason_and_a_way_out(text: str, code: str) -> Non
             assert d.label or d.code == "E100"
 
 
-EDITED = [(text, d.code) for text, code in DOUBTED for d in said(text) if d.edit is not None and d.code == code]
+def edited(text: str, code: str) -> bool:
+    return any(d.edit is not None for d in said(text) if d.code == code)
 
 
-@pytest.mark.parametrize(("text", "code"), EDITED)
+@pytest.mark.parametrize(("text", "code"), DOUBTED)
 def test_an_edit_mends_what_it_is_for(text: str, code: str) -> None:
     """As often as something is said, and each time less is."""
+    if not edited(text, code):
+        return  # not every doubt has one
     for _ in range(4):
         found = [d for d in said(text) if d.code == code]
         if not found:
@@ -476,8 +481,9 @@ def test_an_edit_mends_what_it_is_for(text: str, code: str) -> None:
     assert code not in codes(text)
 
 
-def test_most_doubts_of_the_text_come_with_an_edit() -> None:
-    assert {code for _, code in EDITED} >= {"W212", "W213", "W214", "W215", "W216", "W217", "W218", "W223", "W226"}
+@pytest.mark.parametrize("code", ["W212", "W213", "W214", "W215", "W216", "W217", "W218", "W223", "W226"])
+def test_most_doubts_of_the_text_come_with_an_edit(code: str) -> None:
+    assert any(edited(text, code) for text, of in DOUBTED if of == code)
 
 
 @pytest.mark.parametrize(

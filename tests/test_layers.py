@@ -7,6 +7,7 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Set
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -56,6 +57,11 @@ def storey(name: str) -> int:
     return STOREYS[top]
 
 
+@cache
+def tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def imports(path: Path) -> Iterator[tuple[str, int]]:
     """The modules that a file imports at run time, with the line; imports for the type checker alone do not count."""
 
@@ -74,13 +80,13 @@ def imports(path: Path) -> Iterator[tuple[str, int]]:
         for child in ast.iter_child_nodes(node):
             yield from visit(child)
 
-    yield from visit(ast.parse(path.read_text(encoding="utf-8")))
+    yield from visit(tree(path))
 
 
 def doors_of(path: Path, names: Set[str]) -> set[int]:
     """The lines on which doors import: methods of these names that hold nothing but that import and a call."""
     lines: set[int] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(tree(path)):
         match node:
             case ast.FunctionDef(
                 name=name, body=[ast.Expr(), ast.ImportFrom(lineno=line), ast.Return(value=ast.Call())]
@@ -93,7 +99,7 @@ def named(path: Path, doors: Set[str] = frozenset()) -> set[str]:
     """The modules of ours that a file names in any import: also those for the type checker, and inside functions."""
     found: set[str] = set()
     skipped = doors_of(path, doors)
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(tree(path)):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.lineno not in skipped:
@@ -152,12 +158,10 @@ def test_module_imports_from_its_storey_or_below(name: str) -> None:
     assert not above
 
 
-USES = {name: named(path, DOORS.get(name, frozenset())) for name, path in MODULES.items() if name}
-
-
 def test_no_module_is_in_a_circle() -> None:
     """A circle is one module in several files: none of them can be read, tested or replaced without the others."""
-    assert circles(USES) == []
+    uses = {name: named(path, DOORS.get(name, frozenset())) for name, path in MODULES.items() if name}
+    assert circles(uses) == []
 
 
 def test_circles_are_found() -> None:
@@ -183,7 +187,7 @@ def test_lower_storeys_are_pure(name: str) -> None:
     found = [f"{imported} (line {line})" for imported, line in imports(path) if imported.split(".")[0] in worldly]
     calls = [
         f"{node.func.id if isinstance(node.func, ast.Name) else node.func.attr} (line {node.lineno})"
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for node in ast.walk(tree(path))
         if isinstance(node, ast.Call)
         and (
             (isinstance(node.func, ast.Name) and node.func.id == "open")

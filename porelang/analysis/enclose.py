@@ -234,16 +234,31 @@ def _widen(
     if extra is not None:
         more = more + precision.eps * extra(*arguments)
     relative = precision.eps * t.ulp
+    if _are_numbers(r.lo, r.hi, INF):  # mostly: then there is nothing infinite, empty or too large to be handed on
+        lo, hi = r.lo - (np.abs(r.lo) * relative + more), r.hi + (np.abs(r.hi) * relative + more)
+        if _are_numbers(lo, hi, precision.huge):
+            if not t.absolute and extra is None:
+                lo, hi = _of_their_sign(r, lo, hi)
+            return Interval(lo, hi, r.nan)
     lo = r.lo - np.where(np.isinf(r.lo), 0.0, np.abs(r.lo) * relative + more)
     hi = r.hi + np.where(np.isinf(r.hi), 0.0, np.abs(r.hi) * relative + more)
     if not t.absolute and extra is None:  # what is wrong by a part of itself, or counts as 0, keeps its sign
-        lo = np.where(r.lo >= 0, np.maximum(lo, 0.0), lo)
-        hi = np.where(r.hi <= 0, np.minimum(hi, 0.0), hi)
+        lo, hi = _of_their_sign(r, lo, hi)
     unbounded = np.isposinf(more) & ~np.isinf(r.lo) & ~np.isinf(r.hi)  # it overflows on the way: inf - inf may follow
     empty = r.empty
     lo = np.where(empty, r.lo, np.where(lo < -precision.huge, -INF, np.minimum(lo, precision.huge)))
     hi = np.where(empty, r.hi, np.where(hi > precision.huge, INF, np.maximum(hi, -precision.huge)))
     return Interval(lo, hi, r.nan | (unbounded & ~empty))
+
+
+def _are_numbers(lo: Array, hi: Array, most: float) -> bool:
+    """Whether ranges are not empty, and their ends numbers of at most so much, or less than infinite."""
+    width = hi - lo
+    return bool(((width >= 0) & (width < INF) & (lo >= -most) & (hi <= most)).all())
+
+
+def _of_their_sign(r: Interval, lo: Array, hi: Array) -> tuple[Array, Array]:
+    return np.where(r.lo >= 0, np.maximum(lo, 0.0), lo), np.where(r.hi <= 0, np.minimum(hi, 0.0), hi)
 
 
 def at_points(points: Points, precision: Precision) -> list[Interval]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from porelang import ir
 from porelang.ir import Node
@@ -98,6 +99,11 @@ def run(graph: Graph, after: str | None = None, leave_out: frozenset[str] = froz
     return graph
 
 
+#: So many flat graphs are remembered: doubts, bounds and samples ask for the same few one after the other.
+_REMEMBERED = 64
+
+
+@lru_cache(_REMEMBERED)
 def flatten(*roots: Node) -> tuple[Node, ...]:
     """Roots after all passes, contracts left out."""
     return run(Graph({"": roots})).outputs[""]
