@@ -37,7 +37,7 @@ class TetMesh:
 
 def volumes(mesh: TetMesh) -> Floats:
     """The volumes (m,) of a mesh's tetrahedra in mm3."""
-    return _volumes(mesh.vertices, mesh.tets)
+    return volumes_of(mesh.vertices, mesh.tets)
 
 
 def neighbours(mesh: TetMesh) -> Indices:
@@ -93,7 +93,8 @@ def taken(mesh: TetMesh, some: Flags) -> TetMesh:
 
 
 @compiled
-def _volumes(at: Floats, tets: Indices) -> Floats:
+def volumes_of(at: Floats, tets: Indices) -> Floats:
+    """The volumes (m,) of tetrahedra of vertices `at`."""
     found = np.empty(len(tets))
     for t in range(len(tets)):
         o, a, b, c = tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3]

@@ -1,0 +1,57 @@
+"""E160-E162, W250-W251: tetrahedra straight from a field."""
+
+from __future__ import annotations
+
+from porelang.error_codes.page import Code
+
+DIRECT = (
+    Code(
+        "E160",
+        "a size of tetrahedra that is none",
+        "The size of tetrahedra is the edge of the cubes that they are made from, twelve to a cube: a length\n"
+        "above 0 mm, or a field that is above 0 all over the part. A size at the surface is no larger than that\n"
+        "within: the surface is where stresses are largest and walls are to be met.",
+        "",
+        "gyroid(10) |> shell(1.2) & cube(20)  # pore tet --size 0.6mm",
+    ),
+    Code(
+        "E161",
+        "too many tetrahedra",
+        "Half the size makes eight times the tetrahedra, and a solver takes some kB for each. Before it begins,\n"
+        "the mesher estimates from the volume of the part, and from its surface where that has cubes of its own,\n"
+        "how many there will be. A part of the specimen often tells as much: `--bounds` cuts it, flat, along its\n"
+        "box. Larger cubes within (`--size 3mm --surface-size 1mm`) cost little where walls are thick.",
+        "",
+        "gyroid(10) |> shell(1.2) & cube(20)  # pore tet --size 0.6mm",
+    ),
+    Code(
+        "E162",
+        "no mesh of tetrahedra at this size",
+        "Tetrahedra are made where corners or centres of the cubes lie in the part. Where its walls are thinner\n"
+        "than the cubes they fall between them: nothing is left, or crumbs that hang together with nothing, and a\n"
+        "solver would compute another part than yours. Two cubes across a wall are the least that should be used.",
+        "",
+        "gyroid(10) |> shell(1.2) & cube(20)  # pore tet --size 0.6mm",
+    ),
+    Code(
+        "W250",
+        "a wall of fewer than two elements",
+        "Walls are measured across, along the normals of the surface at places all over the part, as for the\n"
+        "voxel of `pore mesh`. In a wall that is thinner than two cubes most tetrahedra have all of their corners\n"
+        "on one side or the other, it is too stiff in bending, and it may have holes. Take smaller cubes; the\n"
+        "message says which.",
+        "",
+        "gyroid(10) |> shell(1.2) & cube(20)  # pore tet --size 0.6mm",
+    ),
+    Code(
+        "W251",
+        "islands: pieces of a mesh that hang together with nothing",
+        "Where a lattice is cut by its envelope, pieces of its walls are left that are held by nothing; and where\n"
+        "walls are thin, the cubes miss what joins them. A solver finds such a piece free to move, and ends. So\n"
+        "only the largest piece is kept, and the share of the volume that was dropped is told. `keep_islands`\n"
+        "keeps them all, for a part that is meant to be several bodies. Pieces hang together by faces: an edge or\n"
+        "a corner holds nothing.",
+        "",
+        "gyroid(10) |> shell(1.2) & cube(20)  # pore tet --size 0.6mm",
+    ),
+)

@@ -1,0 +1,347 @@
+"""Tetrahedra straight from a field: volumes in closed form, angles as published, conforming meshes."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import porelang
+from porelang.diagnostics import PoreError
+from porelang.formula import Formula
+from porelang.progress import CancelledError, watching
+from porelang.solid import Solid
+from porelang.tet.cut import Background, cut
+from porelang.tet.direct import direct
+from porelang.tet.frame import Frame
+from porelang.tet.lattice import Lattice
+from porelang.tet.octree import graded, uniform
+from porelang.tet.quality import sound
+from porelang.tet.tetmesh import (
+    CROWDED,
+    TetMesh,
+    boundary,
+    components,
+    dihedral_angles,
+    interfaces,
+    neighbours,
+    taken,
+    volumes,
+)
+
+BALL = 4 / 3 * math.pi * 10**3
+CUBE = ((-10.0, -10.0, -10.0), (10.0, 10.0, 10.0))
+#: Labelle & Shewchuk 2007, theorem 1: for the parameters that make the least angle largest.
+LEAST, MOST = 10.7843, 164.7443
+
+
+def solid_of(text: str, bounds: Any = None) -> Solid:
+    design = porelang.compile(text).design()
+    return Solid(design.of("part"), bounds or design.bounds("part"))
+
+
+def field_of(text: str) -> Formula:
+    program = porelang.compile(f"out f = {text}\nsphere(1)")
+    return program.design().formula(*program.field_roots("f"))
+
+
+def meshed(text: str, size: Any, bounds: Any = None, **more: Any) -> tuple[TetMesh, dict[str, Any]]:
+    mesh, facts = direct(solid_of(text, bounds), size, **more)
+    assert_sound(mesh)
+    return mesh, facts
+
+
+def assert_sound(mesh: TetMesh) -> None:
+    """What a solver needs, by other means than `sound`: with NumPy's sorting."""
+    at = mesh.vertices[mesh.tets]
+    assert (np.linalg.det(at[:, 1:] - at[:, :1]) > 0).all()
+    faces = np.sort(mesh.tets[:, [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]]].reshape(-1, 3), axis=1)
+    _, count = np.unique(faces, axis=0, return_counts=True)
+    assert count.max() == 2
+    triangles, owner = boundary(mesh)
+    assert len(triangles) == (count == 1).sum()
+    ways = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    there = np.unique(ways, axis=0, return_counts=True)
+    back = np.unique(ways[:, ::-1], axis=0, return_counts=True)
+    assert (there[0] == back[0]).all()
+    assert (there[1] == back[1]).all()
+    corners = mesh.vertices[triangles]
+    enclosed = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    assert enclosed == pytest.approx(volumes(mesh).sum(), rel=1e-9)  # so they are outward
+    assert (owner >= 0).all()
+    assert np.unique(mesh.tets).tolist() == list(range(len(mesh.vertices)))
+
+
+# Meshes as data
+
+
+def two() -> TetMesh:
+    at = np.vstack([np.zeros(3), np.eye(3), np.ones(3)])
+    return TetMesh(at, np.array([[0, 1, 2, 3], [1, 2, 3, 4]], np.int32), np.zeros(2, np.int8))
+
+
+def test_two_tetrahedra_share_a_face() -> None:
+    mesh = two()
+    assert volumes(mesh).tolist() == pytest.approx([1 / 6, 1 / 3])
+    assert neighbours(mesh).tolist() == [[1, -1, -1, -1], [-1, -1, -1, 0]]
+    assert len(boundary(mesh)[0]) == 6
+    assert components(mesh).tolist() == [0, 0]
+    assert dihedral_angles(mesh)[1] == pytest.approx(np.degrees(math.acos(1 / 3)))  # a regular one
+    assert dihedral_angles(mesh)[0, :3] == pytest.approx(90)
+
+
+def test_two_phases_share_their_interface() -> None:
+    mesh = TetMesh(two().vertices, two().tets, np.array([1, 0], np.int8), ("solid", "void"))
+    triangles, owners = interfaces(mesh)
+    assert sorted(triangles[0]) == [1, 2, 3]
+    assert owners.tolist() == [[1, 0]]
+    assert components(mesh).tolist() == [1, 0]  # the larger is the first
+
+
+def test_what_is_not_sound_is_told() -> None:
+    mesh = two()
+    flat = TetMesh(mesh.vertices * [1, 1, 0], mesh.tets, mesh.phase)
+    assert sound(flat).flat == 2
+    crowded = TetMesh(
+        np.vstack([mesh.vertices, [[2, 2, 2]]]), np.vstack([mesh.tets, [[1, 2, 3, 5]]]).astype(np.int32),
+        np.zeros(3, np.int8),
+    )  # fmt: skip
+    assert (neighbours(crowded) == CROWDED).any()
+    assert sound(crowded).faults
+    assert sound(TetMesh(np.vstack([mesh.vertices, [[9, 9, 9]]]), mesh.tets, mesh.phase)).unused == 1
+    assert not sound(mesh).faults
+    alone = taken(mesh, np.array([False, True]))
+    assert len(alone.vertices) == 4
+    assert volumes(alone) == pytest.approx(1 / 3)
+
+
+# Lattices
+
+
+def frame_of(*counts: int) -> Frame:
+    return Frame(np.zeros(3), np.ones(3), np.array(counts), np.ones((3, 2), np.bool_), True)
+
+
+def near_ball(centre: tuple[float, ...], radius: float) -> Any:
+    def decided(lo: Any, hi: Any) -> Any:
+        near = np.linalg.norm(np.clip(centre, lo, hi) - centre, axis=1)
+        far = np.linalg.norm(np.maximum(np.abs(lo - centre), np.abs(hi - centre)), axis=1)
+        return np.where(near > radius, -1, np.where(far < radius, 1, 0)).astype(np.int8)
+
+    return decided
+
+
+def test_a_lattice_fills_its_frame() -> None:
+    frame = frame_of(5, 4, 3)
+    lattice = Lattice(uniform(frame, lambda lo, hi: np.zeros(len(lo), np.int8)), frame)
+    mesh = TetMesh(lattice.vertices, lattice.tets, np.zeros(len(lattice.tets), np.int8))
+    assert_sound(mesh)
+    assert volumes(mesh).sum() == pytest.approx(60)
+    assert (np.abs(dihedral_angles(mesh)[:, :, None] - [45, 60, 90]).min(axis=2) < 1e-9).all()
+
+
+def test_cubes_of_several_sizes_fit_together() -> None:
+    frame = frame_of(16, 16, 24)
+    cells = graded(frame, near_ball((8, 8, 10.3), 6), lambda p: np.full(len(p), 8.0), 1.0, 3)
+    assert np.unique(cells.level).tolist() == [0, 1, 2]
+    lattice = Lattice(cells, frame)
+    mesh = TetMesh(lattice.vertices, lattice.tets, np.zeros(len(lattice.tets), np.int8))
+    assert_sound(mesh)
+    assert volumes(mesh).sum() == pytest.approx(16 * 16 * 24)
+    middles = mesh.vertices[boundary(mesh)[0]].mean(axis=1)
+    assert np.minimum(middles, [16, 16, 24] - middles).min(axis=1) == pytest.approx(0, abs=1e-9)
+    assert dihedral_angles(mesh).min() > 44.9
+
+
+def test_planes_cut_a_lattice_within_the_published_angles() -> None:
+    """Any plane through a lattice, and both of its sides: what smooth surfaces look like to small cubes."""
+    frame = frame_of(7, 7, 7)
+    lattice = Lattice(uniform(frame, lambda lo, hi: np.zeros(len(lo), np.int8)), frame)
+    free = np.zeros(len(lattice.at), np.uint8)
+    random = np.random.default_rng(0)
+    for _ in range(60):
+        normal = random.normal(size=3) * 10.0 ** -random.integers(0, 4, 3)
+        normal /= np.linalg.norm(normal)
+        centre = 3 + random.random(3)
+
+        def value(points: Any, centre: Any = centre, normal: Any = normal) -> Any:
+            return (points - centre) @ normal
+
+        values = value(lattice.vertices)
+        background = Background(lattice.vertices, lattice.tets, values, lattice.kind, lattice.rank, free)
+        both = cut(background, value, both=True)
+        mesh = TetMesh(both.vertices, both.tets, both.side, ("solid", "void"))
+        angles = dihedral_angles(mesh)
+        assert angles.min() > LEAST
+        assert angles.max() < MOST
+        assert volumes(mesh).min() > 0
+        assert_sound(mesh)
+        assert np.abs(value(mesh.vertices[interfaces(mesh)[0]])).max() < 1e-6
+        alone = cut(background, value)
+        assert volumes(TetMesh(alone.vertices, alone.tets, alone.side)).sum() == pytest.approx(
+            volumes(mesh)[mesh.phase == 0].sum()
+        )
+
+
+# Parts
+
+
+def test_the_volume_of_a_ball_converges_by_the_square_of_the_size() -> None:
+    off = [meshed("sphere(10)", size)[1]["volume"] / BALL - 1 for size in (2.0, 1.0)]
+    assert -0.015 < off[0] < 0
+    assert off[0] / off[1] == pytest.approx(4, rel=0.15)
+
+
+@pytest.mark.parametrize("text", ["sphere(10)", "torus(10, 4)", "smooth_intersection(gyroid(20) * 3, sphere(9), 3)"])
+@pytest.mark.parametrize("size", [0.83, 1.0])
+def test_smooth_surfaces_have_angles_as_published(text: str, size: float) -> None:
+    mesh, facts = meshed(text, size)
+    assert facts["min_dihedral"] == pytest.approx(dihedral_angles(mesh).min())
+    assert facts["min_dihedral"] > LEAST
+    assert facts["max_dihedral"] < MOST
+    assert sum(facts["dihedral_histogram"]) == 6 * len(mesh.tets)
+
+
+def test_a_box_is_exact() -> None:
+    mesh, facts = meshed("box([7, 5, 3])", 0.9)
+    assert facts["volume"] == pytest.approx(105, rel=1e-9)
+    assert mesh.vertices.max(axis=0) == pytest.approx([3.5, 2.5, 1.5], abs=1e-9)
+    assert facts["min_dihedral"] > 35  # 45 in cubes; here they are stretched by a tenth
+
+
+def test_a_cylinder_ends_flat_with_sharp_rims() -> None:
+    """The volume is that of the polygons that its circles become, so that the error is that of the arc alone."""
+    off = [meshed("cylinder(10, 30)", size)[1]["volume"] / (math.pi * 100 * 30) - 1 for size in (2.0, 1.0)]
+    assert abs(off[0]) < 0.004
+    assert off[0] / off[1] == pytest.approx(4, rel=0.15)
+
+
+def test_a_lattice_cut_at_its_box_has_sharp_rims() -> None:
+    """A period of a Schwarz P: half of it is solid, by its symmetry, whatever the size."""
+    for size in (1.0, 2.0):
+        mesh, facts = meshed("schwarz_p(20)", size, CUBE)
+        assert facts["volume"] / 8000 == pytest.approx(0.5, abs=1e-3)
+        assert facts["min_dihedral"] > 8
+        assert np.abs(mesh.vertices).max() <= 10 + 1e-9
+
+
+def test_phases_fill_the_box_and_share_their_triangles() -> None:
+    mesh, facts = meshed("gyroid(20) |> shell(1.5)", 1.0, CUBE, phases=("solid", "void"))
+    assert mesh.phases == ("solid", "void 1", "void 2")
+    assert facts["volume"] / 8000 == pytest.approx(1, abs=1e-3)
+    assert facts["volume"] / 8000 == pytest.approx(1 - facts["dropped_volume_fraction"], abs=1e-3)
+    triangles, owners = interfaces(mesh)
+    assert {tuple(p) for p in np.unique(mesh.phase[owners], axis=0).tolist()} == {(0, 1), (0, 2)}
+    on = solid_of("gyroid(20) |> shell(1.5)", CUBE)
+    inner = (np.abs(mesh.vertices) < 10 - 1e-6).all(axis=1)
+    some = np.unique(triangles)
+    assert np.abs(on.value(mesh.vertices[some[inner[some]]])).max() < 1e-4
+    alone, _ = meshed("gyroid(20) |> shell(1.5)", 1.0, CUBE)
+    assert volumes(mesh)[mesh.phase == 0].sum() == pytest.approx(volumes(alone).sum(), rel=1e-9)
+
+
+def test_void_alone_has_one_name_where_it_is_one() -> None:
+    mesh, _ = meshed("schwarz_p(20)", 2.0, CUBE, phases=("solid", "void"))
+    assert mesh.phases == ("solid", "void")
+    assert volumes(mesh).sum() == pytest.approx(8000)
+
+
+def test_islands_are_dropped_and_named() -> None:
+    text = "sphere(5) | translate(sphere(2), [12, 0, 0])"
+    mesh, facts = meshed(text, 0.8)
+    (told,) = facts["told"]
+    assert told.code == "W251"
+    assert "(12, " in told.message
+    assert facts["islands"] == 1
+    assert facts["dropped_volume_fraction"] == pytest.approx(8 / 133, rel=0.05)
+    assert mesh.vertices[:, 0].max() < 6
+    kept, facts = meshed(text, 0.8, keep_islands=True)
+    assert facts["dropped_volume_fraction"] == 0
+    assert facts["islands"] == 1
+    assert kept.vertices[:, 0].max() > 13
+
+
+def test_sizes_are_finer_at_the_surface() -> None:
+    fine, of_fine = meshed("sphere(10)", 0.7)
+    mesh, facts = meshed("sphere(10)", 4.0, surface_size=0.7)
+    assert facts["volume"] == pytest.approx(of_fine["volume"], rel=1e-6)  # the surface is the same
+    assert len(mesh.tets) < 0.7 * len(fine.tets)
+    assert facts["min_dihedral"] > LEAST
+    depth = 10 - np.linalg.norm(mesh.vertices[mesh.tets].mean(axis=1), axis=1)
+    assert volumes(mesh)[depth > 6].mean() > 7 * volumes(mesh)[depth < 1].mean()
+
+
+def test_sizes_follow_a_field() -> None:
+    size = field_of("max(0.5, abs(z) / 4)")
+    mesh, facts = meshed("box([12, 12, 24])", size)
+    assert facts["volume"] == pytest.approx(12 * 12 * 24, rel=1e-9)
+    middle = np.abs(mesh.vertices[mesh.tets].mean(axis=1)[:, 2])
+    edge = np.cbrt(12 * volumes(mesh))
+    asked = np.maximum(0.5, middle / 4)
+    assert (edge < 1.3 * asked + 0.1).all()
+    assert edge[middle > 9].mean() > 2.5 * edge[middle < 2].mean()
+    assert facts["min_dihedral"] > 20
+
+
+def test_a_wall_thinner_than_two_cubes_is_told_with_its_place() -> None:
+    _, facts = meshed("box([20, 20, 1.5])", 1.0)
+    (told,) = facts["told"]
+    assert told.code == "W250"
+    assert "1.5 mm thick" in told.message
+    assert "0.75 mm" in told.hint
+    assert not meshed("box([20, 20, 2.5])", 1.0)[1]["told"]
+
+
+@pytest.mark.parametrize(
+    ("size", "more", "code"),
+    [
+        (0, {}, "E160"),
+        (-1.0, {}, "E160"),
+        (float("nan"), {}, "E160"),
+        (True, {}, "E160"),
+        (1.0, {"surface_size": 2.0}, "E160"),
+        (1.0, {"phases": ("void",)}, "E160"),
+        (0.01, {}, "E161"),
+        (2.0, {"surface_size": 0.005}, "E161"),
+        (50.0, {}, "E162"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_a_way_out(size: Any, more: dict[str, Any], code: str) -> None:
+    with pytest.raises(PoreError) as error:
+        direct(solid_of("translate(sphere(10), [3, 2, 1])"), size, **more)
+    (found,) = error.value.diagnostics
+    assert found.code == code
+    assert found.hint
+
+
+def test_walls_that_fall_between_the_cubes_are_refused() -> None:
+    with pytest.raises(PoreError, match="E162"):
+        direct(solid_of("gyroid(10) |> shell(0.6) & cube(30)"), 1.0)
+
+
+def test_sizes_that_are_none_are_refused_with_their_place() -> None:
+    with pytest.raises(PoreError, match=r"E160.*mm at \("):
+        direct(solid_of("sphere(10)"), field_of("z / 5"))
+
+
+def test_a_field_without_a_number_is_refused_with_its_place() -> None:
+    with pytest.raises(PoreError, match="E110"):
+        direct(solid_of("max(sphere(5), sqrt(x - 100) - 1)", CUBE), 1.0)
+
+
+def test_the_same_again() -> None:
+    one, _ = meshed("gyroid(10) |> shell(1.5) & sphere(7)", 0.8)
+    other, _ = meshed("gyroid(10) |> shell(1.5) & sphere(7)", 0.8)
+    assert one.tets.tobytes() == other.tets.tobytes()
+    assert one.vertices.tobytes() == other.vertices.tobytes()
+
+
+def test_it_tells_how_far_it_is_and_can_be_ended() -> None:
+    seen: list[str] = []
+    with watching(lambda what, done, total: seen.append(what)):
+        direct(solid_of("sphere(10)"), 2.0)
+    assert set(seen) == {"meshing"}
+    with watching(cancel=lambda: True), pytest.raises(CancelledError):
+        direct(solid_of("sphere(10)"), 2.0)
