@@ -176,8 +176,9 @@ class Doors(ABC):
         preset: str | None = None,
         **more: Setting,
     ) -> Any:
-        """A study of the program in elements (`porelang.strength.Strength`): the one that a `let` names, or the only
-        one; with its mesh, what was found on it, its `numbers` with their errors, and `write("result.vtu")`.
+        """A study of the program in elements (`porelang.strength.Strength`): the one that a `let` names, the only one,
+        or one that is described as a program calls it, `"compress(part, 10kN, axis=z, E=2GPa, nu=0.3)"`. With its mesh,
+        what was found on it, its `numbers` with their errors, and `write("result.vtu")`.
 
         `refine` adds a step of refinement where stresses err most; `within` names the envelope of an effective modulus.
         What is doubtful is told as a `PoreWarning`. Errors: E100 where there is no such study; those of the study.
@@ -286,6 +287,8 @@ class Doors(ABC):
 @cache
 def options() -> frozenset[str]:
     """The options of all that can be asked."""
-    asked = (Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.study, Doors.slices, Doors.render)
+    asked = (
+        Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.study, Doors.slices, Doors.render,
+    )  # fmt: skip
     every = frozenset(option for one in asked for option in signature(one).parameters)
     return every - {"self", "name", "more"}

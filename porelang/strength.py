@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +16,15 @@ from numpy.typing import NDArray
 
 from porelang.analysis.box import Box
 from porelang.atomic import destination, draft_in, save, unwritable
+from porelang.compiler import try_compile
 from porelang.data import Reduced
-from porelang.diagnostics import Diagnostic, fail, suggest
-from porelang.ir import Node, node
-from porelang.measure import envelope_of
+from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
+from porelang.ir import Node, X, node
+from porelang.measure import BOUNDS, envelope_of
 from porelang.ops.principal import RESULTS, principal
 from porelang.ops.studies import NUMBERS
 from porelang.program import Design
+from porelang.source import Source
 from porelang.tasks.study.asked import question
 from porelang.tasks.study.found import kept
 from porelang.tasks.study.solved import Solved, refined, solved
@@ -31,6 +33,8 @@ from porelang.tasks.telling import told
 Floats = NDArray[np.float64]
 #: What is no number of its own in a report: it is told under `error`.
 _ERROR = "error"
+#: A part without an envelope of its own that fills so much of its bounds is a solid, and no lattice in them.
+_FILLS = 0.5
 
 
 @dataclass(frozen=True)
@@ -96,8 +100,11 @@ class Strength:
             save(path, lambda file: shutil.copyfileobj(draft.open("rb"), file))
 
 
-def carry_out(design: Design, name: str | None = None, refine: bool = False, within: str | None = None) -> Strength:
-    """Solve a study that a `let` of the program names: the one that is asked for, or the only one.
+def carry_out(
+    design: Design, name: str | None = None, refine: bool = False, within: str | None = None, out: str | None = None
+) -> Strength:
+    """Solve a study that a `let` of the program names: the one that is asked for, or the only one. Or one that is
+    described as a program would call it, `compress(part, 10kN, axis=z, material="PA12")`, of the output `out`.
 
     `refine` adds a step of refinement: where the stresses of the first solve err most, elements of half the size.
     `within` names the envelope of an effective modulus: an output or a `let`. Errors: E100 where there is no such
@@ -109,11 +116,17 @@ def carry_out(design: Design, name: str | None = None, refine: bool = False, wit
     >>> round(found.numbers["max_von_mises"].value, 3)
     12.346
     """
-    name, n = chosen(design, name)
-    asked = question(design.formula(*n.args).taken)
-    found = solved(asked)
-    if refine:
-        found = refined(found)
+    if name is not None and "(" in name:
+        n = described(design, name, out)
+    else:
+        name, n = chosen(design, name)
+    place = design.program.places.get(n)
+    try:
+        found = solved(question(design.formula(*n.args).taken))
+        if refine:
+            found = refined(found)
+    except PoreError as error:
+        raise PoreError([replace(d, span=d.span or place) for d in error.diagnostics]) from None
     return _result(design, name, n, found, within)
 
 
@@ -136,6 +149,22 @@ def chosen(design: Design, name: str | None) -> tuple[str, Node]:
     )
 
 
+def described(design: Design, call: str, out: str | None = None) -> Node:
+    """The study of an output that a text describes; `part` is that output, and no other name of the program is known.
+
+    Errors: E108 for a text that is no call of a study, and what is wrong with it.
+    """
+    source = Source("--study", f"let part = x\nlet studied = {call}\npart")
+    program, found = try_compile(source)
+    if program is None:
+        raise PoreError(found)
+    n = program.studies.get("studied")
+    if n is None or n.args[0] is not X:
+        hint = 'as in `compress(part, 10kN, axis=z, material="PA12")`'
+        raise fail("E108", f"`{call}` is no study of `part`", hint=hint)
+    return node("study", design.program.solid(out), *n.args[1:])
+
+
 def _result(design: Design, name: str, n: Node, found: Solved, within: str | None) -> Strength:
     doubts = told(n, kept(found), design.program.places.get(n))
     whole = found.asked.whole
@@ -151,7 +180,11 @@ def _modulus(design: Design, found: Solved, axis: int, within: str | None) -> tu
     lo, hi = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     length = float(hi[axis] - lo[axis])
     envelope, called = envelope_of(design, part, within, Box(tuple(lo.tolist()), tuple(hi.tolist())))
-    area = design.number(node("volume", envelope)).value / length
+    whole = design.number(node("volume", envelope)).value
+    own = found.numbers["volume"].value
+    if called == BOUNDS and own > _FILLS * whole:  # a plain shape is its own envelope
+        whole, called = own, "the part itself"
+    area = whole / length
     stiffness = found.numbers["stiffness"]
     return Reduced(stiffness.value * length / area, stiffness.error * length / area), called
 
@@ -172,4 +205,4 @@ def _write_vtu(found: Solved, path: Path) -> None:
         **{f"direction{k}": np.stack([way[RESULTS.index(f"{a}{k}")] for a in "xyz"], 1) for k in (1, 2, 3)},
     }
     cells = {"young": [found.young], "error": [found.errors]}
-    write(str(path), Mesh(found.mesh.vertices, [("tetra", found.mesh.tets)], points, cells))
+    write(str(path), Mesh(fields.mesh.vertices, [("tetra", fields.mesh.tets)], points, cells))

@@ -71,7 +71,7 @@ def test_a_solid_cylinder_between_frictionless_platens_has_one_stress() -> None:
     for name, value in exact.items():
         got = found.number(name)
         assert abs(got.value - value) <= got.error, name
-        assert got.error < 0.05 * value, name
+        assert got.error < 0.08 * value, name
     points = np.array([[0, 0, 0], [4, 3, -10], [0, -8, 9.0]])
     np.testing.assert_allclose(found.field("vm")(points), force / area, rtol=0.03)
     moved = found.field("u")(np.array([[0, 0, 15.0], [0, 0, -15]]))
@@ -226,7 +226,7 @@ def test_a_disk_that_fills_loses_no_result(monkeypatch: pytest.MonkeyPatch, tmp_
     monkeypatch.setenv("PORELANG_CACHE_LIMIT", "1kB")
     store.forget()
     assert porelang.compile(TEXT.replace("1kN", "4kN")).number("k").value > 0
-    assert not list(tmp_path.rglob("*.result"))
+    assert all(p.stat().st_size < 1000 for p in tmp_path.rglob("*") if p.is_file())
 
 
 # ---- what is said of mistakes
@@ -235,7 +235,8 @@ MISTAKES = {
     "no face": ("sphere(9mm)", "compress(part_, 1kN, MATERIAL)", "E189", "z = -9 mm"),
     "too fine": ("cube(9mm)", "compress(part_, 1kN, MATERIAL, size=0.02mm)", "E187", "unknowns"),
     "two pieces": ("cube(9mm) | cube(9mm) @ [x - 30, y, z]", "compress(part_, 1kN, MATERIAL, size=3mm)", "E188", "50%"),
-    "nothing held": ("cube(9mm)", "study(part_, z < -40mm, force(z > 4mm, [0, 0, 1N]), MATERIAL, size=3mm)", "E170", "nearest"),
+    "nothing held": ("cube(9mm)", "study(part_, z < -6mm, force(z > 4mm, [0, 0, 1N]), MATERIAL, size=3mm)", "E170",
+                     "nearest"),
     "free to move": ("cube(9mm)", 'study(part_, held(z < -4.4mm, along="z"), force(z > 4mm, [1N, 0N, 0N]), MATERIAL, '
                      "size=3mm)", "E171", "translation along x"),
     "no modulus": ("cube(9mm)", "compress(part_, 1kN, E=1MPa * (x - 2), nu=0.3, size=3mm)", "E185", "Young's modulus"),
@@ -279,10 +280,13 @@ def told(text: str) -> dict[str, str]:
 
 
 def test_it_says_what_it_is_and_what_is_doubtful() -> None:
-    text = f"{BAR}let s = bend(bar, 10N, axis=z, toward=x, supports=\"cantilever\", {MATERIAL}, size=SIZE)\nout vm = s.von_mises"
+    bent = f'bend(bar, 10N, axis=z, toward=x, supports="cantilever", {MATERIAL}, size=SIZE)'
+    text = f"{BAR}let s = {bent}\nout vm = s.von_mises"
     fine = told(text.replace("SIZE", "3mm"))
     assert set(fine) == {""}
-    assert all(word in fine[""] for word in ("elements of 3 mm", "unknowns", "residual", "Zienkiewicz", "nearest place"))
+    assert all(
+        word in fine[""] for word in ("elements of 3 mm", "unknowns", "residual", "Zienkiewicz", "nearest place")
+    )
     thin = told(f"let plate = box([30mm, 30mm, 1mm])\nlet s = study(plate, x < -14.9mm, force(x > 14.9mm, [0, 0, -1N]), "
                 f"{MATERIAL}, size=1.5mm)\nout vm = s.von_mises")  # fmt: skip
     assert "1 mm thick" in thin["W265"]
@@ -299,8 +303,8 @@ def test_fea_writes_elements_and_says_what_they_come_to(tmp_path: Path, capsys: 
     file.write_text(TEXT)
     assert main(["fea", str(file), "-o", str(out), "--json", "-q"]) == 0
     found = json.loads(capsys.readouterr().out)
-    keys = {"unknowns", "iterations", "residual", "compliance", "max_displacement", "mean_displacement", "max_von_mises",
-            "reaction", "effective_modulus", "mass", "error"}  # fmt: skip
+    keys = {"unknowns", "iterations", "residual", "compliance", "max_displacement", "mean_displacement",
+            "max_von_mises", "reaction", "effective_modulus", "mass", "error"}  # fmt: skip
     assert keys <= found.keys()
     assert found["effective_modulus"] == pytest.approx(E, rel=1e-3)
     assert found["max_von_mises"] == pytest.approx(10, rel=1e-6)
@@ -314,6 +318,20 @@ def test_fea_writes_elements_and_says_what_they_come_to(tmp_path: Path, capsys: 
     text = capsys.readouterr().out
     assert "stiffness" in text
     assert "N/mm" in text
+
+
+def test_a_study_can_be_described_for_a_program_that_has_none(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "a.pore"
+    file.write_text("out other = cube(3mm)\nout bar = box([10mm, 10mm, 40mm])")
+    words = ["fea", str(file), "--out", "bar", "--json", "-q", "--study"]
+    assert main([*words, f"compress(part, 1kN, axis=z, {MATERIAL}, size=5mm)"]) == 0
+    assert json.loads(capsys.readouterr().out)["stiffness"] == pytest.approx(E * 100 / 40, rel=1e-6)
+    assert main([*words, "compress(part, 0kN, E=2GPa, nu=0.3)"]) == 1
+    assert [e["code"] for e in json.loads(capsys.readouterr().out)["errors"]] == ["E186"]
+    assert main([*words, "cube(9mm)"]) == 2
+    assert [e["code"] for e in json.loads(capsys.readouterr().out)["errors"]] == ["E108"]
 
 
 @pytest.mark.parametrize(
@@ -347,7 +365,9 @@ def test_a_disk_that_fills_leaves_no_half_of_a_result(tmp_path: Path, monkeypatc
     assert not list(tmp_path.iterdir())
 
 
-def test_the_plan_says_what_a_study_takes(tmp_path: Path, capsys: pytest.CaptureFixture[str], computed: list[str]) -> None:
+def test_the_plan_says_what_a_study_takes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], computed: list[str]
+) -> None:
     file = tmp_path / "a.pore"
     file.write_text(TEXT + "\nlet other = compress(bar, force=2kN, E=2GPa, nu=0.3, size=5mm)\n")
     assert main(["show", str(file), "--stages"]) == 0

@@ -49,6 +49,7 @@ COMMANDS: dict[str, Command] = {
                 "set",
                 "preset",
                 "bind",
+                "out",
                 "result",
                 "study",
                 "refine",
@@ -256,7 +257,14 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "help": "write the elements with stresses and displacements, as ParaView opens them",
         },
     ),
-    "study": (("--study",), {"metavar": "NAME", "help": "which study of the program (default: the only one)"}),
+    "study": (
+        ("--study",),
+        {
+            "metavar": "NAME",
+            "help": "which study of the program (default: the only one); or one of the output, as a program calls it: "
+            "'compress(part, 10kN, axis=z, material=\"PA12\")'",
+        },
+    ),
     "refine": (
         ("--refine",),
         {"action": "store_true", "help": "solve again with finer elements where stresses err most"},

@@ -37,7 +37,7 @@ def fea(options: Namespace) -> int:
     if broken := broken_checks(design):
         raise PoreError(broken)
     start = time.perf_counter()
-    found = carry_out(design, options.study, options.refine, options.within)
+    found = carry_out(design, options.study, options.refine, options.within, options.out)
     if options.output:
         found.write(options.output)
     seconds = round(time.perf_counter() - start, 3)

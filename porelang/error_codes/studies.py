@@ -40,7 +40,7 @@ STUDIES = (
         "What holds a part (`fix`) is a condition, true where it is held, `held(...)` or `moved(...)`; what loads it\n"
         "(`load`) is `force(...)`, `pressure(...)`, `torque(...)`, `weight(...)` or `moved(...)`: or a list of them.\n"
         "Axes are x, y and z; platens are frictionless or bonded. A beam's pads have to fit under it. Elements have a\n"
-        "size above 0, and not so small a one that there are four million unknowns: these take some 10 GB. Without\n"
+        "size above 0, and not so small a one that there are four million unknowns: these take some 5 GB. Without\n"
         "`size` elements are found from the walls of a part, as fine as about a minute allows.",
         'let s = study(cube(9mm), fix=z < -4mm, load=[0, 0, -1kN], material="PA12")\n'
         "sphere(s.max_von_mises / 1MPa * 1mm)",
@@ -64,8 +64,8 @@ STUDIES = (
         "`compress`, `shear`, `twist_load` and a cantilever hold and load the flat ends of a part along an axis. A\n"
         "ball has none: what is pressed there would be a point. Cut it flat, or say where it is held and loaded.",
         "",
-        'let s = compress(sphere(9mm) & slab(12mm), force=1kN, material="PA12")\n'
-        "sphere(9mm) & slab(12mm) & gyroid(6mm) |> thicken(s.von_mises, 0.1)",
+        'let s = compress(sphere(9mm) & slab([0, 0, 1], 12mm), force=1kN, material="PA12")\n'
+        "sphere(9mm) & slab([0, 0, 1], 12mm) & gyroid(6mm) |> thicken(s.von_mises, 0.1)",
     ),
     Code(
         "W264",

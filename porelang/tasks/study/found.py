@@ -26,7 +26,7 @@ def kept(study: Solved) -> SampledField:
     fields = study.fields
     values = np.column_stack([fields.von_mises, fields.energy, fields.displacement, fields.stress])
     with activity("sampling a study"):
-        samples, voxel, off = sampled(study.mesh, values)
+        samples, voxel, off = sampled(fields.mesh, values)
     wall = study.sized.wall
     x, y, z = (0.0, 0.0, 0.0) if wall is None else map(float, wall.at)
     got = Got(

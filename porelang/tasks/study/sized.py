@@ -13,7 +13,7 @@ from porelang.walls import Thinnest, on_surface, triangles, walls_at
 #: Elements through the least side of a part without walls.
 ACROSS = 10.0
 #: Elements of order 2 are found so fine that there are no more unknowns than this: a minute or so. More are for who
-#: gives a size, up to the most that a machine with 16 GB takes.
+#: gives a size, up to the most that a machine with 8 GB takes.
 AFFORDABLE, MOST = 800_000, 4_000_000
 #: Elements and unknowns of the first and of the second order: for every cube of an edge in the part, and for every
 #: square of it on its surface (measured: cylinders, boxes, gyroids).
@@ -22,7 +22,7 @@ _UNKNOWNS = {1: (6.0, 3.0), 2: (48.0, 18.0)}
 #: Triangles of marching cubes for every square of the voxel on a surface: the mean of |n|_1 is 3/2.
 _TRIANGLES = 3.0
 #: Seconds for an unknown: meshing, assembly and solution (measured, two cores).
-_SECONDS = {1: 3e-5, 2: 4e-5}
+_SECONDS = {1: 6e-5, 2: 7e-5}
 
 
 @dataclass(frozen=True)

@@ -36,9 +36,11 @@ _LOST = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Fields:
-    """What a study finds at the vertices of its elements: `displacement` (n, 3) mm, `stress` (n, 6) MPa in VTK's order,
-    `von_mises` (n,) MPa, `energy` (n,) N/mm2."""
+    """What a study finds at the corners of its elements: `displacement` (p, 3) mm, `stress` (p, 6) MPa in VTK's order,
+    `von_mises` (p,) MPa, `energy` (p,) N/mm2. Where the material jumps a vertex has a place for each side: `mesh` has
+    these places as its vertices."""
 
+    mesh: TetMesh
     displacement: Floats
     stress: Floats
     von_mises: Floats
@@ -47,11 +49,11 @@ class Fields:
 
 @dataclass(frozen=True, slots=True)
 class Solved:
-    """A study in elements: `fields` at their vertices, by which share stresses err in the energy of each (m,), the
+    """A study in elements: `fields` at their corners, by which share stresses err in the energy of each (m,), the
     numbers of `porelang.ops.studies` by name, with their errors, the forces of supports (N) by name.
 
-    `young` (m,) MPa is that of each element; `solution` what the solver found, before a platen got its force; `lost` the share of the part in `pieces` that are left out. Displacements
-    are counted from where the part rests.
+    `young` (m,) MPa is that of each element; `solution` what the solver found, before a platen got its force; `lost`
+    the share of the part in `pieces` that are left out. Displacements are counted from where the part rests.
     """
 
     asked: Question
@@ -83,7 +85,7 @@ def solved(asked: Question) -> Solved:
 
 
 def _meshed(part: Solid, size: float | Formula, finest: float) -> tuple[TetMesh, float, int]:
-    """Elements of a part in its largest piece; the share of the volume that is in others, and how many. Errors: E188."""
+    """Elements of a part in its largest piece; which share of the volume is in others, in how many. Errors: E188."""
     mesh, _ = direct(part, size, keep_islands=True)
     piece = components(mesh)
     count = int(piece.max())
@@ -95,7 +97,7 @@ def _meshed(part: Solid, size: float | Formula, finest: float) -> tuple[TetMesh,
         some = piece == 1
         at = np.average(mesh.vertices[mesh.tets[some]].mean(axis=1), axis=0, weights=volume[some])
         text = f"{lost:.0%} of the part hang together with its largest piece by nothing, as at ({coordinates(at)})"
-        hint = f"join the pieces, or study each by itself; or elements of {finest:.3g} mm are too coarse for what joins it"
+        hint = f"join the pieces, or study each by itself; or elements of {finest:.3g} mm are too coarse for what joins"
         raise fail("E188", text, hint=hint)
     return taken(mesh, piece == 0), lost, count
 
@@ -113,12 +115,12 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
         solution = solve(problem)
     factor, stiffness, work = _scaled(asked, acting, solution)
     fields = _fields(solution, factor, acting, mesh)
-    errors = _errors(solution)
-    measured = Measured(fields.displacement, fields.von_mises, work, stiffness, solution.error, errors)
-    numbers = numbers_of(mesh, density, measured, surface_error(mesh, part))
+    errors = _errors(solution, fields)
+    measured = Measured(fields.displacement, fields.von_mises, work, stiffness, solution.error.relative, errors)
+    numbers = numbers_of(fields.mesh, density, measured, surface_error(mesh, part))
     reactions = {r.name: factor * r.force for r in solution.reactions}
-    return Solved(asked, mesh, young, fields, errors, solution, found, numbers, reactions, solution.unknowns, solution.iterations,
-                  solution.residual, lost, pieces)  # fmt: skip
+    return Solved(asked, mesh, young, fields, errors, solution, found, numbers, reactions, solution.unknowns,
+                  solution.iterations, solution.residual, lost, pieces)  # fmt: skip
 
 
 def _scaled(asked: Question, acting: Setting, solution: Solution) -> tuple[float, float | None, float]:
@@ -148,10 +150,12 @@ def _scaled(asked: Question, acting: Setting, solution: Solution) -> tuple[float
 
 
 def _fields(solution: Solution, factor: float, acting: Setting, mesh: TetMesh) -> Fields:
-    displacement = factor * solution.displacement
+    displacement, sites = factor * solution.at_vertices, solution.sites
     if acting.rests:
         displacement = displacement - _ridden(displacement, mesh.vertices, acting.rests)
-    return Fields(displacement, factor * solution.stress, abs(factor) * solution.von_mises, factor**2 * solution.energy)
+    apart = TetMesh(mesh.vertices[sites.vertex], sites.corners, mesh.phase, mesh.phases)
+    return Fields(apart, displacement[sites.vertex], factor * solution.stress, abs(factor) * solution.von_mises,
+                  factor**2 * solution.energy_density)  # fmt: skip
 
 
 def _ridden(displacement: Floats, at: Floats, rests: tuple[Side, ...]) -> Floats:
@@ -175,9 +179,11 @@ def _ridden(displacement: Floats, at: Floats, rests: tuple[Side, ...]) -> Floats
     return np.asarray(motions(at) @ motion)
 
 
-def _errors(solution: Solution) -> Floats:
-    """By which share the stress of each element errs in its energy, at least that of an element of mean energy."""
-    return np.asarray(solution.errors)
+def _errors(solution: Solution, fields: Fields) -> Floats:
+    """By which share the stress of each element errs, in energy; of one that has little, against the mean of all."""
+    energy = fields.energy[fields.mesh.tets].mean(axis=1) * volumes(fields.mesh)
+    share = energy / max(float(energy.sum()), 1e-300)
+    return np.asarray(solution.error.of_tets / np.sqrt(np.maximum(share, 1 / len(share))))
 
 
 def refined(found: Solved) -> Solved:
