@@ -24,8 +24,10 @@ from porelang.rewrites import flatten
 Array = NDArray[np.float64]
 #: Places within an envelope at which the share of solid is counted: its error is 1 / (2 sqrt n) at most, .1 %.
 PLACES = 200_000
-#: How many thicknesses make the table of a lattice; the least that is tried first, and how often it is doubled.
-_TABLE, _LEAST, _DOUBLINGS = 25, 0.01, 13
+#: How many thicknesses make the table of a lattice; the least that is tried, and how often it is made four times that.
+_TABLE, _LEAST, _STEPS, _TIMES = 13, 0.01, 7, 4.0
+#: Of the places, every so many make the table: thickness is moved after it until all of them have the porosity.
+_FEW = 8
 _WAVES = ("sin_turns", "cos_turns", "sin", "cos")
 
 
@@ -50,11 +52,15 @@ class Adapting:
 
     def density(self, samples: SampledField) -> float:
         """The share of the envelope that is solid with samples for the param."""
-        return float(self._solid(self.with_samples(samples)).mean())
+        return float(self._solid(self.with_samples(samples), self.places).mean())
 
-    def _solid(self, design: Design) -> NDArray[np.bool_]:
+    def _share(self, value: float) -> float:
+        design = self.with_samples(self.same_all_over(value))
+        return float(self._solid(design, self.places[::_FEW]).mean())
+
+    def _solid(self, design: Design, places: Array) -> NDArray[np.bool_]:
         field = NumpyField(design.formula(design.program.solid(self.output)), "f64")
-        return np.asarray(field.at(self.places)) < 0
+        return np.asarray(field.at(places)) < 0
 
     def same_all_over(self, value: float) -> SampledField:
         """Samples of a value."""
@@ -62,7 +68,7 @@ class Adapting:
 
     def as_it_stands(self) -> float:
         """The share of solid of the program without the loop, with what is bound to it already, if anything is."""
-        return float(self._solid(self.design).mean())
+        return float(self._solid(self.design, self.places).mean())
 
     def cell(self) -> float:
         """The period of the lattice in mm: the longest of its waves, in the middle of the places.
@@ -92,9 +98,9 @@ class Adapting:
         With it comes 1, or -1 where more of the param is less of the solid: then the thickness is minus the param.
         Errors: E193 where these densities are not reached, E192 where the density does not rise all along.
         """
-        ladder = np.array([-(_LEAST * 2.0**k) for k in range(_DOUBLINGS, -1, -1)])
+        ladder = np.array([-(_LEAST * _TIMES**k) for k in range(_STEPS, -1, -1)])
         ladder = np.concatenate([ladder, [0.0], -ladder[::-1]])
-        shares = np.array([self.density(self.same_all_over(v)) for v in ladder])
+        shares = np.array([self._share(v) for v in ladder])
         found = _climb(ladder, shares, low, high)
         if found is None:
             raise fail("E193", f"`{self.param}` takes the density of `{self.output}` from {shares.min():.3f} to "
@@ -103,7 +109,7 @@ class Adapting:
         first, last, sign = found
         for _ in range(2):  # the ladder is coarse: first to where the limits are
             values = np.linspace(first, last, _TABLE)
-            shares = np.array([self.density(self.same_all_over(sign * v)) for v in values])
+            shares = np.array([self._share(sign * v) for v in values])
             first = float(values[max(0, int(np.flatnonzero(shares <= low).max()))])
             last = float(values[min(_TABLE - 1, int(np.flatnonzero(shares >= high).min()))])
         inside = np.flatnonzero((shares > low) & (shares < high))
@@ -171,7 +177,7 @@ def _param(program: Program, output: str, adapt: str | None, box: Box) -> str:
         raise fail("E193", f"`{output}` reads {', '.join(f'`{n}`' for n in read)}, which take data",
                    hint=f"say which adapts: --adapt {read[0]}")  # fmt: skip
     raise fail("E193", f"`{output}` reads no param that takes data, so nothing can adapt",
-               hint="declare one, `param t: field = 1.5`, and let it be a thickness: `gyroid(10mm) |> shell(t)`")  # fmt: skip
+               hint="declare one, `param t: field = 1.5`, and let it thicken: `gyroid(10mm) |> shell(t)`")  # fmt: skip
 
 
 def _bound(program: Program, param: str, box: Box) -> tuple[Program, Node]:
@@ -191,7 +197,7 @@ def _study(program: Program, output: str, param: str, study: str | None, box: Bo
     if study is not None and study not in made.studies:
         near = suggest(study, made.studies)
         raise fail("E100", f"the program has no study `{study}`",
-                   hint=f"did you mean `{near}`?" if near else "name one with `let`: `let s = compress(part, ...)`")  # fmt: skip
+                   hint=f"did you mean `{near}`?" if near else "name it: `let s = compress(part, ...)`")  # fmt: skip
     of = [n for n, task in made.studies.items() if task.args[0] is made.solid(output) and study in (None, n)]
     if len(of) == 1:
         return of[0]
@@ -200,7 +206,7 @@ def _study(program: Program, output: str, param: str, study: str | None, box: Bo
                    hint=f"say which: --study {of[0]}")  # fmt: skip
     what = "no study of the program is" if study is None else f"the study `{study}` is not"
     raise fail("E193", f"{what} of `{output}` itself, which is what the loop solves",
-               hint=f"write `let s = compress({output}, ...)`, of what is iterated and not of the solid round it")  # fmt: skip
+               hint=f"write `let s = compress({output}, ...)`: of what is iterated, not of the solid")  # fmt: skip
 
 
 def _places(envelope: Formula, box: Box) -> Array:

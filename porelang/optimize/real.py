@@ -21,6 +21,7 @@ from porelang.optimize.loop import digest
 from porelang.optimize.rules import Answer
 from porelang.optimize.spread import averaged
 from porelang.program import Design
+from porelang.tasks.resolve import named
 from porelang.tasks.study.asked import question
 from porelang.tasks.study.solved import Solved, solved
 
@@ -135,5 +136,6 @@ def _gathered(there: NDArray[np.intp], values: Array, grid: Grid) -> Array:
 
 def _identity(adapting: Adapting) -> str:
     """What the study of a design is, by content: renaming changes nothing of it, another force does."""
-    design = adapting.design
-    return repr(design.identity(design.program.studies[adapting.study]))
+    design = adapting.with_samples(adapting.same_all_over(0.0))
+    task = design.program.studies[adapting.study]
+    return named(task, design.formula(*task.args).bindings)

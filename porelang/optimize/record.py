@@ -32,7 +32,8 @@ NAME = "loop.jsonl"
 class Step:
     """A step of the history; step 0 is the start.
 
-    `compliance` N mm and its relative `error`, where the analysis states one, `max_von_mises` MPa (macroscopic, of the homogenised material, or of the real lattice's solid),
+    `compliance` N mm and its relative `error`, where the analysis states one, `max_von_mises` MPa (macroscopic, of the
+    homogenised material, or in the solid of the real lattice),
     `stress_per_density` MPa (von Mises' over the density, below which 99 % of the volume is), `max_displacement` mm,
     `porosity` 0..1, `change` of the compliance, relative to the step before, `spread` of what the rule looks at (its
     coefficient of variation), and `noise`, the relative error of the analysis.
