@@ -56,7 +56,7 @@ lint: $(READY)  ## ruff and mypy --strict
 bench: $(READY)  ## time the compiler, the evaluation and the meshing of the examples
 	@$(BIN)/python benchmarks
 
-bench-peers: $(READY)  ## install what the benchmark compares with (VTK, scikit-image, PoreSpy, microgen) into .peers, and run it
+bench-peers: $(READY)  ## install what the benchmark compares with (VTK, scikit-image, PoreSpy, microgen, tpmslab) into .peers, and run it
 	@$(BIN)/python benchmarks --peers
 
 golden: $(READY)  ## rewrite the texts that tests compare with; look at the diff before you keep it

@@ -23,6 +23,7 @@ from sampling import sampling
 from shapes import shapes
 from starts import starts
 from tensors import tensors
+from tetmeshers import tetmeshers
 from timing import machine
 from transfers import transfers
 
@@ -35,7 +36,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument(
         "--only",
-        help="specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, loop, gpu, compiling, starts",
+        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tetmeshers, loop, gpu, "
+        "compiling, starts",
     )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
@@ -53,6 +55,7 @@ def main() -> None:
         "shapes": lambda: shapes(max(1, options.rounds // 4)),
         "tensors": lambda: tensors(options.rounds),
         "phases": lambda: phases(max(3, options.rounds // 3)),
+        "tetmeshers": lambda: tetmeshers(max(1, options.rounds // 3)),
         "loop": loop,
         "gpu": lambda: transfers(options.rounds),
         "compiling": lambda: compiling(max(3, options.rounds // 3)),

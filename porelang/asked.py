@@ -28,6 +28,7 @@ from porelang.program import Design
 if TYPE_CHECKING:
     from porelang.optimize.run import Optimized
     from porelang.strength import Strength
+    from porelang.tetrahedra import Tetrahedra
 
 Some = TypeVar("Some")
 _UNITS = {"volume": "mm3", "envelope_volume": "mm3", "area": "mm2"}
@@ -89,6 +90,26 @@ def iterate(
                      damping, folder, resume)  # fmt: skip
     warn(found.told)
     return found
+
+
+def tet(
+    design: Design, name: str | None, size: Length | None, surface_size: Length | None,
+    mesher: Literal["direct", "ftetwild"], phases: str | Sequence[str], bounds: Bounds | str | None,
+    keep_islands: bool, time_limit: float | str | None, check: bool, force: bool,
+) -> Tetrahedra:  # fmt: skip
+    """An output as tetrahedra; see `Program.tet`."""
+    from porelang.tetrahedra import tetrahedra
+
+    edge, at_surface = length("size", size, values.size), length("surface_size", surface_size)
+    wanted: Sequence[str] = read("phases", phases, values.phases)
+    if check:
+        keep_checks(design)
+    made = tetrahedra(
+        design, name, edge, mesher, wanted, surface_size=at_surface, bounds=read("bounds", bounds, values.box),
+        keep_islands=keep_islands, time_limit=read("time_limit", time_limit, values.duration), force=force,
+    )  # fmt: skip
+    warn([*(undecided_checks(design) if check else []), *made.doubts, *design.told(*design.program.roots(name))])
+    return made
 
 
 def slices(

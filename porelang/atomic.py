@@ -93,23 +93,30 @@ def read_only(found: os.stat_result, path: Path) -> bool:
 
 
 @contextmanager
-def replace_file(path: str | Path) -> Iterator[BinaryIO]:
-    """A file to write to, which takes its place at the end of the block, and is gone if the block fails.
+def replace_path(path: str | Path) -> Iterator[Path]:
+    """The name of a file to be made, for those who take names: it takes its place at the end of the block, and is gone
+    if the block fails. It is in the same folder, and has no ending.
 
     Owner and permissions of a file that is replaced are kept where the system lets us. Errors: E113.
     """
     target = destination(path)
     try:
         with draft_in(target.parent) as draft:
-            with open(draft, "xb") as file:
-                yield file
-                file.flush()
-                os.fsync(file.fileno())
+            yield draft
+            with open(draft, "rb") as made:
+                os.fsync(made.fileno())
             if target.exists():
                 keep_owner(target, draft)
             os.replace(draft, target)
     except OSError as error:
         raise unwritable(path, error) from error
+
+
+@contextmanager
+def replace_file(path: str | Path) -> Iterator[BinaryIO]:
+    """A file to write to, which takes its place at the end of the block, as that of `replace_path`. Errors: E113."""
+    with replace_path(path) as draft, open(draft, "xb") as file:
+        yield file
 
 
 def save(path: str | Path, write_to: Callable[[BinaryIO], None]) -> None:

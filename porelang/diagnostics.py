@@ -133,9 +133,10 @@ def fail(code: str, message: str, span: Span | None = None, **more: Any) -> Pore
 
 #: An option of a command as it stands in a text, with its value if it is a number, a number type or the like.
 _OPTION = re.compile(
-    r"(?<![\w`-])--([a-z]+)(?: (\d[\w.]*|numpy|glsl|none|NAME|[xyz]=\d\w*|x0,y0,z0,x1,y1,z1))?(?![\w-])"
+    r"(?<![\w`-])--([a-z]+(?:-[a-z]+)*)"
+    r"(?: (\d[\w.]*|numpy|glsl|direct|ftetwild|none|NAME|[xyz]=\d\w*|x0,y0,z0,x1,y1,z1))?(?![\w-])"
 )
-_FLAGS = frozenset({"force"})
+_FLAGS = frozenset({"force", "keep_islands"})
 
 
 def _in_python(d: Diagnostic) -> Diagnostic:
@@ -145,7 +146,7 @@ def _in_python(d: Diagnostic) -> Diagnostic:
 
 
 def _keyword(option: re.Match[str]) -> str:
-    name, value = option.groups()
+    name, value = option[1].replace("-", "_"), option[2]
     if value is None:
         return f"{name}=True" if name in _FLAGS else f"`{name}`"
     return f"{name}={value}" if value == "NAME" else f'{name}="{value}"'

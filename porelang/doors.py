@@ -166,6 +166,57 @@ class Doors(ABC):
             self.design(settings, preset=preset, **more), name, within, voxel, resolution, bounds, backend, dtype
         )
 
+    def tet(
+        self,
+        name: str | None = None,
+        /,
+        size: Length | None = None,
+        surface_size: Length | None = None,
+        mesher: Literal["direct", "ftetwild"] = "direct",
+        phases: str | Sequence[str] = "solid",
+        bounds: Bounds | str | None = None,
+        keep_islands: bool = False,
+        time_limit: float | str | None = None,
+        check: bool = True,
+        force: bool = False,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Any:
+        """An output as tetrahedra, for analysis: an object with `vertices` (n, 3) in mm, `tets` (m, 4) of positive
+        volume, `phase` (m,) with its names `phases`, a `report`, and `write(path)`, `surfaces()`, `to_meshio()`.
+
+        `size` is how long edges are, in mm or as a text with a unit; or the name of an output or a `let` that says it
+        at every place; if it is not given, or `"auto"`, it is found from the walls. Near the surface it is
+        `surface_size`. The `mesher` is the direct one, or fTetWild (from pytetwild), for which `time_limit` is (s, or
+        `"5min"`). `phases="solid,void"` fills the void in the part's box too, with the triangles between them shared.
+        Pieces that do not hang together with the largest are left out unless `keep_islands`. What is doubtful is told
+        as a `PoreWarning` (W202, W250-W251). Errors: those of bounds; E068 where a `check` of the program fails, unless
+        `check` is False; E118 where more than a fifth of the part is lost, unless `force`; E160-E165.
+
+        >>> import porelang
+        >>> ball = porelang.compile("sphere(10)").tet(size=4)
+        >>> abs(ball.report["volume"] / 4188.79 - 1) < 0.1
+        True
+        >>> sorted(ball.surfaces())
+        ['solid_outside']
+        """
+        from porelang.asked import tet
+
+        return tet(
+            self.design(settings, preset=preset, **more),
+            name,
+            size,
+            surface_size,
+            mesher,
+            phases,
+            bounds,
+            keep_islands,
+            time_limit,
+            check,
+            force,
+        )
+
     def study(
         self,
         name: str | None = None,
@@ -320,8 +371,6 @@ class Doors(ABC):
 @cache
 def options() -> frozenset[str]:
     """The options of all that can be asked."""
-    asked = (
-        Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.study, Doors.slices, Doors.render,
-    )  # fmt: skip
+    asked = (Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.tet, Doors.slices, Doors.render)
     every = frozenset(option for one in asked for option in signature(one).parameters)
     return every - {"self", "name", "more"}

@@ -39,8 +39,8 @@ from porelang.ops import TASK_TABLE
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, given, settle
 from porelang.source import Source, Span
-from porelang.tasks import all_read, bind_files, bind_tasks, find, look
 from porelang.tasks.bake import region
+from porelang.tasks.resolve import all_read, bind_files, bind_tasks, find, look
 from porelang.tasks.run import LOOKERS, READERS, within_of
 from porelang.tasks.telling import TELL, told
 

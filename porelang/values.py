@@ -54,6 +54,29 @@ def spacing(text: str) -> float | str:
     return text if text == "auto" else length(text)
 
 
+def size(text: str) -> float | str:
+    """A length, `auto`, or the name of what says one."""
+    name = text.strip()
+    return name if name.isidentifier() else length(text)
+
+
+def duration(text: str) -> float:
+    """`90s`, `5min`, `2h`, or a number of seconds, in seconds."""
+    match = re.fullmatch(rf"\s*({_NUMBER})\s*(s|min|h|)\s*", text)
+    value = float(match[1]) * {"": 1, "s": 1, "min": 60, "h": 3600}[match[2]] if match else 0.0
+    if not (math.isfinite(value) and value > 0):
+        raise Unreadable(f"`{text}` is no time", "write 90s, 5min or 2h")
+    return value
+
+
+def phases(text: str) -> tuple[str, ...]:
+    """`solid`, or `solid,void`."""
+    found = tuple(word.strip() for word in text.split(","))
+    if not set(found) <= {"solid", "void"} or len(set(found)) != len(found):
+        raise Unreadable(f"`{text}` are no phases", "write solid, or solid,void")
+    return found
+
+
 def count(text: str) -> int:
     """A whole number above 0."""
     if not text.isascii() or not text.isdigit() or len(text) > 10 or int(text) < 1:

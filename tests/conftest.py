@@ -20,12 +20,13 @@ from porelang.gpu import Gpu, GpuMissing, open_gpu, shared_gpu
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    folder = tempfile.TemporaryDirectory(prefix="porelang-tests-")
-    os.environ["PORELANG_CACHE"] = folder.name
+    if not hasattr(config, "workerinput"):  # workers share that of the process that started them
+        folder = tempfile.TemporaryDirectory(prefix="porelang-tests-")
+        os.environ["PORELANG_CACHE"] = folder.name
+        config.add_cleanup(folder.cleanup)
     # what a script starts in its background ignores Ctrl-C, and so would all that the tests start and interrupt
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    config.add_cleanup(folder.cleanup)
 
 
 def _or_skip(start: Callable[[], Gpu], required: bool) -> Gpu:

@@ -640,7 +640,7 @@ def test_show_with_bounds_tells_the_box_and_the_steepness(pore: Pore) -> None:
 @pytest.mark.slow
 def test_a_run_that_is_ended_from_outside_leaves_nothing_behind(tmp_path: Path) -> None:
     """SIGTERM, as a job scheduler sends it, cleans up as Ctrl-C does."""
-    command = [sys.executable, "-m", "porelang", "mesh", SPECIMEN, "--resolution", "900", "-o", str(tmp_path / "a.stl")]
+    command = [sys.executable, "-m", "porelang", "mesh", SPECIMEN, "--resolution", "300", "-o", str(tmp_path / "a.stl")]
     running = subprocess.Popen([*command, "-q"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
     while not list(tmp_path.iterdir()) and running.poll() is None and time.monotonic() < deadline:

@@ -61,6 +61,18 @@ def test_python_of_its_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert "+-" in out
 
 
+def test_python_of_tetrahedra_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (text,) = re.findall(r"```python\n(.*?)```", DOCUMENTS["docs/tetrahedra.md"], re.DOTALL)
+    names: dict[str, object] = {}
+    exec(text, names)
+    assert "min" not in capsys.readouterr().err
+    assert names["outside"].is_watertight  # type: ignore[attr-defined]
+    assert [path.name for path in tmp_path.iterdir()] == ["part.msh"]
+
+
 def test_generated_parts_of_the_reference_are_up_to_date() -> None:
     spec = importlib.util.spec_from_file_location("generate", ROOT / "docs" / "generate.py")
     assert spec is not None

@@ -24,7 +24,7 @@ STOREYS = {
     "tape": 2, "formula": 2, "rewrites": 2, "analysis": 2, "backends": 2,
     "syntax": 3, "elaborate": 3,
     "materials": 0,
-    "solid": 4, "walls": 4, "tet": 4, "fea": 4, "unitcell": 4, "tasks": 4, "gpu": 4, "files": 4,
+    "solid": 4, "walls": 4, "children": 4, "tet": 4, "fea": 4, "unitcell": 4, "tasks": 4, "gpu": 4, "files": 4,
     "settings": 5, "program": 5, "field": 5, "doors": 5, "contracts": 5, "doubts": 5, "checks": 5, "refusals": 5,
     "compiler": 5, "extents": 5, "outputs": 5,
     "mesh": 6, "measure": 6, "pieces": 6, "render": 6, "slices": 6, "notation": 6,
@@ -43,7 +43,7 @@ READERS = {"resources", "cache", "store", "elaborate.prelude", "atomic"}
 #: The one place that knows of the compiler of loops.
 COMPILER = "compiled"
 #: Methods that only hand on to a storey above: an import, and a call of what it brought.
-DOORS = {"doors": {"mesh", "measure", "study", "iterate", "slices", "render"}}
+DOORS = {"doors": {"mesh", "measure", "tet", "study", "iterate", "slices", "render"}}
 
 MODULES = {
     ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix("__init__").removesuffix("."): path

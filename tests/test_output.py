@@ -80,14 +80,14 @@ def test_only_regular_files_are_replaced(
     assert names(tmp_path) == ["link", "there"]
 
 
-@pytest.mark.parametrize("command", ["mesh", "eval", "render", "slices"])
+@pytest.mark.parametrize("command", ["mesh", "eval", "render", "slices", "tet"])
 def test_every_command_refuses_what_is_no_file_before_it_computes(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     source, points = tmp_path / "a.pore", tmp_path / "p.csv"
     source.write_text(BALL)
     points.write_text("0,0,0\n")
-    ending = {"mesh": ".stl", "eval": ".npy", "render": ".png", "slices": ""}[command]
+    ending = {"mesh": ".stl", "eval": ".npy", "render": ".png", "slices": "", "tet": ".vtu"}[command]
     more = {"eval": ["--points", str(points)], "slices": ["--step", "1mm"]}.get(command, [])
     pipe(tmp_path / "pipe")
     out = tmp_path / f"out{ending}"

@@ -85,7 +85,7 @@ def test_a_signal_at_any_moment_leaves_nothing_behind(what: str, work: Path) -> 
     (made,) = set(names(work)) - set(before) or {"layers"}
     result = files(work / made) if (work / made).is_dir() else (work / made).read_bytes()
     chance = random.Random(what)
-    for k in range(6):
+    for k in range(4):
         number = (signal.SIGHUP, signal.SIGTERM, signal.SIGINT, signal.SIGQUIT)[k % 4]
         if what != "slices":
             for path in [*(work / made).iterdir(), work / made] if (work / made).is_dir() else [work / made]:

@@ -22,6 +22,7 @@ from refused import refused
 
 import porelang
 from porelang import store
+from porelang.children import Running
 from porelang.cli import main
 from porelang.data import SampledField
 from porelang.diagnostics import Diagnostic, PoreError
@@ -415,15 +416,15 @@ def test_error_that_takes_too_many_samples(tmp_path: Path) -> None:
 
 def test_death_of_the_process_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = saved(box(), tmp_path / "box.stl")
-    follow = ask._follow
+    ended = ask.ended
 
     for how, words in ((signal.SIGSEGV, "crashed (SIGSEGV)"), (signal.SIGKILL, "not enough memory")):
 
-        def killed(child: subprocess.Popen[bytes], how: signal.Signals = how) -> None:
+        def killed(child: Running, heard: Any, how: signal.Signals = how) -> int:
             os.kill(child.pid, how)
-            follow(child)
+            return ended(child, heard)
 
-        monkeypatch.setattr(ask, "_follow", killed)
+        monkeypatch.setattr(ask, "ended", killed)
         found = told(lambda: read_shape(path, span=SPAN))
         assert (found.code, words in found.message) == ("E144", True), found
 
@@ -431,9 +432,9 @@ def test_death_of_the_process_is_told(tmp_path: Path, monkeypatch: pytest.Monkey
 @pytest.mark.slow
 def test_cancelling_ends_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = saved(trimesh.creation.icosphere(subdivisions=5, radius=10.0), tmp_path / "ball.stl")
-    started: list[subprocess.Popen[bytes]] = []
-    follow = ask._follow
-    monkeypatch.setattr(ask, "_follow", lambda child: (started.append(child), follow(child)))
+    started: list[Running] = []
+    ended = ask.ended
+    monkeypatch.setattr(ask, "ended", lambda child, heard: (started.append(child), ended(child, heard))[1])
     reports: list[tuple[int, int]] = []
     with (
         watching(lambda _, done, total: reports.append((done, total)), lambda: bool(reports)),

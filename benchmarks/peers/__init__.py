@@ -41,11 +41,13 @@ PEERS = (
     Peer("porespy_region", "PoreSpy, voxels", ("porespy",), 3),
     Peer("microgen_infill", "microgen", ("microgen",), 1),
 )
+#: What makes tetrahedra: its script answers once.
+TPMSLAB = Peer("tpmslab_block", "tpmslab", ("tpmslab",), 1)
 
 
 def install() -> None:
     """Make the environments that are not there yet."""
-    for peer in PEERS:
+    for peer in (*PEERS, TPMSLAB):
         if not peer.packages or peer.python.exists():
             continue
         print(f"== {peer.python.parent.parent.name}: {', '.join(peer.packages)}", flush=True)

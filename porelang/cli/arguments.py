@@ -92,6 +92,25 @@ COMMANDS: dict[str, Command] = {
             "pore slices specimen.pore -o layers --step 0.1mm",
         ),
         Command(
+            "tet",
+            "write the part as tetrahedra, for analysis: .vtu .msh .inp .nas .mesh",
+            (
+                *ASK,
+                "output",
+                "tet_size",
+                "surface_size",
+                "mesher",
+                "phases",
+                "bounds",
+                "keep_islands",
+                "time_limit",
+                "force_tets",
+                "json",
+                "quiet",
+            ),
+            "pore tet specimen.pore -o part.vtu --size 3mm",
+        ),
+        Command(
             "eval",
             "the value of the field at points",
             (*ASK, "points", "values", "backend", "dtype", "json", "quiet"),
@@ -455,6 +474,53 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "help": "in pixels (default: 800x600)",
         },
     ),
+    "tet_size": (
+        ("--size",),
+        {
+            "metavar": "LENGTH",
+            "type": values.size,
+            "help": "how long the edges of tetrahedra are, as in 3mm; or the name of an output or a `let` that says it "
+            "at every place; auto (the default) finds it from the walls",
+        },
+    ),
+    "surface_size": (
+        ("--surface-size",),
+        {
+            "metavar": "LENGTH",
+            "type": values.length,
+            "help": "how long they are at the surface (default: as inside)",
+        },
+    ),
+    "mesher": (
+        ("--mesher",),
+        {
+            "choices": ("direct", "ftetwild"),
+            "default": "direct",
+            "help": "direct: straight from the field (the default); ftetwild: from a surface, by fTetWild",
+        },
+    ),
+    "phases": (
+        ("--phases",),
+        {
+            "metavar": "solid[,void]",
+            "type": values.phases,
+            "default": ("solid",),
+            "help": "what to fill: the solid (the default), or the void in the part's box too, with triangles shared",
+        },
+    ),
+    "keep_islands": (
+        ("--keep-islands",),
+        {"action": "store_true", "help": "keep pieces that do not hang together with the largest"},
+    ),
+    "time_limit": (
+        ("--time-limit",),
+        {
+            "metavar": "TIME",
+            "type": values.duration,
+            "help": "the time fTetWild has, as in 90s or 2h (default: 30min)",
+        },
+    ),
+    "force_tets": (("--force",), {"action": "store_true", "help": "write tetrahedra also if much of the part is lost"}),
     "zoom": (
         ("--zoom",),
         {"metavar": "FACTOR", "type": values.factor, "default": 1.0, "help": "2 shows the middle twice as large"},

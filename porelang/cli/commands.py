@@ -30,6 +30,7 @@ RUN: dict[str, str] = {
     "fea": "strength.fea",
     "optimize": "optimizing.optimize",
     "slices": "slicing.slices",
+    "tet": "tetrahedra.tet",
     "eval": "evaluate.evaluate",
     "show": "showing.show",
     "glsl": "showing.glsl",

@@ -34,7 +34,7 @@ def load(options: Namespace) -> Program:
     if program is None:
         raise PoreError(found)
     if not getattr(options, "quiet", False):
-        named = {getattr(options, "within", None), getattr(options, "field", None)}
+        named = {getattr(options, option, None) for option in ("within", "field", "size")}
         report.say(d for d in found if d.code != "W220" or d.span is None or d.span.text not in named)
     return program
 

@@ -20,6 +20,7 @@ from porelang.diagnostics import PoreError, fail, suggest
 CALLED = {
     **dict.fromkeys(("--section", "--clip", "--clip-plane"), "--cut"),
     **dict.fromkeys(("--cell-size", "--spacing", "--pitch"), "--voxel"),
+    **dict.fromkeys(("--element-size", "--edge-length", "--mesh-size"), "--size"),
     **dict.fromkeys(("--define", "--param"), "--set"),
 }
 
@@ -206,7 +207,8 @@ def _overview() -> argparse.ArgumentParser:
 def _joined(words: Sequence[str]) -> list[str]:
     """`--bounds -1,-1,...` as one word: `argparse` would take a value that begins with `-` for an option."""
     out: list[str] = []
-    numbers = ("--bounds", "--voxel", "--resolution", "--step", "--view", "--range")
+    lengths = ("--voxel", "--step", "--size", "--surface-size")
+    numbers = (*lengths, "--bounds", "--resolution", "--view", "--range", "--time-limit")
     for word in words:
         if out and out[-1] in numbers and re.match(r"-[\d.]", word):
             out[-1] += f"={word}"

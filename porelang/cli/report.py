@@ -16,6 +16,8 @@ from porelang.progress import Report
 
 #: Wrong usage, wherever it is found: the request does not fit the program, or its files are not there.
 _USAGE = frozenset({"E088", "E100", "E104", "E105", "E107", "E108", "E112", "E113", "E114", "E117", "E123"})
+#: A piece of this machine that is missing.
+_MISSING = frozenset({"E163"})
 _SETTINGS = frozenset({"E083", "E084", "E085"})
 _BOLD, _RED, _YELLOW, _BLUE, _CYAN, _END = "\033[1m", "\033[1;31m", "\033[1;33m", "\033[1;34m", "\033[36m", "\033[0m"
 _SHADES = {"error": _RED, "warning": _YELLOW, "note": _CYAN}
@@ -26,7 +28,7 @@ def status(found: Iterable[Diagnostic]) -> int:
     errors = [d for d in found if d.severity == "error"]
     if not errors:
         return 0
-    if all(d.code.startswith("E12") and d.code not in _USAGE for d in errors):
+    if all((d.code.startswith("E12") and d.code not in _USAGE) or d.code in _MISSING for d in errors):
         return 3
     if all(d.code in _SETTINGS or (d.code in _USAGE and d.span is None) for d in errors):
         return 2
@@ -95,7 +97,7 @@ def _colourful(stream: TextIO) -> bool:
 
 
 #: What nobody can tell the end of: its time is shown, not its share.
-_ENDLESS = frozenset({"finding numbers from fields", "working"})
+_ENDLESS = frozenset({"finding numbers from fields", "meshing with fTetWild", "working"})
 _SOON, _OFTEN = 0.5, 0.1  # seconds: until something is said, and between two looks
 
 

@@ -12,6 +12,7 @@ from porelang.error_codes.datafiles import DATAFILES
 from porelang.error_codes.direct import DIRECT
 from porelang.error_codes.doubts import DOUBTS
 from porelang.error_codes.found import FOUND
+from porelang.error_codes.ftetwild import FTETWILD
 from porelang.error_codes.kinds import KINDS
 from porelang.error_codes.loops import LOOPS
 from porelang.error_codes.machine import MACHINE
@@ -39,6 +40,7 @@ THEMES: tuple[tuple[Code, ...], ...] = (
     WALLS,
     DIRECT,
     STUDIES,
+    FTETWILD,
     LOOPS,
     DOUBTS,
 )

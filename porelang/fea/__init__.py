@@ -5,11 +5,13 @@ Pure functions of arrays: nothing here knows of programs or fields.
 
 from __future__ import annotations
 
+from porelang.fea.error import Error, refined_sizes
 from porelang.fea.problem import BodyForce, Force, Load, Moment, Pressure, Problem, Support, Weight, Where
 from porelang.fea.solution import Reaction, Solution
 from porelang.fea.solve import solve
+from porelang.fea.write import write
 
 __all__ = [
-    "BodyForce", "Force", "Load", "Moment", "Pressure", "Problem", "Reaction", "Solution", "Support", "Weight",
-    "Where", "solve",
+    "BodyForce", "Error", "Force", "Load", "Moment", "Pressure", "Problem", "Reaction", "Solution", "Support", "Weight",
+    "Where", "refined_sizes", "solve", "write",
 ]  # fmt: skip

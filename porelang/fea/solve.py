@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from porelang.diagnostics import fail
-from porelang.fea import checks, iterate, loads, rigid, supports
+from porelang.fea import checks, doubts, iterate, loads, patches, rigid, supports
 from porelang.fea.assemble import internal, lame, stiffness
+from porelang.fea.error import estimate
 from porelang.fea.elements import TET_1, TET_4, slopes_at, terms
 from porelang.fea.nodes import Floats, Nodes, number
 from porelang.fea.problem import Mask, Problem
 from porelang.fea.solution import Reaction, Solution
+from porelang.fea.stress import strains, stresses
 from porelang.fea.surface import surface
 from porelang.progress import activity, checkpoint
 
@@ -77,11 +81,20 @@ def solve(problem: Problem, tolerance: float = 1e-8) -> Solution:
         Reaction(support.name, *_resultant(rest, held.components, chosen, support.axes, nodes))
         for support, chosen in zip(problem.supports, held.nodes, strict=True)
     )
-    return Solution(
-        problem, nodes, young, poisson, density, displacement, reactions, applied, rest,
-        float(np.vdot(resisted, displacement)), outcome.residual, outcome.iterations,
-        3 * len(nodes.points) - int(components.sum()),
+    with activity("recovering stresses"):
+        region = patches.regions(nodes, young, poisson)
+        where = patches.sites(nodes, region, young)
+        stress = stresses(strains(nodes, displacement), young[:, None], poisson[:, None])
+        fitted = patches.fit(nodes, where, stress)
+        compliance = float(np.vdot(resisted, displacement))
+        error = estimate(nodes, where, fitted, stress, young, poisson, compliance)
+    at_sites = patches.means(where, nodes.volumes, np.stack([young, poisson], axis=1))
+    found = Solution(
+        problem, nodes, young, poisson, density, displacement, reactions, held.nodes, applied, compliance, outcome.residual,
+        outcome.iterations, 3 * len(nodes.points) - int(components.sum()), where, at_sites[:, 0], at_sites[:, 1],
+        fitted.factors[:, 0].copy(), stress.mean(axis=1), error, (),
     )  # fmt: skip
+    return replace(found, doubts=doubts.of(found, parts.bodies))
 
 
 def resistance(nodes: Nodes, constants: Floats, displacement: Floats) -> Floats:

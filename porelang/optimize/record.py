@@ -113,7 +113,7 @@ class Book:
     def write(
         self, step: Step, density: Array, following: Array, state: Array | None, samples: Mapping[str, Array]
     ) -> None:
-        """Add a step, with more arrays for its file. Errors: E113 where the disk takes no more: what was there before is kept."""
+        """Add a step, with more arrays for its file. Errors: E113 where the disk is full: what was there is kept."""
         line: dict[str, Any] = asdict(step)
         line["step"] = self._store(f"step-{step.number:03}.npz", density=density, following=following, **samples)
         if state is not None:

@@ -131,7 +131,7 @@ def _rule(rule: str | Rule) -> Rule:
     if rule not in RULES:
         near = suggest(rule, RULES)
         raise fail("E193", f"`{rule}` is no rule of the loop",
-                   hint=f"did you mean `{near}`?" if near else f"there are {', '.join(f'`{r}`' for r in RULES)}")  # fmt: skip
+                   hint=f"did you mean `{near}`?" if near else "there are `energy` and `von_mises`")  # fmt: skip
     return RULES[rule]()
 
 
@@ -148,12 +148,14 @@ def _doubts(what: Adapting, found: loop.Outcome) -> list[Diagnostic]:
     out = []
     if found.reason == "uniform" and found.best == 0:
         out.append(Diagnostic(
-            "W268", f"what `{what.output}` bears is uniform: it varies by {first.spread:.1%}, and is known to {first.noise:.1%}",
+            "W268", f"what `{what.output}` bears is uniform: it varies by {first.spread:.1%}, known to "
+            f"{first.noise:.1%}",
             place, "there is nothing to adapt to", severity="warning",
-            hint="a stiffer part of the same mass may still have a dense core in a light skin: docs/optimize.md"))  # fmt: skip
+            hint="a dense core in a light skin may still be stiffer at the same mass: docs/optimize.md"))  # fmt: skip
     elif found.best == 0:
         out.append(Diagnostic(
-            "W269", f"no step was stiffer than the uniform `{what.output}`", place, "the start is kept", severity="warning",
+            "W269", f"no step was stiffer than the uniform `{what.output}`", place, "the start is kept",
+            severity="warning",
             hint="take less of each change, as in --damping 0.5, or wider limits"))  # fmt: skip
     else:
         gained, error = 1 - best.compliance / first.compliance, max(first.error or 0.0, best.error or 0.0)

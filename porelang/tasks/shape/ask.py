@@ -9,14 +9,9 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import multiprocessing.spawn
 import os
-import select
 import signal
-import subprocess
-import sys
 import tempfile
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -25,16 +20,15 @@ from typing import IO, BinaryIO
 import numpy as np
 
 from porelang import store
+from porelang.children import child, ended
 from porelang.data import SampledField
 from porelang.diagnostics import PoreError, fail
-from porelang.progress import checkpoint, tell
-from porelang.resources import PACKAGE
+from porelang.progress import tell
 from porelang.source import Span
 from porelang.tasks.datafile import looked_at, remembered
 from porelang.tasks.identity import code_digest
 from porelang.tasks.shape.file import ENDINGS, STEP, UnusableError, look_over
 
-_POLL = 0.05  # seconds between two questions whether the answer is still wanted
 _CHUNK = 1 << 20
 _WORDS = 300  # characters of a child's last words that are worth showing
 
@@ -127,7 +121,7 @@ def _read(asked: _Asked, file: BinaryIO, size: int) -> SampledField:
 
 def _made(asked: _Asked, source: IO[bytes]) -> SampledField:
     with tempfile.TemporaryFile() as target, tempfile.TemporaryFile() as words:
-        code = _measured(asked, source.fileno(), target.fileno(), words.fileno())
+        code = _measured(asked, source.fileno(), target.fileno(), words)
         if code:
             words.seek(0)
             raise _died(asked, code, words.read().decode(errors="replace"))
@@ -141,49 +135,23 @@ def _made(asked: _Asked, source: IO[bytes]) -> SampledField:
     return SampledField(made.values, made.origin, made.spacing, tuple(facts.tolist()))
 
 
-def _measured(asked: _Asked, source: int, target: int, words: int) -> int:
+def _measured(asked: _Asked, source: int, target: int, words: IO[bytes]) -> int:
     """Have the child measure; how it ended. It is killed where the answer is no longer wanted."""
-    # The interpreter that multiprocessing would start, which programs that embed Python know how to set.
-    python = os.fsdecode(multiprocessing.spawn.get_executable() or sys.executable)
-    path = dict.fromkeys([*(os.path.abspath(p) for p in sys.path), str(PACKAGE.parent)])
-    numbers: Sequence[object] = (asked.error, asked.margin, asked.unit, source, target)
+    numbers = (asked.ending, asked.error, asked.margin, asked.unit, source, target)
     try:
-        child = subprocess.Popen(
-            [python, "-P", "-m", "porelang.tasks.shape.child", asked.ending, *map(str, numbers)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=words,
-            pass_fds=(source, target),
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
-        )
+        with child("porelang.tasks.shape.child", numbers, (source, target), words) as working:
+            return ended(working, _heard)
     except OSError as error:
         raise asked.fail(
             "E144", f"was not measured: no process can be started: {error.strerror}", "end some others"
         ) from None
-    with child:
-        try:
-            _follow(child)
-            return child.wait()
-        finally:
-            if child.poll() is None:
-                child.kill()
 
 
-def _follow(child: subprocess.Popen[bytes]) -> None:
-    """Hand on how far the child says it is, until it has said all."""
-    assert child.stdout is not None
-    descriptor, begun = child.stdout.fileno(), b""
-    while True:
-        checkpoint()
-        if not select.select([descriptor], [], [], _POLL)[0]:
-            continue
-        chunk = os.read(descriptor, _CHUNK)
-        if not chunk:
-            return
-        *lines, begun = (begun + chunk).split(b"\n")
-        numbers = lines[-1].split() if lines else []
-        if len(numbers) == 2 and all(n.isdigit() for n in numbers):
-            tell(int(numbers[0]), int(numbers[1]))
+def _heard(lines: list[str]) -> None:
+    """Hand on how far the child says it is."""
+    numbers = lines[-1].split() if lines else []
+    if len(numbers) == 2 and all(n.isdigit() for n in numbers):
+        tell(int(numbers[0]), int(numbers[1]))
 
 
 def _died(asked: _Asked, code: int, words: str) -> PoreError:
