@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from porelang.backends.numpy import NumpyField
 from porelang.data import SampledField
 from porelang.diagnostics import fail, suggest
 from porelang.formula import Formula
-from porelang.ir import Node, node, order, within
+from porelang.ir import TASKS, Node, node, order, within
 from porelang.measure import envelope_of
 from porelang.optimize.laws import Thickness
 from porelang.program import Design, Program
@@ -52,23 +53,34 @@ class Adapting:
 
     def density(self, samples: SampledField) -> float:
         """The share of the envelope that is solid with samples for the param."""
-        return float(self._solid(self.with_samples(samples), self.places).mean())
+        return _solid(self._with(samples), self.places)
 
     def _share(self, value: float) -> float:
-        design = self.with_samples(self.same_all_over(value))
-        return float(self._solid(design, self.places[::_FEW]).mean())
+        return _solid(self._with(self.same_all_over(value)), self.places[::_FEW])
 
-    def _solid(self, design: Design, places: Array) -> NDArray[np.bool_]:
-        field = NumpyField(design.formula(design.program.solid(self.output)), "f64")
-        return np.asarray(field.at(places)) < 0
+    def _with(self, samples: SampledField) -> Formula:
+        """The output with samples for the param."""
+        if self._open is not None:
+            return self._open[0].bind({self._open[1]: samples})
+        design = self.with_samples(samples)
+        return design.formula(design.program.solid(self.output))
+
+    @cached_property
+    def _open(self) -> tuple[Formula, Node] | None:
+        """The output, compiled once, and what its samples are bound to; None where tasks of it depend on them."""
+        program, samples = _bound(self.design.program, self.param, self.box)
+        root = program.solid(self.output)
+        if any(n.op in TASKS and n.args for n in order([root], within)):
+            return None
+        return program.design(dict(self.design.settings)).formula(root), samples
 
     def same_all_over(self, value: float) -> SampledField:
         """Samples of a value."""
-        return SampledField.from_array(np.full((2, 2, 2), value), self.box.lo, np.subtract(self.box.hi, self.box.lo))
+        return SampledField.from_array(np.full((2, 2, 2), value), self.box.lo, _size(self.box))
 
     def as_it_stands(self) -> float:
         """The share of solid of the program without the loop, with what is bound to it already, if anything is."""
-        return float(self._solid(self.design, self.places).mean())
+        return _solid(self.design.formula(self.design.program.solid(self.output)), self.places)
 
     def cell(self) -> float:
         """The period of the lattice in mm: the longest of its waves, in the middle of the places.
@@ -120,6 +132,11 @@ class Adapting:
                        f"{sign * float(values[used][flat[0]]):.4g}",
                        hint="narrow the limits to where it does, as in --limits 0.3..0.6")  # fmt: skip
         return Thickness(shares[used], values[used]), sign
+
+
+def _solid(part: Formula, places: Array) -> float:
+    """The share of places (n, 3) that lie in a part."""
+    return float((np.asarray(NumpyField(part, "f64").at(places)) < 0).mean())
 
 
 def _climb(values: Array, shares: Array, low: float, high: float) -> tuple[float, float, float] | None:
@@ -182,8 +199,12 @@ def _param(program: Program, output: str, adapt: str | None, box: Box) -> str:
 
 def _bound(program: Program, param: str, box: Box) -> tuple[Program, Node]:
     """A program with samples that nobody else has, and the node that reads them."""
-    samples = SampledField.from_array(np.full((2, 2, 2), 0.7390851332), box.lo, np.subtract(box.hi, box.lo))
+    samples = SampledField.from_array(np.full((2, 2, 2), 0.7390851332), box.lo, _size(box))
     return program.bind({param: samples}), node("bound", value=(samples.digest,))
+
+
+def _size(box: Box) -> list[float]:
+    return [h - lo for lo, h in zip(box.lo, box.hi, strict=True)]
 
 
 def _reads(program: Program, output: str, param: str, box: Box) -> bool:
@@ -218,7 +239,7 @@ def _places(envelope: Formula, box: Box) -> Array:
     count = PLACES
     for _ in range(3):
         points = (0.5 + np.arange(1, count + 1)[:, None] / g ** np.arange(1, 4)) % 1 * size + np.array(box.lo)
-        inside = points[np.asarray(field.at(points)) < 0]
+        inside: Array = points[np.asarray(field.at(points)) < 0]
         if len(inside) >= PLACES // 2:
             break
         count = int(count * PLACES / max(len(inside), PLACES // 50))

@@ -88,7 +88,7 @@ class Real:
             if values.shape[axis] == 1:
                 values = np.repeat(values, 2, axis)
                 origin[axis] -= grid.spacing[axis] / 2
-        return SampledField.from_array(values, origin, grid.spacing)
+        return SampledField.from_array(values, origin.tolist(), grid.spacing)
 
     def _answer(self, density: Array, found: Solved, samples: SampledField, share: float) -> Answer:
         mesh, fields = found.mesh, found.fields
@@ -131,7 +131,7 @@ def study_of(design: Design, study: str) -> Solved:
 
 
 def _gathered(there: NDArray[np.intp], values: Array, grid: Grid) -> Array:
-    return np.bincount(there, values, len(grid.weights))
+    return np.asarray(np.bincount(there, values, len(grid.weights)), np.float64)
 
 
 def _identity(adapting: Adapting) -> str:
