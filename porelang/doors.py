@@ -371,6 +371,9 @@ class Doors(ABC):
 @cache
 def options() -> frozenset[str]:
     """The options of all that can be asked."""
-    asked = (Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.tet, Doors.slices, Doors.render)
+    asked = (
+        Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.tet, Doors.study, Doors.iterate,
+        Doors.slices, Doors.render,
+    )  # fmt: skip
     every = frozenset(option for one in asked for option in signature(one).parameters)
     return every - {"self", "name", "more"}

@@ -33,6 +33,8 @@ from porelang.tasks.telling import told
 Floats = NDArray[np.float64]
 #: What is no number of its own in a report: it is told under `error`.
 _ERROR = "error"
+#: What the solver doubts of loads and elements, and a study does not say itself: a force on a point, locking.
+_OF_THE_SOLVER = frozenset({"W258", "W259"})
 #: A part without an envelope of its own that fills so much of its bounds is a solid, and no lattice in them.
 _FILLS = 0.5
 
@@ -166,7 +168,9 @@ def described(design: Design, call: str, out: str | None = None) -> Node:
 
 
 def _result(design: Design, name: str, n: Node, found: Solved, within: str | None) -> Strength:
-    doubts = told(n, kept(found), design.program.places.get(n))
+    place = design.program.places.get(n)
+    doubts = told(n, kept(found), place)
+    doubts += [replace(d, span=d.span or place) for d in found.solution.doubts if d.code in _OF_THE_SOLVER]
     whole = found.asked.whole
     modulus, called = None, ""
     if whole is not None and whole.name == "compress":

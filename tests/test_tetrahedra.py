@@ -503,6 +503,14 @@ def test_without_pytetwild_it_is_said_what_to_install(
     assert os.listdir(tmp_path) == ["a.pore"]
 
 
+def test_a_surface_that_is_too_coarse_is_told_in_words_of_tetrahedra() -> None:
+    program = porelang.compile("gyroid(20) |> shell(1.53) & cylinder(15, 30)")
+    found = told(lambda: program.tet(size="4mm", surface_size="6mm", mesher="ftetwild"))
+    assert found.code == "E118"
+    assert "--surface-size 0." in found.hint
+    assert "--voxel" not in found.hint
+
+
 @pytest.mark.slow
 def test_a_part_by_ftetwild(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
@@ -525,6 +533,8 @@ def test_a_part_by_ftetwild(
     assert main(words) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["mesher"] == "ftetwild"
+    assert found["surface_voxel"] == 2.5
+    assert found["warnings"] == []
     assert found["volume"] == pytest.approx(1000, rel=2e-3)
     assert found["distance"]["max"] <= found["epsilon"] * 1.01
     assert sorted(os.listdir(tmp_path)) == ["a.pore", "a.vtu"]

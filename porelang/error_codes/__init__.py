@@ -11,6 +11,7 @@ from __future__ import annotations
 from porelang.error_codes.datafiles import DATAFILES
 from porelang.error_codes.direct import DIRECT
 from porelang.error_codes.doubts import DOUBTS
+from porelang.error_codes.elasticity import ELASTICITY
 from porelang.error_codes.found import FOUND
 from porelang.error_codes.ftetwild import FTETWILD
 from porelang.error_codes.kinds import KINDS
@@ -41,6 +42,8 @@ THEMES: tuple[tuple[Code, ...], ...] = (
     DIRECT,
     STUDIES,
     FTETWILD,
+    ELASTICITY,
+    STUDIES,
     LOOPS,
     DOUBTS,
 )

@@ -1,4 +1,5 @@
-"""Linear elasticity on tetrahedra: from loads and supports to displacements and stresses, with an estimate of the error.
+"""Linear elasticity on tetrahedra: from loads and supports to displacements and stresses, with an estimate of the
+error.
 
 Pure functions of arrays: nothing here knows of programs or fields.
 """

@@ -1,11 +1,14 @@
-"""The stiffness matrix, in blocks of 3 x 3, row by row: each row is written by one thread, from the elements round its node.
+"""The stiffness matrix, in blocks of 3 x 3, row by row: each row is written by one thread, from the elements round
+its node.
 
-With straight edges the gradient of a shape function is a sum over corners k of a linear function times grad L_k, and so each block is
+With straight edges the gradient of a shape function is a sum over corners k of a linear function times grad L_k, and
+so each block is
 
     K_ab = lambda G_ab + mu G_ab^T + mu tr(G_ab) I,    G_ab = V sum_kl c_akbl grad L_k grad L_l^T
 
 with numbers c that are the same in all tetrahedra (`terms`): no quadrature, and nothing but the matrix itself is
-kept. A row costs twice what symmetry would allow, and in return nothing waits, and the sums have one order on any number of threads (docs/decisions/0016).
+kept. A row costs twice what symmetry would allow, and in return nothing waits, and the sums have one order on any
+number of threads (docs/decisions/0016).
 """
 
 from __future__ import annotations
@@ -17,8 +20,8 @@ from numpy.typing import NDArray
 
 from porelang.compiled import compiled
 from porelang.fea.elements import terms
-from porelang.fea.nodes import Floats, Ints, Nodes
-from porelang.fea.problem import Mask
+from porelang.fea.nodes import Nodes
+from porelang.fea.problem import Floats, Ints, Mask
 from porelang.parallel import parallel_for, workers
 
 Longs = NDArray[np.int64]
@@ -161,19 +164,19 @@ def fill_rows(
                 for i in range(3):
                     for j in range(3):
                         g[i, j] = 0.0
-                for l in range(2):
-                    if corners[b, l] < 0:
+                for n in range(2):
+                    if corners[b, n] < 0:
                         continue
                     for i in range(3):
                         left[i] = 0.0
                     for k in range(2):
                         if corners[a, k] >= 0:
-                            c = numbers[a, k, b, l]
+                            c = numbers[a, k, b, n]
                             for i in range(3):
                                 left[i] += c * gradients[e, corners[a, k], i]
                     for i in range(3):
                         for j in range(3):
-                            g[i, j] += left[i] * gradients[e, corners[b, l], j]
+                            g[i, j] += left[i] * gradients[e, corners[b, n], j]
                 trace = mu * (g[0, 0] + g[1, 1] + g[2, 2])
                 at = place[elements[e, b]]
                 for i in range(3):
@@ -198,7 +201,8 @@ def multiply(first: int, last: int, indptr: Longs, indices: Ints, data: Floats, 
 
 @compiled
 def hold(first: int, last: int, indptr: Longs, indices: Ints, data: Floats, held: Mask) -> None:
-    """Take held components (n, 3) out of the rows from `first` to `last`: rows and columns 0, the diagonal as it was."""
+    """Take held components (n, 3) out of the rows from `first` to `last`: rows and columns 0, the diagonal as it
+    was."""
     for row in range(first, last):
         for at in range(indptr[row], indptr[row + 1]):
             col = indices[at]

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from porelang.diagnostics import fail
-from porelang.fea.nodes import Floats, Ints
-from porelang.fea.problem import Problem
+from porelang.fea.problem import Floats, Ints, Mask, Problem
 from porelang.fea.surface import place
 
 
@@ -14,17 +13,21 @@ def checked_mesh(vertices: Floats, tets: Ints) -> tuple[Floats, Ints]:
     """The arrays of a mesh, in their types. Errors: E175."""
     points, corners = np.asarray(vertices, np.float64), np.asarray(tets)
     if points.ndim != 2 or points.shape[1:] != (3,) or corners.ndim != 2 or corners.shape[1:] != (4,):
-        raise fail("E175", f"no tetrahedra: vertices have the shape {points.shape}, tetrahedra {corners.shape}",
-                   hint="give (n, 3) and (m, 4)")  # fmt: skip
+        raise fail(
+            "E175",
+            f"no tetrahedra: vertices have the shape {points.shape}, tetrahedra {corners.shape}",
+            hint="give (n, 3) and (m, 4)",
+        )
     if not len(corners):
         raise fail(
             "E175",
             "the mesh holds no tetrahedron",
             hint="mesh a part that is not empty, with elements smaller than its walls",
         )
-    if not np.isfinite(points).all():
-        raise fail("E175", f"vertex {int(np.argmin(np.isfinite(points).all(axis=1)))} of the mesh is at no place: {points[np.argmin(np.isfinite(points).all(axis=1))]}",
-                   hint="mesh the part anew")  # fmt: skip
+    somewhere = np.isfinite(points).all(axis=1)
+    if not somewhere.all():
+        at = int(np.argmin(somewhere))
+        raise fail("E175", f"vertex {at} of the mesh is at no place: {points[at]}", hint="mesh the part anew")
     if corners.dtype.kind not in "iu" or corners.min() < 0 or corners.max() >= len(points):
         raise fail(
             "E175",
@@ -35,8 +38,11 @@ def checked_mesh(vertices: Floats, tets: Ints) -> tuple[Floats, Ints]:
     used[corners] = True
     if not used.all():
         at = int(np.argmin(used))
-        raise fail("E175", f"vertex {at} at {place(points[at])}, and {(~used).sum()} in all, belong to no tetrahedron",
-                   hint="take the vertices of one phase alone, and number them anew")  # fmt: skip
+        raise fail(
+            "E175",
+            f"vertex {at} at {place(points[at])}, and {(~used).sum()} in all, belong to no tetrahedron",
+            hint="take the vertices of one phase alone, and number them anew",
+        )
     return points, corners.astype(np.int32)
 
 
@@ -49,8 +55,13 @@ def checked_volumes(points: Floats, corners: Ints, volumes: Floats) -> None:
     bad = ~(volumes > 1e-12 * longest**3)
     if bad.any():
         at = int(np.argmax(bad))
-        raise fail("E175", f"tetrahedron {at} at {place(points[corners[at]].mean(axis=0))} has the volume {volumes[at]:.3g} mm3, and {bad.sum()} in all are flat or inside out",
-                   hint="mesh the part anew; of a tetrahedron (a, b, c, d), d is on the side of (b - a) x (c - a)")  # fmt: skip
+        where = place(points[corners[at]].mean(axis=0))
+        raise fail(
+            "E175",
+            f"tetrahedron {at} at {where} has the volume {volumes[at]:.3g} mm3, and {bad.sum()} in all are flat or "
+            f"inside out",
+            hint="mesh the part anew; of a tetrahedron (a, b, c, d), d is on the side of (b - a) x (c - a)",
+        )
 
 
 def of_tets(value: Floats | float, count: int, name: str) -> Floats:
@@ -92,13 +103,14 @@ def materials(problem: Problem, centres: Floats) -> tuple[Floats, Floats, Floats
         centres,
         "Poisson's ratio",
         "",
-        "it lies between -1 and 0.5; at 0.5 a material cannot be compressed, and its pressure is not given by displacements: take 0.49 for rubber",
+        "it lies between -1 and 0.5; at 0.5 a material cannot be compressed, and its pressure is not given by "
+        "displacements: take 0.49 for rubber",
     )
     _refuse(~(np.isfinite(density) & (density >= 0)), density, centres, "the density", "g/cm3", "it is 0 or more")
     return young, poisson, density
 
 
-def _refuse(bad: Floats, values: Floats, centres: Floats, name: str, unit: str, hint: str) -> None:
+def _refuse(bad: Mask, values: Floats, centres: Floats, name: str, unit: str, hint: str) -> None:
     if bad.any():
         at = int(np.argmax(bad))
         everywhere = (
@@ -113,5 +125,8 @@ def loaded(problem: Problem, applied: Floats, prescribed: Floats) -> None:
     """Errors: E173 where there is neither a load nor a prescribed displacement."""
     if not applied.any() and not prescribed.any():
         what = "all its loads are 0" if problem.loads else "it has no load"
-        raise fail("E173", f"nothing loads the part: {what}, and no support moves it",
-                   hint="add a force, a pressure, its weight, or a support with a displacement")  # fmt: skip
+        raise fail(
+            "E173",
+            f"nothing loads the part: {what}, and no support moves it",
+            hint="add a force, a pressure, its weight, or a support with a displacement",
+        )

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from porelang.diagnostics import Diagnostic
-from porelang.fea.nodes import EDGES, Floats, Nodes
+from porelang.fea.nodes import EDGES, Nodes
+from porelang.fea.problem import Floats
 from porelang.fea.solution import Solution
 from porelang.fea.surface import place
 
@@ -34,19 +35,25 @@ def _warn(code: str, message: str, hint: str) -> Diagnostic:
 def _pieces(bodies: int) -> Diagnostic | None:
     if bodies == 1:
         return None
-    return _warn("W255", f"the mesh is in {bodies} pieces that do not touch: each deforms by itself",
-                 "if they are to carry loads together, join them in the design")  # fmt: skip
+    return _warn(
+        "W255",
+        f"the mesh is in {bodies} pieces that do not touch: each deforms by itself",
+        "if they are to carry loads together, join them in the design",
+    )
 
 
 def thin_share(nodes: Nodes) -> tuple[float, Floats]:
     """The share of the volume in tetrahedra that reach through the part, and where the largest of them is.
 
-    Such a tetrahedron has an edge from boundary to boundary, inside the part, whose ends look to opposite sides. Edges across a corner do not.
+    Such a tetrahedron has an edge from boundary to boundary, inside the part, whose ends look to opposite sides.
+    Edges across a corner do not.
     """
     faces = nodes.faces[:, :3]
     ends = nodes.points[faces]
     areas = np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])
-    normals = np.stack([np.bincount(faces.ravel(), np.repeat(a, 3), nodes.vertices) for a in areas.T], axis=1)
+    normals: Floats = np.stack(
+        [np.bincount(faces.ravel(), np.repeat(a, 3), nodes.vertices) for a in areas.T], axis=1, dtype=np.float64
+    )
     length = np.linalg.norm(normals, axis=1)
     normals /= np.where(length > 0, length, 1.0)[:, None]
     rim = np.sort(faces[:, [[0, 1], [1, 2], [0, 2]]].reshape(-1, 2), axis=1).astype(np.int64)
@@ -65,8 +72,11 @@ def _thin(nodes: Nodes) -> Diagnostic | None:
     share, where = thin_share(nodes)
     if share < _THIN:
         return None
-    return _warn("W256", f"the part is one element thick in {share:.0%} of its volume, for instance at {place(where)}",
-                 "take smaller elements: walls that bend want two or three across them")  # fmt: skip
+    return _warn(
+        "W256",
+        f"the part is one element thick in {share:.0%} of its volume, for instance at {place(where)}",
+        "take smaller elements: walls that bend want two or three across them",
+    )
 
 
 def _coarse(found: Solution) -> Diagnostic | None:
@@ -75,8 +85,12 @@ def _coarse(found: Solution) -> Diagnostic | None:
         return None
     worst = int(np.argmax(error.of_tets**2 / found.nodes.volumes))
     where = found.nodes.points[found.nodes.corners[worst]].mean(axis=0)
-    return _warn("W257", f"the mesh is coarse: stresses are wrong by about {error.relative:.0%} in the mean, most of all at {place(where)}",
-                 "take smaller elements, or refine where the error is")  # fmt: skip
+    return _warn(
+        "W257",
+        f"the mesh is coarse: stresses are wrong by about {error.relative:.0%} in the mean, most of all at "
+        f"{place(where)}",
+        "take smaller elements, or refine where the error is",
+    )
 
 
 def _points(found: Solution) -> list[Diagnostic]:
@@ -90,8 +104,13 @@ def _points(found: Solution) -> list[Diagnostic]:
         if spread[1] < 1e-6 * size and np.linalg.norm(reaction.force) > 0.01 * whole:
             name = f"the support `{reaction.name}`" if reaction.name else f"the support number {number + 1}"
             shape = "a point" if spread[0] < 1e-6 * size else "a line"
-            told.append(_warn("W258", f"{name} carries {np.linalg.norm(reaction.force):.3g} N on {shape}, at {place(where.mean(axis=0))}",
-                              "a finer mesh has higher stresses there without end: hold an area, or read no stress near it"))  # fmt: skip
+            told.append(
+                _warn(
+                    "W258",
+                    f"{name} carries {np.linalg.norm(reaction.force):.3g} N on {shape}, at {place(where.mean(axis=0))}",
+                    "a finer mesh has higher stresses there without end: hold an area, or read no stress near it",
+                )
+            )
     return told
 
 
@@ -100,5 +119,8 @@ def _locking(found: Solution) -> Diagnostic | None:
     most = float(found.poisson.max())
     if most <= limit:
         return None
-    return _warn("W259", f"Poisson's ratio is {most:.4g}: elements of order {found.nodes.order} are too stiff where it is above {limit}",
-                 "take order 2" if found.nodes.order == 1 else "take finer elements, and see how the result changes")  # fmt: skip
+    return _warn(
+        "W259",
+        f"Poisson's ratio is {most:.4g}: elements of order {found.nodes.order} are too stiff where it is above {limit}",
+        "take order 2" if found.nodes.order == 1 else "take finer elements, and see how the result changes",
+    )

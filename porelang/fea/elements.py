@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from porelang.fea.nodes import EDGES, Floats, Ints
+from porelang.fea.nodes import EDGES
+from porelang.fea.problem import Floats, Ints
 
 _A, _B = (5 - np.sqrt(5)) / 20, (5 + 3 * np.sqrt(5)) / 20
 #: Four points of equal weight, exact to degree 2 (Hammer, Marlowe and Stroud, 1956).
@@ -19,8 +20,8 @@ def tet_rule(degree: int) -> tuple[Floats, Floats]:
     n = degree // 2 + 1
     axes = [roots_jacobi(n, power, 0) for power in (2, 1, 0)]
     (u, p), (v, q), (w, r) = [((x + 1) / 2, weight / weight.sum()) for x, weight in axes]
-    U, V, W = (a.ravel() for a in np.meshgrid(u, v, w, indexing="ij"))
-    x, y, z = U, V * (1 - U), W * (1 - U) * (1 - V)
+    a, b, c = (s.ravel() for s in np.meshgrid(u, v, w, indexing="ij"))
+    x, y, z = a, b * (1 - a), c * (1 - a) * (1 - b)
     weights = np.einsum("i,j,k->ijk", p, q, r).ravel()
     return np.stack([1 - x - y - z, x, y, z], axis=1), weights
 
@@ -33,8 +34,8 @@ def triangle_rule(degree: int) -> tuple[Floats, Floats]:
     (u, p), (v, q) = [
         ((x + 1) / 2, weight / weight.sum()) for x, weight in (roots_jacobi(n, 1, 0), roots_jacobi(n, 0, 0))
     ]
-    U, V = (a.ravel() for a in np.meshgrid(u, v, indexing="ij"))
-    x, y = U, V * (1 - U)
+    a, b = (s.ravel() for s in np.meshgrid(u, v, indexing="ij"))
+    x, y = a, b * (1 - a)
     return np.stack([1 - x - y, x, y], axis=1), np.einsum("i,j->ij", p, q).ravel()
 
 

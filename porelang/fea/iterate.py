@@ -1,26 +1,31 @@
 """The linear system: conjugate gradients, preconditioned by multigrid.
 
-For order 2 the first coarser level are the elements of order 1 on the same mesh, whose space lies in theirs: an eighth of the
+For order 2 the first coarser level are the elements of order 1 on the same mesh, whose space lies in theirs: an
+eighth of the
 unknowns, known exactly, without an aggregate formed on the large matrix. From there on it is smoothed aggregation
-with the six rigid motions as near-nullspace (Vanek, Mandel and Brezina 1996; pyamg). docs/decisions/0016 has what that saves.
+with the six rigid motions as near-nullspace (Vanek, Mandel and Brezina 1996; pyamg). docs/decisions/0016 has what
+that saves.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
 from porelang.compiled import compiled
 from porelang.diagnostics import fail
 from porelang.fea.assemble import Blocks, Longs
-from porelang.fea.nodes import Floats, Ints, Nodes
-from porelang.fea.problem import Mask
+from porelang.fea.nodes import Nodes
+from porelang.fea.problem import Floats, Ints, Mask
 from porelang.progress import tell
 
 #: Iterations that show no progress for that long, or this many in all, are given up.
 _PATIENCE, MOST = 200, 2000
-#: Chebyshev's polynomial, and from which part of the largest eigenvalue on it is small: what lies below is left to order 1.
+#: Chebyshev's polynomial, and from which part of the largest eigenvalue on it is small: what lies below is left to
+#: order 1.
 _DEGREE, _LEAST = 2, 0.1
 
 
@@ -36,7 +41,7 @@ class Outcome:
 def gradients(matrix: Blocks, loads: Floats, precondition: Callable[[Floats], Floats], tolerance: float) -> Outcome:
     """Solve for x (k, 3) until the true residual is `tolerance` of the loads. Errors: E176, CancelledError."""
     x = np.zeros_like(loads)
-    scale = float(np.linalg.norm(loads))
+    scale = _norm(loads)
     r = loads.copy()
     best, best_at = np.inf, 0
     direction = np.zeros_like(r)
@@ -44,19 +49,19 @@ def gradients(matrix: Blocks, loads: Floats, precondition: Callable[[Floats], Fl
     relative = 1.0
     for iteration in range(1, MOST + 1):
         z = precondition(r)
-        product = float(np.vdot(r, z))
+        product = _dot(r, z)
         direction = z + (product / last) * direction if iteration > 1 else z
         image = matrix @ direction
-        curve = float(np.vdot(direction, image))
+        curve = _dot(direction, image)
         if not (np.isfinite(curve) and curve > 0 and product > 0):
             break
         step = product / curve
         x += step * direction
         r -= step * image
         last = product
-        relative = float(np.linalg.norm(r)) / scale
+        relative = _norm(r) / scale
         if relative <= tolerance:
-            relative = float(np.linalg.norm(loads - matrix @ x)) / scale
+            relative = _norm(loads - matrix @ x) / scale
             if relative <= 1.5 * tolerance:
                 return Outcome(x, relative, iteration)
             r = loads - matrix @ x
@@ -65,8 +70,21 @@ def gradients(matrix: Blocks, loads: Floats, precondition: Callable[[Floats], Fl
         if iteration - best_at > _PATIENCE:
             break
         tell(max(0, min(99, int(100 * np.log(relative) / np.log(tolerance)))), 100)
-    raise fail("E176", f"the iterations came no further than a residual of {best:.3g} of the loads, where {tolerance:.3g} is wanted",
-               hint="very flat tetrahedra, moduli that differ by more than 1e6 and a Poisson's ratio next to 0.5 do that: mend the mesh or ask for a larger tolerance")  # fmt: skip
+    raise fail(
+        "E176",
+        f"the iterations came no further than a residual of {best:.3g} of the loads, where {tolerance:.3g} is wanted",
+        hint="very flat tetrahedra, moduli that differ by more than 1e6 and a Poisson's ratio next to 0.5 "
+        "do that: mend the mesh or ask for a larger tolerance",
+    )
+
+
+def _dot(a: Floats, b: Floats) -> float:
+    """A sum in one order: that of BLAS depends on its threads, which wait for each other on a busy machine."""
+    return float(np.einsum("ni,ni->", a, b))
+
+
+def _norm(a: Floats) -> float:
+    return float(np.sqrt(_dot(a, a)))
 
 
 def aggregated(matrix: Blocks, modes: Floats) -> Callable[[Floats], Floats]:
@@ -77,14 +95,38 @@ def aggregated(matrix: Blocks, modes: Floats) -> Callable[[Floats], Floats]:
         matrix.to_scipy(), B=modes.reshape(-1, 6), symmetry="symmetric", strength=("symmetric", {"theta": 0.0}),
         smooth=("jacobi", {"weighting": "local"}), improve_candidates=None,
         presmoother=("gauss_seidel", {"sweep": "forward"}), postsmoother=("gauss_seidel", {"sweep": "backward"}),
-        max_coarse=300, coarse_solver="pinv", keep=False,
+        max_coarse=300, coarse_solver=_direct(), keep=False,
     )  # fmt: skip
-    operator = levels.aspreconditioner(cycle="V")
 
-    def cycle(r: Floats) -> Floats:
-        return np.asarray(operator.matvec(r.ravel())).reshape(r.shape)
+    def cycle(level: int, right: Any) -> Any:
+        here = levels.levels[level]
+        if level == len(levels.levels) - 1:
+            return levels.coarse_solver(here.A, right)
+        x = np.zeros_like(right)
+        here.presmoother(here.A, x, right)
+        x += here.P @ cycle(level + 1, here.R @ (right - here.A @ x))
+        here.postsmoother(here.A, x, right)
+        return x
 
-    return cycle
+    return lambda r: np.asarray(cycle(0, r.ravel())).reshape(r.shape)
+
+
+def _direct() -> Callable[[Any, Any], Any]:
+    """A solver for the coarsest matrix, which is factored once; rows of aggregates that are held are empty, and stay
+    so."""
+    from scipy.sparse import csc_matrix, diags
+    from scipy.sparse.linalg import splu
+
+    factors: list[Any] = []
+
+    def solved(matrix: Any, right: Any) -> Any:
+        if not factors:
+            diagonal = matrix.diagonal()
+            empty = diagonal <= 1e-12 * diagonal.max()
+            factors.append(splu(csc_matrix(matrix + diags(np.where(empty, diagonal.max(), 0.0)))))
+        return factors[0].solve(np.ravel(right)).reshape(np.shape(right))
+
+    return solved
 
 
 def nested(matrix: Blocks, nodes: Nodes, held: Mask, coarse: Callable[[Floats], Floats]) -> Callable[[Floats], Floats]:
@@ -130,7 +172,7 @@ def _largest(matrix: Blocks, inverse: Floats, free: Mask) -> float:
     size = 1.0
     for _ in range(15):
         x = np.einsum("nij,nj->ni", inverse, matrix @ x)
-        size = float(np.linalg.norm(x))
+        size = _norm(x)
         x /= size
     return size
 
@@ -145,19 +187,20 @@ def inverted(indptr: Longs, indices: Ints, data: Floats) -> Floats:
                 d = data[at]
                 for i in range(3):
                     j, k = (i + 1) % 3, (i + 2) % 3
-                    for l in range(3):
-                        m, n = (l + 1) % 3, (l + 2) % 3
-                        out[row, l, i] = d[j, m] * d[k, n] - d[j, n] * d[k, m]
+                    for c in range(3):
+                        m, n = (c + 1) % 3, (c + 2) % 3
+                        out[row, c, i] = d[j, m] * d[k, n] - d[j, n] * d[k, m]
                 det = d[0, 0] * out[row, 0, 0] + d[0, 1] * out[row, 1, 0] + d[0, 2] * out[row, 2, 0]
                 for i in range(3):
-                    for l in range(3):
-                        out[row, i, l] /= det
+                    for c in range(3):
+                        out[row, i, c] /= det
     return out
 
 
 @compiled
 def advance(inverse: Floats, rest: Floats, change: Floats, x: Floats, keep: float, add: float) -> None:
-    """One step of Chebyshev's iteration: the change is `keep` of the last one and `add` of what the blocks make of `rest`."""
+    """One step of Chebyshev's iteration: the change is `keep` of the last one and `add` of what the blocks make of
+    `rest`."""
     for row in range(len(x)):
         for i in range(3):
             d = (

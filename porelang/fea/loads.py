@@ -1,4 +1,5 @@
-"""Loads as forces on nodes: consistent with the shape functions, so that they do the same work on every displacement."""
+"""Loads as forces on nodes: consistent with the shape functions, so that they do the same work on every
+displacement."""
 
 from __future__ import annotations
 
@@ -8,8 +9,8 @@ import numpy as np
 
 from porelang.diagnostics import fail
 from porelang.fea.elements import shape_values, tet_rule
-from porelang.fea.nodes import EDGES, Floats, Nodes
-from porelang.fea.problem import BodyForce, Force, Load, Moment, Pressure, Weight
+from porelang.fea.nodes import EDGES, Nodes
+from porelang.fea.problem import BodyForce, Floats, Force, Ints, Load, Moment, Pressure, Weight
 from porelang.fea.surface import Surface, asked, nothing, vectors
 
 #: g/cm3 times mm/s2, in N/mm3.
@@ -88,7 +89,7 @@ def _on_volume(nodes: Nodes, density: Callable[[Floats, slice], Floats], degree:
     return out
 
 
-def _gathered(numbers: Floats, shares: Floats, count: int) -> Floats:
+def _gathered(numbers: Ints, shares: Floats, count: int) -> Floats:
     flat = numbers.ravel()
     return np.stack([np.bincount(flat, shares[..., i].ravel(), count) for i in range(3)], axis=1)
 

@@ -21,7 +21,8 @@ _FACE_EDGES = np.array([[2, 1, 0], [0, 4, 3], [1, 5, 4], [3, 5, 2]])
 
 @dataclass(frozen=True, slots=True)
 class Nodes:
-    """`points` (k, 3) mm, the mesh's vertices first; `elements` (m, 4 or 10) and `faces` (f, 3 or 6), of the boundary and
+    """`points` (k, 3) mm, the mesh's vertices first; `elements` (m, 4 or 10) and `faces` (f, 3 or 6), of the boundary
+    and
     outward, are numbers of nodes, `owner` (f,) the tetrahedron of each face;
     `pairs` (p, 2) are tetrahedra that share a face. `gradients` (m, 4, 3) 1/mm are those of the
     barycentric coordinates, `volumes` (m,) mm3. `edges` (k - n, 2) are the ends of the nodes between vertices.

@@ -1,8 +1,11 @@
 """Stresses recovered at vertices: a polynomial through those of the tetrahedra round each, fitted by least squares.
 
-O. Zienkiewicz and J. Zhu, The superconvergent patch recovery and a posteriori error estimates, Int. J. Numer. Meth. Engng 33
-(1992): quadratic for order 2, through the four points of quadrature of each tetrahedron; linear for order 1, through centroids. Where
-there are few tetrahedra, and at the boundary, those round them join. Patches end where the material jumps: there a vertex has a
+O. Zienkiewicz and J. Zhu, The superconvergent patch recovery and a posteriori error estimates, Int. J. Numer. Meth.
+Engng 33
+(1992): quadratic for order 2, through the four points of quadrature of each tetrahedron; linear for order 1, through
+centroids. Where
+there are few tetrahedra, and at the boundary, those round them join. Patches end where the material jumps: there a
+vertex has a
 value in each material (a *site* for each).
 """
 
@@ -16,7 +19,8 @@ from numpy.typing import NDArray
 from porelang.compiled import compiled
 from porelang.fea.assemble import Longs, incidence, over_rows
 from porelang.fea.elements import TET_1, TET_4
-from porelang.fea.nodes import Floats, Ints, Nodes
+from porelang.fea.nodes import Nodes
+from porelang.fea.problem import Floats, Ints
 
 #: Neighbours whose moduli differ by more than this factor, or Poisson's ratios by more than that, are two materials.
 JUMP, JUMP_OF_POISSON = 1.5, 0.05
@@ -26,7 +30,8 @@ _ENOUGH = {1: 8, 2: 14}
 
 @dataclass(frozen=True, slots=True)
 class Sites:
-    """Where values are kept: a vertex in a material. The first n sites are the mesh's vertices, each in the stiffest material there.
+    """Where values are kept: a vertex in a material. The first n sites are the mesh's vertices, each in the stiffest
+    material there.
 
     `vertex` (p,) and `corners` (m, 4): the sites of the corners of each tetrahedron.
     """
@@ -77,7 +82,8 @@ def means(where: Sites, volumes: Floats, values: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """A polynomial for each site: `factors` (p, 4 or 10, 6) of 1, x, y, z, xx, yy, zz, xy, yz, xz in (point - vertex) / scale (p,)."""
+    """A polynomial for each site: `factors` (p, 4 or 10, 6) of 1, x, y, z, xx, yy, zz, xy, yz, xz in (point - vertex)
+    / scale (p,)."""
 
     factors: Floats
     scale: Floats
@@ -237,7 +243,9 @@ def misfit(
             for k in range(4):
                 s = corners[e, k]
                 h = scale[s]
-                monomials((point[0] - centres[s, 0]) / h, (point[1] - centres[s, 1]) / h, (point[2] - centres[s, 2]) / h, row)
+                monomials(
+                    (point[0] - centres[s, 0]) / h, (point[1] - centres[s, 1]) / h, (point[2] - centres[s, 2]) / h, row
+                )
                 for c in range(6):
                     value = 0.0
                     for i in range(len(row)):

@@ -1,8 +1,10 @@
 """What is asked of a solve: a mesh of tetrahedra, what it is made of, how it is held, and what loads it.
 
-Lengths are mm, forces N, stresses and moduli MPa = N/mm2, densities g/cm3. Places are selected by functions of points, so
+Lengths are mm, forces N, stresses and moduli MPa = N/mm2, densities g/cm3. Places are selected by functions of
+points, so
 that fields, shapes and plain NumPy all serve. Supports act on the nodes of the boundary that are selected; loads
-on its area, point by point of a quadrature: a selection that cuts through triangles loads the part of them that it covers, as well as the quadrature sees.
+on its area, point by point of a quadrature: a selection that cuts through triangles loads the part of them that it
+covers, as well as the quadrature sees.
 """
 
 from __future__ import annotations
@@ -41,7 +43,8 @@ class Support:
     """Nodes of the boundary that are held along the axes named, or moved there by a prescribed displacement.
 
     All three axes are a bonded face; one alone lets the face slide in its plane, without friction. `displacement` is in
-    mm, the same for all nodes or a function of their places (n, 3) to (n, 3); along axes that are not named it counts for
+    mm, the same for all nodes or a function of their places (n, 3) to (n, 3); along axes that are not named it counts
+    for
     nothing. Supports may overlap where they agree.
 
     >>> Support(lambda p: p[:, 2] < 1e-6, axes=(False, False, True), name="platen")  # doctest: +ELLIPSIS
@@ -87,7 +90,8 @@ class Moment:
 
 @dataclass(frozen=True, slots=True)
 class Weight:
-    """A force on all of the mass: density times an acceleration in mm/s2, for gravity on a part that stands (0, 0, -9810)."""
+    """A force on all of the mass: density times an acceleration in mm/s2, for gravity on a part that stands (0, 0,
+    -9810)."""
 
     acceleration: Triple
     name: str = "weight"
@@ -108,11 +112,13 @@ Load: TypeAlias = Force | Pressure | Moment | Weight | BodyForce
 class Problem:
     """A part in equilibrium: the displacements of linear elasticity are wanted.
 
-    `young` (m,) MPa, `poisson` (m,) and `density` (m,) g/cm3 are of the tetrahedra, or one number for all. `order` 2 has displacements
+    `young` (m,) MPa, `poisson` (m,) and `density` (m,) g/cm3 are of the tetrahedra, or one number for all. `order` 2
+    has displacements
     that are quadratic in each tetrahedron, 1 linear ones, which are too stiff unless the mesh is very fine.
 
     `balanced` says that loads are known to do no work on the motions which supports leave free, as between frictionless
-    platens: those motions are then taken out, with the mean displacement along them zero. Otherwise a free motion is refused (E171).
+    platens: those motions are then taken out, with the mean displacement along them zero. Otherwise a free motion is
+    refused (E171).
     """
 
     mesh: Tetrahedra

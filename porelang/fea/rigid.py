@@ -1,7 +1,8 @@
 """Rigid motions: the six of a free part, which of them supports leave free, and what these are called.
 
 Pieces that share faces move as one; pieces that meet only in an edge or a vertex are hinged there. All motions of all
-pieces, held by supports and hinges, are one small dense system: what is left in its kernel would be a singular stiffness.
+pieces, held by supports and hinges, are one small dense system: what is left in its kernel would be a singular
+stiffness.
 """
 
 from __future__ import annotations
@@ -10,16 +11,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from porelang.fea.nodes import Floats, Ints, Nodes
-from porelang.fea.problem import Mask
+from porelang.fea.nodes import Nodes
+from porelang.fea.problem import Floats, Ints, Mask
 from porelang.fea.surface import place
 
-#: A motion is free if supports hold it with less than this of what they hold the best held one (singular values, with turns measured at the part's half size).
+#: A motion is free if supports hold it with less than this of what they hold the best held one (singular values, with
+#: turns measured at the part's half size).
 _FREE = 1e-6
 
 
 def motions(points: Floats, centre: Floats, size: float = 1.0) -> Floats:
-    """The displacements (n, 3, 6) of three translations and three rotations about x, y, z through `centre`, over `size`."""
+    """The displacements (n, 3, 6) of three translations and three rotations about x, y, z through `centre`, over
+    `size`."""
     x, y, z = ((points - centre) / size).T
     out = np.zeros((len(points), 3, 6))
     out[:, [0, 1, 2], [0, 1, 2]] = 1.0
@@ -31,7 +34,8 @@ def motions(points: Floats, centre: Floats, size: float = 1.0) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class Pieces:
-    """`of` (m,) says of each tetrahedron in which piece it is, by shared faces; `body` (p,) which pieces touch at all."""
+    """`of` (m,) says of each tetrahedron in which piece it is, by shared faces; `body` (p,) which pieces touch at
+    all."""
 
     of: Ints
     body: Ints
@@ -60,7 +64,8 @@ def pieces(nodes: Nodes) -> Pieces:
 
 @dataclass(frozen=True, slots=True)
 class Free:
-    """What supports leave free: `fields` (r, k, 3) are orthonormal displacements of all nodes, `words` what they are."""
+    """What supports leave free: `fields` (r, k, 3) are orthonormal displacements of all nodes, `words` what they
+    are."""
 
     fields: Floats
     words: tuple[str, ...]
@@ -98,7 +103,9 @@ def unheld(nodes: Nodes, parts: Pieces, held: Mask) -> str:
     body_of = parts.body[parts.of]
     volumes = np.bincount(body_of, nodes.volumes, parts.bodies)
     touched = np.zeros(parts.bodies, bool)
-    np.logical_or.at(touched, np.repeat(body_of, nodes.elements.shape[1]), held.any(axis=1)[nodes.elements.ravel()])
+    np.logical_or.at(
+        touched, np.repeat(body_of, nodes.elements.shape[1]), np.asarray(held.any(axis=1))[nodes.elements.ravel()]
+    )
     bare = np.flatnonzero(~touched)
     if not len(bare):
         return ""
@@ -175,7 +182,7 @@ def _without(vectors: Floats, rows: slice) -> Floats:
     """Those combinations of columns whose given rows are 0."""
     _, values, right = np.linalg.svd(vectors[rows])
     rank = int((values > 1e-6).sum())
-    return vectors @ right[rank:].T
+    return np.asarray(vectors @ right[rank:].T)
 
 
 def _span(vectors: Floats) -> list[Floats]:

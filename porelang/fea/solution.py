@@ -8,9 +8,9 @@ import numpy as np
 
 from porelang.diagnostics import Diagnostic, fail
 from porelang.fea.error import Error
-from porelang.fea.nodes import Floats, Ints, Nodes
+from porelang.fea.nodes import Nodes
 from porelang.fea.patches import Sites
-from porelang.fea.problem import Problem
+from porelang.fea.problem import Floats, Ints, Problem
 from porelang.fea.stress import energy_density, principal, strains_of, von_mises
 
 
@@ -29,13 +29,18 @@ class Solution:
 
     `displacement` (k, 3) mm is that of all `nodes.points`, the mesh's n vertices first.
 
-    `stress` (p, 6) MPa, in the order xx, yy, zz, xy, yz, xz, is recovered at the *sites* (p,): the mesh's n vertices, each in the stiffest
-    material there, then the same vertices in others. `sites.corners` (m, 4) are those of each tetrahedron: interpolate between them, and no value crosses
-    a jump of the material. `stress_of_tets` (m, 6) are the means that the elements themselves have. `young`, `poisson` and `density` (m,) are those of the tetrahedra,
+    `stress` (p, 6) MPa, in the order xx, yy, zz, xy, yz, xz, is recovered at the *sites* (p,): the mesh's n vertices,
+    each in the stiffest
+    material there, then the same vertices in others. `sites.corners` (m, 4) are those of each tetrahedron:
+    interpolate between them, and no value crosses
+    a jump of the material. `stress_of_tets` (m, 6) are the means that the elements themselves have. `young`,
+    `poisson` and `density` (m,) are those of the tetrahedra,
     and `site_young`, `site_poisson` (p,) those of sites.
 
-    `held` are the nodes of each support, as `reactions`; `applied` (k, 3) N are the loads on nodes. `compliance` is twice the strain energy, N mm: what forces times displacements are. `residual` is that of the `iterations`, over the
-    loads; `unknowns` are the components that nothing held. `error` is an estimate of what the mesh leaves out, and `doubts` are warnings.
+    `held` are the nodes of each support, as `reactions`; `applied` (k, 3) N are the loads on nodes. `compliance` is
+    twice the strain energy, N mm: what forces times displacements are. `residual` is that of the `iterations`, over the
+    loads; `unknowns` are the components that nothing held. `error` is an estimate of what the mesh leaves out, and
+    `doubts` are warnings.
     """
 
     problem: Problem
@@ -101,10 +106,13 @@ class Solution:
 
     def site_weights(self) -> Floats:
         """The volume (p,) mm3 that each site stands for: a quarter of each tetrahedron at it."""
-        return np.bincount(self.sites.corners.ravel(), np.repeat(self.nodes.volumes / 4, 4), len(self.sites.vertex))
+        return np.asarray(
+            np.bincount(self.sites.corners.ravel(), np.repeat(self.nodes.volumes / 4, 4), len(self.sites.vertex))
+        )
 
     def percentile(self, values: Floats, share: float) -> float:
-        """The value (of values (p,) at sites) that `share` per cent of the volume stay below: `percentile(s.von_mises, 99)`."""
+        """The value (of values (p,) at sites) that `share` per cent of the volume stay below:
+        `percentile(s.von_mises, 99)`."""
         order = np.argsort(values)
         below = np.cumsum(self.site_weights()[order])
         return float(values[order[np.searchsorted(below, share / 100 * below[-1]).clip(0, len(order) - 1)]])

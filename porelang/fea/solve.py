@@ -9,10 +9,10 @@ import numpy as np
 from porelang.diagnostics import fail
 from porelang.fea import checks, doubts, iterate, loads, patches, rigid, supports
 from porelang.fea.assemble import internal, lame, stiffness
-from porelang.fea.error import estimate
 from porelang.fea.elements import TET_1, TET_4, slopes_at, terms
-from porelang.fea.nodes import Floats, Nodes, number
-from porelang.fea.problem import Mask, Problem
+from porelang.fea.error import estimate
+from porelang.fea.nodes import Nodes, number
+from porelang.fea.problem import Floats, Ints, Mask, Problem
 from porelang.fea.solution import Reaction, Solution
 from porelang.fea.stress import strains, stresses
 from porelang.fea.surface import surface
@@ -25,9 +25,12 @@ _BALANCED = 1e-6
 def solve(problem: Problem, tolerance: float = 1e-8) -> Solution:
     """Displacements, stresses and reactions of a part under its loads, with what is known of their error.
 
-    `tolerance` is the residual of the iterations over the loads. Errors: E170 where a support or a load selects nothing, E171 for a motion that
-    no support holds, E172 for materials that there are not, E173 where nothing loads the part, E174 for fields that give no numbers, E175 for a mesh
-    that is none, E176 where the iterations do not converge, E177 for supports that contradict each other, E178 for a piece
+    `tolerance` is the residual of the iterations over the loads. Errors: E170 where a support or a load selects
+    nothing, E171 for a motion that
+    no support holds, E172 for materials that there are not, E173 where nothing loads the part, E174 for fields that
+    give no numbers, E175 for a mesh
+    that is none, E176 where the iterations do not converge, E177 for supports that contradict each other, E178 for a
+    piece
     that is held nowhere, CancelledError.
 
     >>> import numpy as np
@@ -90,8 +93,9 @@ def solve(problem: Problem, tolerance: float = 1e-8) -> Solution:
         error = estimate(nodes, where, fitted, stress, young, poisson, compliance)
     at_sites = patches.means(where, nodes.volumes, np.stack([young, poisson], axis=1))
     found = Solution(
-        problem, nodes, young, poisson, density, displacement, reactions, held.nodes, applied, compliance, outcome.residual,
-        outcome.iterations, 3 * len(nodes.points) - int(components.sum()), where, at_sites[:, 0], at_sites[:, 1],
+        problem, nodes, young, poisson, density, displacement, reactions, held.nodes, applied, compliance,
+        outcome.residual, outcome.iterations, 3 * len(nodes.points) - int(components.sum()),
+        where, at_sites[:, 0], at_sites[:, 1],
         fitted.factors[:, 0].copy(), stress.mean(axis=1), error, (),
     )  # fmt: skip
     return replace(found, doubts=doubts.of(found, parts.bodies))
@@ -109,22 +113,32 @@ def resistance(nodes: Nodes, constants: Floats, displacement: Floats) -> Floats:
 def _held_still(
     problem: Problem, nodes: Nodes, parts: rigid.Pieces, free: rigid.Free, applied: Floats, held: Mask
 ) -> Mask:
-    """The components to be held: also those that keep motions still which are free and not driven. Errors: E171, E178."""
+    """The components to be held: also those that keep motions still which are free and not driven. Errors: E171,
+    E178."""
     if not free.words:
         return held
     alone = rigid.unheld(nodes, parts, held)
     if alone:
-        raise fail("E178", f"the mesh is in {parts.bodies} pieces that do not touch, and {alone}",
-                   hint="keep the largest piece alone, or support each of them")  # fmt: skip
+        raise fail(
+            "E178",
+            f"the mesh is in {parts.bodies} pieces that do not touch, and {alone}",
+            hint="keep the largest piece alone, or support each of them",
+        )
     if not problem.balanced:
-        raise fail("E171", f"nothing holds the part against {_listed(free.words)}",
-                   hint="add a support there; or say `balanced` if the loads do not drive it, as between frictionless platens")  # fmt: skip
+        raise fail(
+            "E171",
+            f"nothing holds the part against {_listed(free.words)}",
+            hint="add a support there; or say `balanced` if the loads do not drive it, as between frictionless platens",
+        )
     scale = float(np.abs(applied).sum())
     for field, word in zip(free.fields, free.words, strict=True):
         work = abs(float(np.vdot(field, applied))) / max(float(np.abs(field).max()), 1e-300)
         if work > _BALANCED * scale:
-            raise fail("E171", f"the loads drive a motion that nothing holds: {_listed(free.words)} ({word} takes {work:.3g} N)",
-                       hint="add a support against it, or a load that balances it")  # fmt: skip
+            raise fail(
+                "E171",
+                f"the loads drive a motion that nothing holds: {_listed(free.words)} ({word} takes {work:.3g} N)",
+                hint="add a support against it, or a load that balances it",
+            )
     still = held.copy()
     still.reshape(-1)[supports.hold_still(free.fields, nodes.vertices)] = True
     return still
@@ -135,7 +149,7 @@ def _listed(words: tuple[str, ...]) -> str:
 
 
 def _resultant(
-    rest: Floats, held: Mask, chosen: Floats, axes: tuple[bool, bool, bool], nodes: Nodes
+    rest: Floats, held: Mask, chosen: Ints, axes: tuple[bool, bool, bool], nodes: Nodes
 ) -> tuple[Floats, Floats]:
     """The force and the moment about the origin of what a support holds with."""
     forces = rest[chosen] * held[chosen] * np.asarray(axes)

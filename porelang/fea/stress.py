@@ -1,6 +1,7 @@
 """Strains and stresses of a displacement, and what engineers read off them.
 
-Tensors are rows (..., 6) in the order xx, yy, zz, xy, yz, xz (that of VTK and ParaView), with tensor shear strains, half of the engineers'.
+Tensors are rows (..., 6) in the order xx, yy, zz, xy, yz, xz (that of VTK and ParaView), with tensor shear strains,
+half of the engineers'.
 """
 
 from __future__ import annotations
@@ -8,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from porelang.compiled import compiled
-from porelang.fea.nodes import Floats, Ints, Nodes
+from porelang.fea.nodes import Nodes
+from porelang.fea.problem import Floats, Ints
 
 #: How often each component stands in the full tensor.
 TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
@@ -22,7 +24,9 @@ def strains(nodes: Nodes, displacement: Floats) -> Floats:
 
     places = np.eye(4) if nodes.order == 2 else np.full((1, 4), 0.25)
     out = np.empty((len(nodes.elements), len(places), 6))
-    strains_at(nodes.elements, nodes.gradients, terms(nodes.order)[0], slopes_at(places, nodes.order), displacement, out)
+    strains_at(
+        nodes.elements, nodes.gradients, terms(nodes.order)[0], slopes_at(places, nodes.order), displacement, out
+    )
     return out
 
 
@@ -82,7 +86,8 @@ def von_mises(stress: Floats) -> Floats:
 
 
 def principal(stress: Floats) -> tuple[Floats, Floats]:
-    """The principal values (n, 3), largest first, and their directions (n, 3, 3), one a row: unit vectors, right-handed, signs as in
+    """The principal values (n, 3), largest first, and their directions (n, 3, 3), one a row: unit vectors,
+    right-handed, signs as in
     `porelang.ops.principal`.
     """
     from porelang.ops.principal import principal as found

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from porelang.diagnostics import fail
-from porelang.fea.nodes import Floats, Ints, Nodes
-from porelang.fea.problem import Mask, Support
+from porelang.fea.nodes import Nodes
+from porelang.fea.problem import Floats, Ints, Mask, Support
 from porelang.fea.surface import asked, nothing, place, vectors
 
 #: Two supports agree if what they prescribe differs by less than this of the part's size.
@@ -30,7 +30,8 @@ def name_of(support: Support, number: int) -> str:
 
 
 def hold_all(supports: tuple[Support, ...], nodes: Nodes) -> Held:
-    """What supports hold. Errors: E170 where one selects nothing, E173 for one that holds no axis, E174, E177 where two disagree."""
+    """What supports hold. Errors: E170 where one selects nothing, E173 for one that holds no axis, E174, E177 where
+    two disagree."""
     boundary = np.unique(nodes.faces)
     points = nodes.points[boundary]
     box = np.stack([points.min(0), points.max(0)])
@@ -43,8 +44,11 @@ def hold_all(supports: tuple[Support, ...], nodes: Nodes) -> Held:
         name = name_of(support, number)
         axes = np.asarray(support.axes)
         if axes.shape != (3,) or axes.dtype != bool or not axes.any():
-            raise fail("E173", f"{name} holds no axis: {support.axes!r}",
-                       hint="say for each of x, y, z whether it is held: (False, False, True) lets a face slide")  # fmt: skip
+            raise fail(
+                "E173",
+                f"{name} holds no axis: {support.axes!r}",
+                hint="say for each of x, y, z whether it is held: (False, False, True) lets a face slide",
+            )
         found = asked(support.where, points, name)
         if not found.any():
             raise nothing(name, "node", support.where, points, box)
@@ -55,9 +59,13 @@ def hold_all(supports: tuple[Support, ...], nodes: Nodes) -> Held:
             if other.any():
                 at = mine[np.argmax(other)]
                 first = name_of(supports[by[at, axis]], int(by[at, axis]))
-                raise fail("E177", f"{first} moves {place(nodes.points[at])} by {displacement[at, axis]:.4g} mm along {'xyz'[axis]}, and "
-                           f"{name} by {wanted[np.argmax(other), axis]:.4g} mm",
-                           hint="have them select different nodes, or hold different axes")  # fmt: skip
+                raise fail(
+                    "E177",
+                    f"{first} moves {place(nodes.points[at])} by {displacement[at, axis]:.4g} mm along "
+                    f"{'xyz'[axis]}, and "
+                    f"{name} by {wanted[np.argmax(other), axis]:.4g} mm",
+                    hint="have them select different nodes, or hold different axes",
+                )
             components[mine, axis] = True
             displacement[mine, axis] = wanted[:, axis]
             by[mine, axis] = number
@@ -75,7 +83,8 @@ def _prescribed(support: Support, points: Floats, name: str) -> Floats:
 
 
 def hold_still(fields: Floats, vertices: int) -> Ints:
-    """Components, as 3 node + axis, that together hold r motions (r, k, 3): the pivots of their columns, of vertices only.
+    """Components, as 3 node + axis, that together hold r motions (r, k, 3): the pivots of their columns, of vertices
+    only.
 
     As many as there are motions, so that loads which do no work on the motions leave no force there.
     """

@@ -16,12 +16,16 @@ from porelang.fea.stress import energy_density
 def write(solution: Solution, path: str | Path) -> None:
     """Write the results of a solve to a .vtu file. Errors: E113 where that cannot be written.
 
-    Points are sites: where materials meet, a vertex is there once in each, so that stresses jump where they do. At points: `displacement` mm,
-    `stress` MPa and `strain` (xx, yy, zz, xy, yz, xz), `von_mises`, `principal1` to 3 with `direction1` to 3, largest first, and `energy_density` N mm/mm3. In cells: `young`, `stress_of_tet`,
+    Points are sites: where materials meet, a vertex is there once in each, so that stresses jump where they do. At
+    points: `displacement` mm,
+    `stress` MPa and `strain` (xx, yy, zz, xy, yz, xz), `von_mises`, `principal1` to 3 with `direction1` to 3, largest
+    first, and `energy_density` N mm/mm3. In cells: `young`, `stress_of_tet`,
     `energy_of_tet` N mm, and `error`, each tetrahedron's part of the relative error.
     """
     if Path(path).suffix.lower() != ".vtu":
-        raise fail("E113", f"cannot write {path}: results of a solve go to .vtu files", hint=f"name it {Path(path).stem}.vtu")
+        raise fail(
+            "E113", f"cannot write {path}: results of a solve go to .vtu files", hint=f"name it {Path(path).stem}.vtu"
+        )
     destination(path)
     mesh = as_mesh(solution)
     save(path, lambda file: mesh.write(file, file_format="vtu"))

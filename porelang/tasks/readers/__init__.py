@@ -91,9 +91,9 @@ def _read(asked: Asked, voxel: float, file: BinaryIO, size: int) -> SampledField
     # each kind of file is read by a module that is imported when one is
     found = importlib.import_module(f"{__name__}.{READERS[ending][0]}").read(asked, file, size)
     if isinstance(found, Cells):
-        from porelang.tasks.readers.raster import affordable, rasterised
+        from porelang.tasks.readers.raster import rasterised
 
-        whole = rasterised(found, affordable(asked, found, voxel)).part(masked=True)
+        whole = rasterised(asked, found, voxel).part(masked=True)
         store.put(key, whole, label=f"{os.path.basename(asked.path)}: {asked.name}")
         return _part(whole, asked.masked)
     if voxel:

@@ -37,7 +37,12 @@ _LOOKED_AT = 200_000  # tetrahedra whose edges are measured
 _SLABS = 4  # for each thread
 
 
-def affordable(asked: Asked, cells: Cells, voxel: float) -> float:
+def rasterised(asked: Asked, cells: Cells, voxel: float) -> Grid:
+    """The cells of a file on a grid, every `voxel` mm, found from them where it is 0. Errors: E152."""
+    return gridded(cells, _affordable(asked, cells, voxel))
+
+
+def _affordable(asked: Asked, cells: Cells, voxel: float) -> float:
     """A voxel (mm), found from the cells where it is 0. Errors: E152 for one that makes too many nodes."""
     low, high = _box(cells)
     size = high - low
@@ -51,7 +56,7 @@ def affordable(asked: Asked, cells: Cells, voxel: float) -> float:
     return step
 
 
-def rasterised(cells: Cells, step: float) -> Grid:
+def gridded(cells: Cells, step: float) -> Grid:
     """The grid over the box of the cells and a layer more, its nodes on the faces of that box, `step` mm apart."""
     from porelang.tasks.readers import raster_loops as loops
 

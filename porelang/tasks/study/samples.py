@@ -11,7 +11,7 @@ from porelang.data import SampledField
 from porelang.ops.grid import lookup
 from porelang.ops.studies import COMPONENTS
 from porelang.tasks.readers.cells import Cells
-from porelang.tasks.readers.raster import rasterised, spacing_of
+from porelang.tasks.readers.raster import gridded, spacing_of
 from porelang.tet.tetmesh import TetMesh
 
 Floats = NDArray[np.float64]
@@ -31,7 +31,7 @@ def sampled(mesh: TetMesh, values: Floats) -> tuple[SampledField, float, float]:
     tets = mesh.tets.astype(np.int64)
     cells = Cells(mesh.vertices, tets, values, False, places, known, len(tets), 0, 0, True)
     step = spacing_of(cells, NODES)
-    whole = rasterised(cells, step).part(masked=True)
+    whole = gridded(cells, step).part(masked=True)
     found = replace(whole, values=np.ascontiguousarray(whole.values, np.float32))
     x, y, z = (np.ascontiguousarray(c) for c in places.T)
     missed = np.abs(lookup(found, x, y, z, (COMPONENTS.index("von_mises"), 0, 0, 0)) - known[:, 0])

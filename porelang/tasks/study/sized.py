@@ -22,7 +22,7 @@ _UNKNOWNS = {1: (6.0, 3.0), 2: (48.0, 18.0)}
 #: Triangles of marching cubes for every square of the voxel on a surface: the mean of |n|_1 is 3/2.
 _TRIANGLES = 3.0
 #: Seconds for an unknown: meshing, assembly and solution (measured, two cores).
-_SECONDS = {1: 6e-5, 2: 7e-5}
+_SECONDS = {1: 4e-5, 2: 5e-5}
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from porelang.ir import X, Y, Z, node
 from porelang.progress import activity
 from porelang.solid import Solid
 from porelang.tasks.readers.cells import Cells
-from porelang.tasks.readers.raster import rasterised, spacing_of
+from porelang.tasks.readers.raster import gridded, spacing_of
 from porelang.tasks.study.asked import Question, solid_of, valued
 from porelang.tasks.study.ends import Setting, Side, setting
 from porelang.tasks.study.numbers import Measured, numbers_of, surface_error
@@ -191,7 +191,7 @@ def refined(found: Solved) -> Solved:
     sizes = refined_sizes(found.solution, _REFINED * max(found.solution.error.relative, 1e-9))
     cells = Cells(found.mesh.vertices, found.mesh.tets.astype(np.int64), sizes[:, None], False, found.mesh.vertices,
                   sizes[:, None], len(found.mesh.tets), 0, 0, True)  # fmt: skip
-    samples = rasterised(cells, spacing_of(cells, NODES)).samples
+    samples = gridded(cells, spacing_of(cells, NODES)).samples
     grid = node("bound", value=(samples.digest,))
     wanted = Formula((node("lookup", grid, X, Y, Z, value=(0, 0, 0, 0)),), {grid: samples})
     part = solid_of(found.asked)
