@@ -18,7 +18,7 @@ TEXT = """param t: field = 0 "offset of the network"
 param other: field = 1
 let bar = box([60mm, 20mm, 20mm])
 let lattice = gyroid(20mm) - t & bar
-let s = study(lattice, fix=x < -29.9mm, load=force(x > 29.9mm, [0N, 0N, -10N]), E=1GPa, nu=0.3, size=4mm, order=1)
+let s = study(lattice, fix=x < -29.9mm, load=force(x > 29.9mm, [0N, 0N, -10N]), E=1GPa, nu=0.3, size=3mm, order=1)
 let solid = study(bar, fix=x < -29.9mm, load=force(x > 29.9mm, [0N, 0N, -10N]), E=1GPa, nu=0.3, size=8mm, order=1)
 out part = lattice
 out still = gyroid(20mm) & bar
