@@ -12,6 +12,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from cells import cells
 from data import data
 from fields import fields
 from loop import loop
@@ -37,7 +38,7 @@ def main() -> None:
     parser.add_argument(
         "--only",
         help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tetmeshers, loop, gpu, "
-        "compiling, starts",
+        "compiling, starts, cells",
     )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
@@ -60,6 +61,7 @@ def main() -> None:
         "gpu": lambda: transfers(options.rounds),
         "compiling": lambda: compiling(max(3, options.rounds // 3)),
         "starts": lambda: starts(options.rounds),
+        "cells": cells,
     }
     if options.only and options.only not in sections:
         parser.error(f"--only takes one of {', '.join(sections)}")

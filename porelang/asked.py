@@ -173,6 +173,27 @@ def render(
     return made
 
 
+def homogenize(
+    design: Design, name: str | None, cell: str | Sequence[float] | None, nu: float, resolution: int,
+    sweep: str | None, check: bool,
+) -> Any:  # fmt: skip
+    """A period of an output as a material, or of a sweep each; see `Program.homogenize`."""
+    from porelang import homogenize as work
+
+    sides = read("cell", cell, values.cell)
+    ratio = float(read("nu", nu, values.number))
+    if check:
+        keep_checks(design)
+    found: Any
+    if sweep is None:
+        found = work.homogenize(design, name, sides, ratio, resolution)
+    else:
+        param, low, high, count = read("sweep", sweep, values.swept)
+        found = work.sweep(design, param, low, high, count, name, sides, ratio, resolution)
+    warn([*found.doubts, *design.told(*design.program.roots(name))])
+    return found
+
+
 #: What options may be that are one of a few words.
 _WORDS = {
     "projection": ("perspective", "orthographic"),

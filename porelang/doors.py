@@ -367,13 +367,44 @@ class Doors(ABC):
             check=check,
         )
 
+    def homogenize(
+        self,
+        name: str | None = None,
+        /,
+        cell: str | Sequence[float] | None = None,
+        nu: float = 0.3,
+        resolution: int = 64,
+        sweep: str | None = None,
+        check: bool = True,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Any:
+        """One period of an output as a material, for a solid of unit Young's modulus and the Poisson's ratio `nu`.
+
+        `cell` are the sides of the period in mm (`(10, 10, 15)` or `"10,10,15"`), else those of its lattices;
+        `resolution` counts voxels along the longest side of the finest grid. Gives a
+        `porelang.homogenize.Homogenized`: stiffness (6, 6), conductivity (3, 3), `numbers` and `errors`, `report()`,
+        `picture()`. With `sweep="t=0.2..1.2:6"` gives a `porelang.homogenize.Swept`, its `law` a function of the
+        density. What is doubtful is told as a `PoreWarning` (W260-W263). Errors: those of an output; E068 where a
+        `check` fails, unless `check` is False; E180-E183.
+
+        >>> import porelang
+        >>> found = porelang.compile("gyroid(10)").homogenize(resolution=16)
+        >>> 0.1 < found.numbers["E.100"] < found.numbers["E.111"] < 0.3
+        True
+        """
+        from porelang.asked import homogenize
+
+        return homogenize(self.design(settings, preset=preset, **more), name, cell, nu, resolution, sweep, check)
+
 
 @cache
 def options() -> frozenset[str]:
     """The options of all that can be asked."""
     asked = (
         Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.tet, Doors.study, Doors.iterate,
-        Doors.slices, Doors.render,
+        Doors.slices, Doors.render, Doors.homogenize,
     )  # fmt: skip
     every = frozenset(option for one in asked for option in signature(one).parameters)
     return every - {"self", "name", "more"}

@@ -92,6 +92,12 @@ COMMANDS: dict[str, Command] = {
             "pore slices specimen.pore -o layers --step 0.1mm",
         ),
         Command(
+            "homogenize",
+            "what a period of a lattice does as a material: stiffness, moduli by direction, conductivity, with errors",
+            (*ASK, "cell", "nu", "finest", "sweep", "reports", "json", "quiet"),
+            "pore homogenize lattice.pore --nu 0.3 -o modulus.png",
+        ),
+        Command(
             "tet",
             "write the part as tetrahedra, for analysis: .vtu .msh .inp .nas .mesh",
             (
@@ -288,6 +294,48 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "step": (
         ("--step",),
         {"metavar": "LENGTH", "type": values.length, "required": True, "help": "the thickness of a layer, as in 0.1mm"},
+    ),
+    "cell": (
+        ("--cell",),
+        {
+            "metavar": "A,B,C",
+            "type": values.cell,
+            "help": "the sides of the period along x, y and z, in mm (default: the period of its lattices)",
+        },
+    ),
+    "nu": (
+        ("--nu",),
+        {"metavar": "NU", "type": values.number, "default": 0.3, "help": "Poisson's ratio of the solid (default: 0.3)"},
+    ),
+    "finest": (
+        ("--resolution",),
+        {
+            "metavar": "N",
+            "type": values.count,
+            "default": 64,
+            "help": "voxels along the longest side of the finest grid; 3/4, 1/2 and 3/8 of them are solved too "
+            "(default: 64)",
+        },
+    ),
+    "sweep": (
+        ("--sweep",),
+        {
+            "metavar": "NAME=LO..HI:N",
+            "type": values.swept,
+            "help": "at N values of a param: the density, what resists, and the power C rho^n through it",
+        },
+    ),
+    "reports": (
+        ("-o", "--output"),
+        {
+            "metavar": "FILE",
+            "type": values.output,
+            "action": "append",
+            "default": [],
+            "dest": "outputs",
+            "help": ".png Young's modulus by direction, .csv the same as numbers, .json all; of a sweep its plot, its "
+            "table, all; repeat it for several",
+        },
     ),
     "format": (("--format",), {"choices": ("png", "svg"), "default": "png", "help": "pictures, or contours in mm"}),
     "output": (

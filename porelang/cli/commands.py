@@ -31,6 +31,7 @@ RUN: dict[str, str] = {
     "optimize": "optimizing.optimize",
     "slices": "slicing.slices",
     "tet": "tetrahedra.tet",
+    "homogenize": "homogenizing.homogenize",
     "eval": "evaluate.evaluate",
     "show": "showing.show",
     "glsl": "showing.glsl",

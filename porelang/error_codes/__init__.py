@@ -8,6 +8,7 @@ its meaning for ever; one that is no longer given keeps its page.
 
 from __future__ import annotations
 
+from porelang.error_codes.cells import CELLS
 from porelang.error_codes.datafiles import DATAFILES
 from porelang.error_codes.direct import DIRECT
 from porelang.error_codes.doubts import DOUBTS
@@ -45,6 +46,7 @@ THEMES: tuple[tuple[Code, ...], ...] = (
     ELASTICITY,
     STUDIES,
     LOOPS,
+    CELLS,
     DOUBTS,
 )
 CODES: dict[str, Code] = {page.code: page for theme in THEMES for page in theme}

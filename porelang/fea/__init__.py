@@ -6,8 +6,9 @@ Pure functions of arrays: nothing here knows of programs or fields.
 
 from __future__ import annotations
 
-from porelang.fea.error import Error, refined_sizes
+from porelang.fea.error import Error
 from porelang.fea.problem import BodyForce, Force, Load, Moment, Pressure, Problem, Support, Weight, Where
+from porelang.fea.refine import refined_sizes
 from porelang.fea.solution import Reaction, Solution
 from porelang.fea.solve import solve
 from porelang.fea.write import write

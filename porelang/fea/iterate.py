@@ -24,6 +24,8 @@ from porelang.progress import tell
 
 #: Iterations that show no progress for that long, or this many in all, are given up.
 _PATIENCE, MOST = 200, 2000
+#: What rounding may leave of the loads, where less is asked for.
+_ROUNDING = 1e-11
 #: Chebyshev's polynomial, and from which part of the largest eigenvalue on it is small: what lies below is left to
 #: order 1.
 _DEGREE, _LEAST = 2, 0.1
@@ -42,15 +44,17 @@ def gradients(matrix: Blocks, loads: Floats, precondition: Callable[[Floats], Fl
     """Solve for x (k, 3) until the true residual is `tolerance` of the loads. Errors: E176, CancelledError."""
     x = np.zeros_like(loads)
     scale = _norm(loads)
+    if not scale > 0:  # supports take all of them
+        return Outcome(x, 0.0, 0)
     r = loads.copy()
     best, best_at = np.inf, 0
     direction = np.zeros_like(r)
-    last = 1.0
+    last: float | None = None
     relative = 1.0
     for iteration in range(1, MOST + 1):
         z = precondition(r)
         product = _dot(r, z)
-        direction = z + (product / last) * direction if iteration > 1 else z
+        direction = z if last is None else z + (product / last) * direction
         image = matrix @ direction
         curve = _dot(direction, image)
         if not (np.isfinite(curve) and curve > 0 and product > 0):
@@ -64,12 +68,15 @@ def gradients(matrix: Blocks, loads: Floats, precondition: Callable[[Floats], Fl
             relative = _norm(loads - matrix @ x) / scale
             if relative <= 1.5 * tolerance:
                 return Outcome(x, relative, iteration)
-            r = loads - matrix @ x
+            r, last = loads - matrix @ x, None  # rounding has parted the two: begun anew from where x is
         if relative < 0.9 * best:
             best, best_at = relative, iteration
-        if iteration - best_at > _PATIENCE:
+        if iteration - best_at > (_PATIENCE if best > _ROUNDING else 5):
             break
         tell(max(0, min(99, int(100 * np.log(relative) / np.log(tolerance)))), 100)
+    relative = _norm(loads - matrix @ x) / scale
+    if relative <= _ROUNDING:
+        return Outcome(x, relative, iteration)
     raise fail(
         "E176",
         f"the iterations came no further than a residual of {best:.3g} of the loads, where {tolerance:.3g} is wanted",

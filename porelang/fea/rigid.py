@@ -13,7 +13,7 @@ import numpy as np
 
 from porelang.fea.nodes import Nodes
 from porelang.fea.problem import Floats, Ints, Mask
-from porelang.fea.surface import place
+from porelang.fea.surface import place, vector
 
 #: A motion is free if supports hold it with less than this of what they hold the best held one (singular values, with
 #: turns measured at the part's half size).
@@ -170,7 +170,7 @@ def _named(kernel: Floats, count: int, centre: Floats, size: float) -> list[str]
         shift, spin = whole_motion[:3] * size, whole_motion[3:]
         shift = shift - basis.T @ (basis @ shift)
         pitch = float(spin @ shift / (spin @ spin))
-        through = centre + np.cross(spin, shift) / (spin @ spin)
+        through = np.round((centre + np.cross(spin, shift) / (spin @ spin)) / size, 9) * size
         text = f"rotation about {direction(spin)} through {place(through)}"
         if abs(pitch) > 1e-6 * size:
             text += f", with a shift of {2 * np.pi * pitch:.3g} mm a turn along it"
@@ -202,11 +202,11 @@ def _span(vectors: Floats) -> list[Floats]:
     return found
 
 
-def direction(vector: Floats) -> str:
+def direction(along: Floats) -> str:
     """A direction in a sentence: an axis by its name."""
-    v = vector / np.linalg.norm(vector)
+    v = along / np.linalg.norm(along)
     for name, axis in zip("xyz", np.eye(3), strict=True):
         if abs(abs(v @ axis) - 1) < 1e-9:
             return name
     v = v * np.sign(v[np.argmax(np.abs(v))])
-    return "(" + ", ".join(f"{c + 0.0:.3g}" for c in v) + ")"
+    return vector(np.round(v, 3))

@@ -15,7 +15,7 @@ from porelang.fea.nodes import Nodes, number
 from porelang.fea.problem import Floats, Ints, Mask, Problem
 from porelang.fea.solution import Reaction, Solution
 from porelang.fea.stress import strains, stresses
-from porelang.fea.surface import surface
+from porelang.fea.surface import place, surface, vector
 from porelang.progress import activity, checkpoint
 
 #: Loads that drive a free motion with less than this of their size are taken to do no work on it.
@@ -130,15 +130,16 @@ def _held_still(
             f"nothing holds the part against {_listed(free.words)}",
             hint="add a support there; or say `balanced` if the loads do not drive it, as between frictionless platens",
         )
-    scale = float(np.abs(applied).sum())
-    for field, word in zip(free.fields, free.words, strict=True):
-        work = abs(float(np.vdot(field, applied))) / max(float(np.abs(field).max()), 1e-300)
-        if work > _BALANCED * scale:
-            raise fail(
-                "E171",
-                f"the loads drive a motion that nothing holds: {_listed(free.words)} ({word} takes {work:.3g} N)",
-                hint="add a support against it, or a load that balances it",
-            )
+    works = np.einsum("rkd,kd->r", free.fields, applied) / np.abs(free.fields).max(axis=(1, 2))
+    if (np.abs(works) > _BALANCED * np.abs(applied).sum()).any():
+        centre = (nodes.points.min(axis=0) + nodes.points.max(axis=0)) / 2
+        force, moment = applied.sum(axis=0), np.cross(nodes.points - centre, applied).sum(axis=0)
+        raise fail(
+            "E171",
+            f"the loads drive a motion that nothing holds ({_listed(free.words)}): they add up to "
+            f"{vector(force)} N and {vector(moment)} N mm about {place(centre)}",
+            hint="add a support against it, or a load that balances it",
+        )
     still = held.copy()
     still.reshape(-1)[supports.hold_still(free.fields, nodes.vertices)] = True
     return still

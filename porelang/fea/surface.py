@@ -125,4 +125,10 @@ def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats) -> 
 
 def place(point: Floats) -> str:
     """A point in a sentence."""
-    return "(" + ", ".join(f"{v + 0.0:.4g}" for v in point) + ") mm"
+    return f"{vector(point)} mm"
+
+
+def vector(values: Floats) -> str:
+    """Three numbers in a sentence; one that is 0 beside the others is said to be 0."""
+    largest = float(np.abs(values).max())
+    return "(" + ", ".join(f"{v if abs(v) > 1e-9 * largest else 0.0:.4g}" for v in values) + ")"

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from porelang.atomic import destination, save
+from porelang.atomic import destination, replace_path
 from porelang.diagnostics import fail
 from porelang.fea.solution import Solution
 from porelang.fea.stress import energy_density
@@ -28,7 +28,8 @@ def write(solution: Solution, path: str | Path) -> None:
         )
     destination(path)
     mesh = as_mesh(solution)
-    save(path, lambda file: mesh.write(file, file_format="vtu"))
+    with replace_path(path) as draft:
+        mesh.write(draft, file_format="vtu")
 
 
 def as_mesh(solution: Solution) -> Any:
