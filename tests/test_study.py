@@ -232,7 +232,7 @@ def test_a_disk_that_fills_loses_no_result(monkeypatch: pytest.MonkeyPatch, tmp_
 # ---- what is said of mistakes
 
 MISTAKES = {
-    "no face": ("sphere(9mm)", "compress(part_, 1kN, MATERIAL)", "E189", "z = -9 mm"),
+    "no face": ("sphere(9mm)", "compress(part_, 1kN, MATERIAL)", "E189", "no face at its end z = -9"),
     "too fine": ("cube(9mm)", "compress(part_, 1kN, MATERIAL, size=0.02mm)", "E187", "unknowns"),
     "two pieces": ("cube(9mm) | cube(9mm) @ [x - 30, y, z]", "compress(part_, 1kN, MATERIAL, size=3mm)", "E188", "50%"),
     "nothing held": ("cube(9mm)", "study(part_, z < -6mm, force(z > 4mm, [0, 0, 1N]), MATERIAL, size=3mm)", "E170",
@@ -284,11 +284,10 @@ def test_it_says_what_it_is_and_what_is_doubtful() -> None:
     text = f"{BAR}let s = {bent}\nout vm = s.von_mises"
     fine = told(text.replace("SIZE", "3mm"))
     assert set(fine) == {""}
-    assert all(
-        word in fine[""] for word in ("elements of 3 mm", "unknowns", "residual", "Zienkiewicz", "nearest place")
-    )
-    thin = told(f"let plate = box([30mm, 30mm, 1mm])\nlet s = study(plate, x < -14.9mm, force(x > 14.9mm, [0, 0, -1N]), "
-                f"{MATERIAL}, size=1.5mm)\nout vm = s.von_mises")  # fmt: skip
+    words = ("elements of 3 mm", "unknowns", "residual", "Zienkiewicz", "nearest place")
+    assert all(word in fine[""] for word in words)
+    plate = "study(plate, x < -14.9mm, force(x > 14.9mm, [0, 0, -1N])"
+    thin = told(f"let plate = box([30mm, 30mm, 1mm])\nlet s = {plate}, {MATERIAL}, size=1.5mm)\nout vm = s.von_mises")
     assert "1 mm thick" in thin["W265"]
     crumbs = told(f"let body = box([20mm, 20mm, 20mm]) | cube(3mm) @ [x - 14, y, z]\n"
                   f"let s = compress(body, 1kN, {MATERIAL}, size=2mm)\nout vm = s.von_mises")  # fmt: skip

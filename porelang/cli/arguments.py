@@ -76,14 +76,14 @@ COMMANDS: dict[str, Command] = {
                 "adapt",
                 "which",
                 "within",
-                "cell",
+                "averaged",
                 "damping",
                 "resume",
                 "loop",
                 "json",
                 "quiet",
             ),
-            "pore optimize beam.pore --iterate part --until 'change<0.5%' --max 15 -o beam.loop",
+            "pore optimize beam.pore --until 'change<0.5%' --max 15 -o beam.loop",
         ),
         Command(
             "slices",
@@ -410,7 +410,7 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         ("--study",),
         {"metavar": "NAME", "help": "which study of the output (default: the only one)"},
     ),
-    "cell": (
+    "averaged": (
         ("--cell",),
         {
             "metavar": "LENGTH",

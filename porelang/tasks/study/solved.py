@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from porelang.data import Reduced, coordinates
 from porelang.diagnostics import fail
-from porelang.fea import Problem, Solution, solve
-from porelang.fea.error import refined_sizes
+from porelang.fea import Problem, Solution, refined_sizes, solve
 from porelang.formula import Formula
 from porelang.ir import X, Y, Z, node
 from porelang.progress import activity
@@ -30,6 +29,8 @@ Floats = NDArray[np.float64]
 MESHING, SOLVING = "making elements", "solving for stresses"
 #: A step of refinement is to bring the error to this share of what it was.
 _REFINED = 0.5
+#: The mesher's cubes hold twelve tetrahedra each: their edge for that of a regular tetrahedron of the same volume.
+_CUBE = 2.0 ** (1 / 6)
 #: What is in pieces, of which those that are not the largest hold more than this of the volume, is no part.
 _LOST = 0.05
 
@@ -188,7 +189,7 @@ def _errors(solution: Solution, fields: Fields) -> Floats:
 
 def refined(found: Solved) -> Solved:
     """The study solved again with elements of sizes that halve its error with the fewest of them, by the estimate."""
-    sizes = refined_sizes(found.solution, _REFINED * max(found.solution.error.relative, 1e-9))
+    sizes = _CUBE * refined_sizes(found.solution, _REFINED * max(found.solution.error.relative, 1e-9))
     cells = Cells(found.mesh.vertices, found.mesh.tets.astype(np.int64), sizes[:, None], False, found.mesh.vertices,
                   sizes[:, None], len(found.mesh.tets), 0, 0, True)  # fmt: skip
     samples = gridded(cells, spacing_of(cells, NODES)).samples
