@@ -14,6 +14,7 @@ from typing import Any
 
 from cells import cells
 from data import data
+from elasticity import elasticity
 from fields import fields
 from loop import loop
 from meshes import compiling, pruning, specimen
@@ -37,8 +38,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument(
         "--only",
-        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tetmeshers, loop, gpu, "
-        "compiling, starts, cells",
+        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tetmeshers, loop, "
+        "elasticity, gpu, compiling, starts, cells",
     )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
@@ -58,6 +59,7 @@ def main() -> None:
         "phases": lambda: phases(max(3, options.rounds // 3)),
         "tetmeshers": lambda: tetmeshers(max(1, options.rounds // 3)),
         "loop": loop,
+        "elasticity": lambda: elasticity(max(1, options.rounds // 4)),
         "gpu": lambda: transfers(options.rounds),
         "compiling": lambda: compiling(max(3, options.rounds // 3)),
         "starts": lambda: starts(options.rounds),

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from porelang.diagnostics import suggest
 from porelang.elaborate import arguments, loads
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import ABSENT, Poison, Scalar, Text, Value, describe
 from porelang.ir import ONE, ZERO, Node, Stage, const, node
-from porelang.materials import MATERIALS
+from porelang.materials import MATERIALS, named, nearest
 from porelang.source import Span
 from porelang.units import LENGTH, STRESS
 
@@ -62,15 +61,15 @@ def _material(ctx: Context, name: str, given: Options, site: Span) -> tuple[Node
         material = ctx.decided(material)
         if isinstance(material, Poison):
             return None
-        if not isinstance(material, Text) or material.value not in MATERIALS:
-            near = suggest(material.value, MATERIALS) if isinstance(material, Text) else None
+        found = named(material.value) if isinstance(material, Text) else None
+        if found is None:
+            near = nearest(material.value) if isinstance(material, Text) else None
             known = f"the materials are {', '.join(MATERIALS)}; of others give `E` and `nu`"
             hint = f'did you mean "{near}"? {known}' if near else known
             what = f'"{material.value}" is no material that is known' if isinstance(material, Text) else (
                 f"`material` of `{name}` is the name of one, not {describe(material)}")  # fmt: skip
             ctx.error("E184", what, place, hint=hint)
             return None
-        found = MATERIALS[material.value]
         young, nu, density = const(found.young), const(found.poisson), const(found.density)
     if given["E"][0] is not ABSENT:
         young = loads.number(ctx, *given["E"], f"`E` of `{name}`", STRESS, "E=1.7GPa", field=True)

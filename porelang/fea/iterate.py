@@ -100,8 +100,8 @@ def aggregated(matrix: Blocks, modes: Floats) -> Callable[[Floats], Floats]:
 
     levels = pyamg.smoothed_aggregation_solver(
         matrix.to_scipy(), B=modes.reshape(-1, 6), symmetry="symmetric", strength=("symmetric", {"theta": 0.0}),
-        smooth=("jacobi", {"weighting": "local"}), improve_candidates=None,
-        presmoother=("gauss_seidel", {"sweep": "forward"}), postsmoother=("gauss_seidel", {"sweep": "backward"}),
+        smooth=("energy", {"maxiter": 3}), improve_candidates=None,
+        presmoother=("gauss_seidel", {"sweep": "symmetric"}), postsmoother=("gauss_seidel", {"sweep": "symmetric"}),
         max_coarse=300, coarse_solver=_direct(), keep=False,
     )  # fmt: skip
 
