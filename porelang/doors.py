@@ -403,8 +403,8 @@ class Doors(ABC):
 def options() -> frozenset[str]:
     """The options of all that can be asked."""
     asked = (
-        Doors.iterate, Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.tet, Doors.study, Doors.slices,
-        Doors.render, Doors.homogenize,
+        Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.tet, Doors.study, Doors.iterate,
+        Doors.slices, Doors.render, Doors.homogenize,
     )  # fmt: skip
     every = frozenset(option for one in asked for option in signature(one).parameters)
     return every - {"self", "name", "more"}
