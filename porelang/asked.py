@@ -26,6 +26,7 @@ from porelang.picture import Picture
 from porelang.program import Design
 
 if TYPE_CHECKING:
+    from porelang.optimize.run import Optimized
     from porelang.strength import Strength
     from porelang.tetrahedra import Tetrahedra
 
@@ -74,6 +75,20 @@ def study(design: Design, name: str | None, refine: bool, within: str | None) ->
 
     found = carry_out(design, name, refine, within)
     warn([d for d in found.told if d.severity == "warning"])
+    return found
+
+
+def iterate(
+    design: Design, name: str | None, until: float, most: int, rule: Any, limits: tuple[float, float],
+    porosity: float | None, adapt: str | None, study: str | None, within: str | None, cell: Length | None,
+    damping: float, folder: str | Path | None, resume: bool,
+) -> Optimized:  # fmt: skip
+    """The loop from stress back to geometry; see `Program.iterate`."""
+    from porelang.optimize.run import optimize
+
+    found = optimize(design, name, until, most, rule, limits, porosity, adapt, study, within, length("cell", cell),
+                     damping, folder, resume)  # fmt: skip
+    warn(found.told)
     return found
 
 

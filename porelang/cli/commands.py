@@ -28,6 +28,7 @@ RUN: dict[str, str] = {
     "mesh": "meshing.mesh",
     "measure": "measuring.measure",
     "fea": "strength.fea",
+    "optimize": "optimizing.optimize",
     "slices": "slicing.slices",
     "tet": "tetrahedra.tet",
     "homogenize": "homogenizing.homogenize",

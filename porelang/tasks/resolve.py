@@ -106,6 +106,11 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
         raise _told_at(error, places.get(n)) from None
 
 
+def named(n: Node, bindings: Bindings) -> str:
+    """What `find` would keep the result of a task by: a digest of all that it depends on."""
+    return identity(n, bindings, partial(_content, bindings))
+
+
 def look(n: Node, places: Places) -> None:
     """Say what is plainly wrong with the file that a task takes long to read. Errors: as those of `find`."""
     try:
