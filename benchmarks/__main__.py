@@ -26,6 +26,7 @@ from shapes import shapes
 from starts import starts
 from tensors import tensors
 from tetmeshers import tetmeshers
+from tets import tets
 from timing import machine
 from transfers import transfers
 
@@ -38,7 +39,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument(
         "--only",
-        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tetmeshers, loop, "
+        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tets, tetmeshers, loop, "
         "elasticity, gpu, compiling, starts, cells",
     )
     parser.add_argument("--json", action="store_true")
@@ -57,6 +58,7 @@ def main() -> None:
         "shapes": lambda: shapes(max(1, options.rounds // 4)),
         "tensors": lambda: tensors(options.rounds),
         "phases": lambda: phases(max(3, options.rounds // 3)),
+        "tets": lambda: tets(max(1, options.rounds // 3)),
         "tetmeshers": lambda: tetmeshers(max(1, options.rounds // 3)),
         "loop": loop,
         "elasticity": lambda: elasticity(max(1, options.rounds // 4)),

@@ -26,6 +26,8 @@ from porelang.picture import Picture
 from porelang.program import Design
 
 if TYPE_CHECKING:
+    from porelang.optimize.run import Optimized
+    from porelang.strength import Strength
     from porelang.tetrahedra import Tetrahedra
 
 Some = TypeVar("Some")
@@ -65,6 +67,29 @@ def measure(
     warn([*broken, *doubts])
     listed = {"failed_checks": [d.to_json() for d in broken], **to_lists(doubts)}
     return Report(design.program.output(name), found | listed)
+
+
+def study(design: Design, name: str | None, refine: bool, within: str | None) -> Strength:
+    """A study of the program in elements; see `Program.study`."""
+    from porelang.strength import carry_out
+
+    found = carry_out(design, name, refine, within)
+    warn([d for d in found.told if d.severity == "warning"])
+    return found
+
+
+def iterate(
+    design: Design, name: str | None, until: float, most: int, rule: Any, limits: tuple[float, float],
+    porosity: float | None, adapt: str | None, study: str | None, within: str | None, cell: Length | None,
+    damping: float, folder: str | Path | None, resume: bool,
+) -> Optimized:  # fmt: skip
+    """The loop from stress back to geometry; see `Program.iterate`."""
+    from porelang.optimize.run import optimize
+
+    found = optimize(design, name, until, most, rule, limits, porosity, adapt, study, within, length("cell", cell),
+                     damping, folder, resume)  # fmt: skip
+    warn(found.told)
+    return found
 
 
 def tet(

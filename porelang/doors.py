@@ -217,6 +217,60 @@ class Doors(ABC):
             force,
         )
 
+    def study(
+        self,
+        name: str | None = None,
+        /,
+        refine: bool = False,
+        within: str | None = None,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Any:
+        """A study of the program in elements (`porelang.strength.Strength`): the one that a `let` names, the only one,
+        or one that is described as a program calls it, `"compress(part, 10kN, axis=z, E=2GPa, nu=0.3)"`. With its mesh,
+        what was found on it, its `numbers` with their errors, and `write("result.vtu")`.
+
+        `refine` adds a step of refinement where stresses err most; `within` names the envelope of an effective modulus.
+        What is doubtful is told as a `PoreWarning`. Errors: E100 where there is no such study; those of the study.
+        """
+        from porelang.asked import study
+
+        return study(self.design(settings, preset=preset, **more), name, refine, within)
+
+    def iterate(
+        self,
+        name: str | None = None,
+        /,
+        until: float = 0.005,
+        most: int = 15,
+        rule: Any = "energy",
+        limits: tuple[float, float] = (0.2, 0.8),
+        porosity: float | None = None,
+        adapt: str | None = None,
+        study: str | None = None,
+        within: str | None = None,
+        cell: Length | None = None,
+        damping: float = 1.0,
+        folder: str | Path | None = None,
+        resume: bool = False,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Any:
+        """The loop from stress back to geometry for an output (`porelang.optimize.run.Optimized`): its `steps`, the
+        `best` of them, a `table`, a `plot()`, the `samples` of the param that adapts, the `design` with these bound.
+
+        The study of the output is solved, what is borne becomes thickness, the porosity is restored, and again: until
+        the compliance changes by less than `until`, or `most` steps were made. `rule` is "energy" or "von_mises", or
+        one of `porelang.optimize.rules`; `limits` are of the density. `folder` keeps a record, and `resume` goes on
+        with it. What is doubtful is told as a `PoreWarning`. Errors: E190-E195, those of the study.
+        """
+        from porelang.asked import iterate
+
+        return iterate(self.design(settings, preset=preset, **more), name, until, most, rule, limits, porosity, adapt,
+                       study, within, cell, damping, folder, resume)  # fmt: skip
+
     def slices(
         self,
         name: str | None = None,
@@ -349,8 +403,8 @@ class Doors(ABC):
 def options() -> frozenset[str]:
     """The options of all that can be asked."""
     asked = (
-        Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.tet, Doors.slices, Doors.render,
-        Doors.homogenize,
+        Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.tet, Doors.study, Doors.iterate,
+        Doors.slices, Doors.render, Doors.homogenize,
     )  # fmt: skip
     every = frozenset(option for one in asked for option in signature(one).parameters)
     return every - {"self", "name", "more"}

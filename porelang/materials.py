@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from porelang.diagnostics import fail, suggest
+from porelang.diagnostics import suggest
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,29 +29,32 @@ class Material:
 
 
 MATERIALS: dict[str, Material] = {
-    "pla": Material(
+    "PLA": Material(
         3600, 0.36, 1.24, 60, "NatureWorks Ingeo 4043D, technical data sheet (ASTM D882, D792)",
         "of film; prints have 2300 to 3500 MPa by direction and infill; Poisson's ratio is assumed",
     ),
-    "pa12": Material(
+    "PA12": Material(
         1650, 0.4, 0.93, None, "EOS PA 2200 Balance 1.0, material data sheet (ISO 527, laser sintered)",
         "dry, along x; parts that take up water have some 20 % less; Poisson's ratio is assumed",
     ),
-    "abs": Material(
+    "ABS": Material(
         2000, 0.35, 1.04, None, "Wohlers Report 2011, appendix E (ASTM D638, moulded)",
         "prints have 10 to 30 % less across layers; Poisson's ratio and density are assumed",
     ),
-    "ti6al4v": Material(
+    "Ti-6Al-4V": Material(
         110000, 0.34, 4.41, 825, "EOS Titanium Ti64, material data sheet; yield: the minimum of ASTM F2924",
         "modulus +- 10 GPa; yield of heat-treated parts; Poisson's ratio of wrought alloy",
     ),
-    "316l": Material(
+    "316L": Material(
         200000, 0.3, 8.0, 205, "EN 10088-1, 1.4404; yield: the minimum of ASTM F3184",
         "printed parts have 150 to 200 GPa by direction, and yield at twice that minimum as built",
     ),
-    "alsi10mg": Material(
+    "AlSi10Mg": Material(
         70000, 0.33, 2.67, 240, "EOS Aluminium AlSi10Mg (9011-0024), material data sheet: z, as built",
         "modulus +- 10 GPa, 75 GPa in the plane; 60 to 70 GPa after stress relief; Poisson's ratio is assumed",
+    ),
+    "6061-T6": Material(
+        70000, 0.3, 2.7, 240, "EN 1999-1-1, 3.2.2 and 3.2.5: extruded", "yield depends on thickness and heat treatment",
     ),
     "steel": Material(
         210000, 0.3, 7.85, 235, "EN 1993-1-1, 3.2.6; density EN 1991-1-1, table A.4; yield: S235",
@@ -68,11 +71,20 @@ MATERIALS: dict[str, Material] = {
 }  # fmt: skip
 
 
-def material(name: str) -> Material:
-    """A material of the table by its name, in any case. Errors: E172 for one that is not in it."""
-    found = MATERIALS.get(name.lower()) if isinstance(name, str) else None
-    if found is None:
-        near = suggest(name, MATERIALS)
-        hint = f"did you mean `{near}`?" if near else f"there are {', '.join(MATERIALS)}; or give the moduli themselves"
-        raise fail("E172", f"there is no material {name!r} in the table", hint=hint)
-    return found
+def named(name: str) -> Material | None:
+    """A material of the table by its name, whatever its case, with hyphens and spaces or without."""
+    return _BY_WORD.get(_word(name))
+
+
+def nearest(name: str) -> str | None:
+    """The name in the table that is likely to be meant by another."""
+    near = suggest(_word(name), _NAMES)
+    return None if near is None else _NAMES[near]
+
+
+def _word(name: str) -> str:
+    return "".join(c for c in name.lower() if c.isalnum())
+
+
+_NAMES = {_word(name): name for name in MATERIALS}
+_BY_WORD = {_word(name): found for name, found in MATERIALS.items()}

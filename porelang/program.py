@@ -137,6 +137,11 @@ class Program(Doors):
         let = self.elaborated.lets.get(name)
         return None if let is None else flatten(let.node)[0]
 
+    @cached_property
+    def studies(self) -> Mapping[str, Node]:
+        """The flat tasks of the studies that a `let` names, by that name."""
+        return {name: flatten(n)[0] for name, n in self.elaborated.studies.items()}
+
     @property
     def data(self) -> Mapping[str, DataInfo]:
         """The params that take data (`param stress: field = ...`), by name; `bind` gives them some."""
@@ -230,8 +235,9 @@ class Program(Doors):
         errors, whether or not the contracts hold that are about them. What one text in a def asks for in several calls
         is counted: `porosity(f, c)`, `porosity(f, c) #2`."""
         design = self.design(settings, preset=preset, **more)
-        read = set(design.reads(*self._asking))
-        return {text: design.number(n) for n, text in self.numbers.items() if n in read}
+        made = design.program  # another than this one where a param counts what is there
+        read = set(design.reads(*made._asking))
+        return {text: design.number(n) for n, text in made.numbers.items() if n in read}
 
     @cached_property
     def _asking(self) -> tuple[Node, ...]:

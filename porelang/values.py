@@ -188,6 +188,31 @@ def factor(text: str) -> float:
     return value
 
 
+def share(text: str) -> float:
+    """`50%` or `0.5`: above 0 and at most 1."""
+    number, percent = (text.strip()[:-1], 100) if text.strip().endswith("%") else (text.strip(), 1)
+    value = float(number) / percent if re.fullmatch(_NUMBER, number) else math.nan
+    if not 0 < value <= 1:
+        raise Unreadable(f"`{text}` is no share", "write 50% or 0.5: above 0 and at most 1")
+    return value
+
+
+def limits(text: str) -> tuple[float, float]:
+    """`0.2..0.8` or `20%..80%`: densities, the least first."""
+    low, dots, high = text.partition("..")
+    if not dots or not (found := (share(low), share(high)))[0] < found[1]:
+        raise Unreadable(f"`{text}` is no range of densities", "write the least and the greatest: 0.2..0.8")
+    return found
+
+
+def until(text: str) -> float:
+    """`change<0.5%`, or the share alone."""
+    match = re.fullmatch(r"\s*(?:change\s*<)?\s*([^<>=]+)", text)
+    if match is None:
+        raise Unreadable(f"`{text}` is no end of a loop", "write by how little the compliance changes: change<0.5%")
+    return share(match[1])
+
+
 def fineness(text: str) -> int:
     """1 to 6."""
     if text not in ("1", "2", "3", "4", "5", "6"):

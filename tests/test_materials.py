@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from porelang.diagnostics import PoreError
-from porelang.materials import MATERIALS, material
+from porelang.materials import MATERIALS, named, nearest
 
 
 @pytest.mark.parametrize("name", MATERIALS)
@@ -20,8 +19,7 @@ def test_material_is_physical_and_has_a_source(name: str) -> None:
 
 
 def test_material_is_found_by_name() -> None:
-    assert material("Ti6Al4V") is MATERIALS["ti6al4v"]
-    with pytest.raises(PoreError, match="did you mean `steel`"):
-        material("stel")
-    with pytest.raises(PoreError, match="there are pla, pa12"):
-        material("unobtainium")
+    assert named("Ti6Al4V") is named("ti-6al-4v") is MATERIALS["Ti-6Al-4V"]
+    assert named("PA 12") is MATERIALS["PA12"]
+    assert named("unobtainium") is None
+    assert (nearest("stel"), nearest("unobtainium")) == ("steel", None)

@@ -566,7 +566,7 @@ def test_report_as_json(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
     exact = 4 / 3 * math.pi * 1000
     assert abs(found["field_volume"] - exact) <= found["field_volume_error"]
     assert found["volume_error"] == pytest.approx(found["volume"] / found["field_volume"] - 1)
-    assert -0.02 < found["volume_error"] < 0  # a ball's polyhedron lies within it, mostly
+    assert abs(found["volume_error"]) < 0.003  # curved walls keep their volume
     radii = np.linalg.norm(read.points, axis=1)
     assert radii.max() <= 10 + found["distance"]["max"] + 1e-6
     assert found["components"] == 1

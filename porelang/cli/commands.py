@@ -27,6 +27,8 @@ RUN: dict[str, str] = {
     "check": "checking.check",
     "mesh": "meshing.mesh",
     "measure": "measuring.measure",
+    "fea": "strength.fea",
+    "optimize": "optimizing.optimize",
     "slices": "slicing.slices",
     "tet": "tetrahedra.tet",
     "homogenize": "homogenizing.homogenize",
