@@ -484,9 +484,12 @@ def test_the_process_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
         with child:
             assert child.stdout is not None
             assert child.stdin is not None
-            assert child.stdout.readline()  # fTetWild has begun, and says so line by line
-            child.stdin.close()
-            assert child.wait(timeout=60) == -signal.SIGIO
+            try:
+                assert child.stdout.readline()  # fTetWild has begun, and says so
+                child.stdin.close()
+                assert child.wait(timeout=20) == -signal.SIGIO
+            finally:
+                child.kill()
     assert (tmp_path / "out.npz").read_bytes() == b""
 
 
@@ -563,7 +566,7 @@ def test_report_as_json(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
     exact = 4 / 3 * math.pi * 1000
     assert abs(found["field_volume"] - exact) <= found["field_volume_error"]
     assert found["volume_error"] == pytest.approx(found["volume"] / found["field_volume"] - 1)
-    assert -0.02 < found["volume_error"] < 0  # a ball's polyhedron lies within it, mostly
+    assert abs(found["volume_error"]) < 0.003  # curved walls keep their volume
     radii = np.linalg.norm(read.points, axis=1)
     assert radii.max() <= 10 + found["distance"]["max"] + 1e-6
     assert found["components"] == 1
@@ -626,6 +629,7 @@ def test_what_cannot_be_is_refused_in_words(
         ({"surface_size": -1}, "E114"), ({"mesher": "gmsh"}, "E108"), ({"phases": "gas"}, "E108"),
         ({"phases": ("void",)}, "E108"), ({"size": "thick"}, "E100"), ({"bounds": (0, 0, 0, 1, 1)}, "E107"),
         ({"time_limit": "soon", "mesher": "ftetwild"}, "E108"), ({"time_limit": -1}, "E114"),
+        ({"time_limit": 5}, "E108"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_refused_in_python(more: dict[str, Any], code: str) -> None:

@@ -113,6 +113,8 @@ def wishes(mesher: str, phases: Sequence[str], size: Any, surface_size: Any, tim
         if not isinstance(given, int | float | np.number) or isinstance(given, bool) or not 0 < given < math.inf:
             unit = "seconds" if what == "time_limit" else "mm"
             raise fail("E114", f"{what}={given!r:.60} is none", hint=f"give a number of {unit} above 0")
+    if time_limit is not None and mesher != "ftetwild":
+        raise fail("E108", "--time-limit is for fTetWild", hint="leave it out, or use --mesher ftetwild")
     wanted = tuple(dict.fromkeys(phases))
     if unknown := [phase for phase in wanted if phase not in PHASES]:
         raise fail("E108", f"there is no phase {unknown[0]!r:.60}", hint="phases are solid, or solid,void")
