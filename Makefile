@@ -7,7 +7,7 @@ WORKERS ?= auto
 ENVIRONMENT := PYTHONUNBUFFERED=1 $(if $(filter Linux,$(shell uname)),PORELANG_TEST_GL=required)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo figures test test-fast fuzz check gl bench bench-peers lint golden docs grammar clean
+.PHONY: help demo figures comparison test test-fast fuzz check gl bench bench-peers lint golden docs grammar clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -34,6 +34,9 @@ demo: $(READY)  ## compile examples/specimen.pore to out/specimen.stl and out/sp
 
 figures: gl  ## draw every figure of the paper, examples/figures/*.pore, into docs/figures
 	@$(BIN)/python examples/figures/draw.py docs/figures
+
+comparison: $(READY)  ## solve the specimens of Figures 8 to 10 and write docs/comparison.md: an hour, and 4 GB
+	@$(BIN)/python examples/figures/compare.py docs/comparison.md
 
 gl: $(READY)
 	@PATH="$(CURDIR)/$(BIN):$$PATH" sh .ci/gl
