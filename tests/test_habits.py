@@ -228,7 +228,7 @@ TOLD = {
     "array(sphere(2), 5)": ("E037", "`repeat("),
     "tube(5, 4, 9)": ("E037", "`cylinder(R, h) \\ cylinder(r, h)`"),
     "bezier([0,0,0], [1,1,1])": ("E037", "`spline(points)`"),
-    "bend(cube(9), 3)": ("E037", "`polar(f, turn)`"),
+    "bend(cube(9), 3)": ("E184", "`polar(f, turn)`"),
     "sphere(remap(x, 0, 9, 1, 2))": ("E037", "`mix(lo, hi, ramp(x, a, b))`"),
     "hexagon(5)": ("E037", "`regular_polygon(6, r)`"),
     'text("a", 5)': ("E037", "no letters"),

@@ -17,7 +17,7 @@ from porelang.cli.measuring import _text as told
 from porelang.data import figures
 from porelang.diagnostics import PoreError
 from porelang.ir import node
-from porelang.measure import CUT, INTERSECTED, _envelope, measure
+from porelang.measure import CUT, INTERSECTED, envelope_of, measure
 from porelang.mesh.made import make
 from porelang.mesh.part import grid_of, surface_of
 from porelang.pieces import MOST_NODES
@@ -33,14 +33,14 @@ def report(text: str, **more: object) -> dict[str, object]:
 def enveloped(text: str) -> tuple[str, float]:
     """What a part is measured relative to, and its volume: the rest of a report takes ten times as long."""
     design = porelang.compile(text).design()
-    envelope, called = _envelope(design, design.of(), None, design.bounds())
+    envelope, called = envelope_of(design, design.of(), None, design.bounds())
     return called, design.number(node("volume", envelope)).value
 
 
 def porosity(text: str) -> float:
     """The porosity of a part in its envelope."""
     design = porelang.compile(text).design()
-    envelope, _ = _envelope(design, design.of(), None, design.bounds())
+    envelope, _ = envelope_of(design, design.of(), None, design.bounds())
     return design.number(node("porosity", design.of().root, envelope)).value
 
 
@@ -184,7 +184,7 @@ def test_a_lattice_in_its_skin_with_holes_is_no_envelope_of_itself() -> None:
 def test_what_a_designer_takes_for_the_envelope(text: str, called: str, volume: float) -> None:
     """Of `(front | walls | back) \\ holes` it was the union itself: an acoustic panel came with a porosity of 0.3 %."""
     design = porelang.compile(text).design()
-    root, found = _envelope(design, design.of(None), None, design.bounds(None))
+    root, found = envelope_of(design, design.of(None), None, design.bounds(None))
     assert found == called
     assert design.number(node("volume", root)).value == pytest.approx(volume, rel=2e-2)
 

@@ -136,13 +136,14 @@ def run(argv):
 
 
 def test_a_signal_that_falls_into_a_callback_is_not_lost() -> None:
-    """Python lets no exception out of the callback of a weak reference, such as its imports have."""
+    """Python lets no exception out of the callback of a weak reference, such as its imports have; also under nohup."""
     code = f"""{INTERRUPTED}    time.sleep(20)
     return 0
 commands.run = run
 sys.exit(main())
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment(), check=False)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment(), check=False,
+                          preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))  # fmt: skip
     assert (done.returncode, done.stderr) == (129, "")
 
 

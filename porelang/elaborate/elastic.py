@@ -80,6 +80,8 @@ def _material(ctx: Context, name: str, given: Options, site: Span) -> tuple[Node
     if young is None or nu is None or density is None:
         if all(given[k][0] is ABSENT for k in ("material", "E", "nu")):
             hint = 'name one, `material="PA12"`, or give `E=1.7GPa, nu=0.4`'
+            if name == "bend":  # other programs call so what bends a shape
+                hint += "; what bends a shape, and not by a force, is `polar(f, turn)`"
             ctx.error("E184", f"`{name}` needs a material", site, "an argument is missing here", hint=hint)
         elif material is ABSENT and given["E"][0] is ABSENT:
             hint = "as in `E=1.7GPa`"

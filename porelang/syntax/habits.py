@@ -65,7 +65,6 @@ NAMES: dict[str, str | tuple[str, str]] = {
     "clip": ("clamp", "`clamp(a, lo, hi)`"),
     # Curv, nTop, Grasshopper
     "move": ("translate", "`translate(f, [1, 2, 3])`"),
-    "moved": ("translate", "`translate(f, [1, 2, 3])`"),
     "rotated": ("rotate", "`rotate(f, [0, 0, 1], 45deg)`"),
     **dict.fromkeys(("remap", "remap_numbers", "map_range"), "write `mix(lo, hi, ramp(x, a, b))`: a..b becomes lo..hi"),
     **dict.fromkeys(("boolean_union", "unite"), "write `a | b`, or `union([a, b, c])`"),
@@ -96,7 +95,6 @@ CALLED: dict[str, str | tuple[str, str]] = {
     "loft": "write `blend(extrude(a, h), extrude(b, h), z, r)`: from one to the other along z, within r",
     **dict.fromkeys(("sweep", "bezier", "nurbs"), f"curves are lists of points: {_LINES}"),
     "taper": "write `f @ [x / s, y / s, z]` with s a function of z, or `cone(r1, r2, h)`",
-    "bend": "write `polar(f, turn)`: f bent about the z axis, `turn` mm of it to a full turn",
     **dict.fromkeys(("text", "font"), "there are no letters: make them of `polygon(points)` and `extrude(profile, h)`"),
     **dict.fromkeys(("voronoi", "noise", "perlin_noise"), _BUILT_IN),
     **dict.fromkeys(("honeycomb", "hex_grid"), "cut copies of `prism(6, r, h)` out of it: `a \\ union([for ...])`"),
