@@ -23,12 +23,14 @@ $(READY): pyproject.toml
 	@$(BIN)/python examples/warm.py  # nor its first mesh, nor its first look at data
 	@touch $@
 
-demo: $(READY)  ## compile examples/specimen.pore to out/specimen.stl and out/specimen.png, and print its report
+demo: $(READY)  ## compile examples/specimen.pore to out/specimen.stl and out/specimen.png, close the loop from stress to walls, print reports
 	@mkdir -p out
 	@$(BIN)/pore mesh examples/specimen.pore --voxel 1.2mm -o out/specimen.stl
 	@$(BIN)/pore render examples/specimen.pore -o out/specimen.png --size 900x1100 \
 	  || { echo "== no picture through OpenGL: drawing the mesh with NumPy"; \
 	       $(BIN)/python examples/picture.py out/specimen.stl out/specimen.png; }
+	@$(BIN)/pore fea examples/closed_loop.pore -o out/closed_loop.vtu
+	@$(BIN)/pore mesh examples/closed_loop.pore --voxel 2mm -o out/closed_loop.stl
 
 figures: gl  ## draw every figure of the paper, examples/figures/*.pore, into docs/figures
 	@$(BIN)/python examples/figures/draw.py docs/figures

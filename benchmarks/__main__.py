@@ -12,7 +12,9 @@ import re
 from pathlib import Path
 from typing import Any
 
+from cells import cells
 from data import data
+from elasticity import elasticity
 from fields import fields
 from loop import loop
 from meshes import compiling, pruning, specimen
@@ -24,6 +26,7 @@ from shapes import shapes
 from starts import starts
 from tensors import tensors
 from tetmeshers import tetmeshers
+from tets import tets
 from timing import machine
 from transfers import transfers
 
@@ -36,8 +39,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument(
         "--only",
-        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tetmeshers, loop, gpu, "
-        "compiling, starts",
+        help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tets, tetmeshers, loop, "
+        "elasticity, gpu, compiling, starts, cells",
     )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
@@ -55,11 +58,14 @@ def main() -> None:
         "shapes": lambda: shapes(max(1, options.rounds // 4)),
         "tensors": lambda: tensors(options.rounds),
         "phases": lambda: phases(max(3, options.rounds // 3)),
+        "tets": lambda: tets(max(1, options.rounds // 3)),
         "tetmeshers": lambda: tetmeshers(max(1, options.rounds // 3)),
         "loop": loop,
+        "elasticity": lambda: elasticity(max(1, options.rounds // 4)),
         "gpu": lambda: transfers(options.rounds),
         "compiling": lambda: compiling(max(3, options.rounds // 3)),
         "starts": lambda: starts(options.rounds),
+        "cells": cells,
     }
     if options.only and options.only not in sections:
         parser.error(f"--only takes one of {', '.join(sections)}")

@@ -26,6 +26,8 @@ from porelang.picture import Picture
 from porelang.program import Design
 
 if TYPE_CHECKING:
+    from porelang.optimize.run import Optimized
+    from porelang.strength import Strength
     from porelang.tetrahedra import Tetrahedra
 
 Some = TypeVar("Some")
@@ -65,6 +67,29 @@ def measure(
     warn([*broken, *doubts])
     listed = {"failed_checks": [d.to_json() for d in broken], **to_lists(doubts)}
     return Report(design.program.output(name), found | listed)
+
+
+def study(design: Design, name: str | None, refine: bool, within: str | None) -> Strength:
+    """A study of the program in elements; see `Program.study`."""
+    from porelang.strength import carry_out
+
+    found = carry_out(design, name, refine, within)
+    warn([d for d in found.told if d.severity == "warning"])
+    return found
+
+
+def iterate(
+    design: Design, name: str | None, until: float, most: int, rule: Any, limits: tuple[float, float],
+    porosity: float | None, adapt: str | None, study: str | None, within: str | None, cell: Length | None,
+    damping: float, folder: str | Path | None, resume: bool,
+) -> Optimized:  # fmt: skip
+    """The loop from stress back to geometry; see `Program.iterate`."""
+    from porelang.optimize.run import optimize
+
+    found = optimize(design, name, until, most, rule, limits, porosity, adapt, study, within, length("cell", cell),
+                     damping, folder, resume)  # fmt: skip
+    warn(found.told)
+    return found
 
 
 def tet(
@@ -146,6 +171,27 @@ def render(
     made = render_output(design, names, wishes, read("bounds", bounds, values.box))
     warn(design.told(*roots_shown(design.program, names, wishes)))
     return made
+
+
+def homogenize(
+    design: Design, name: str | None, cell: str | Sequence[float] | None, nu: float, resolution: int,
+    sweep: str | None, check: bool,
+) -> Any:  # fmt: skip
+    """A period of an output as a material, or of a sweep each; see `Program.homogenize`."""
+    from porelang import homogenize as work
+
+    sides = read("cell", cell, values.cell)
+    ratio = float(read("nu", nu, values.number))
+    if check:
+        keep_checks(design)
+    found: Any
+    if sweep is None:
+        found = work.homogenize(design, name, sides, ratio, resolution)
+    else:
+        param, low, high, count = read("sweep", sweep, values.swept)
+        found = work.sweep(design, param, low, high, count, name, sides, ratio, resolution)
+    warn([*found.doubts, *design.told(*design.program.roots(name))])
+    return found
 
 
 #: What options may be that are one of a few words.

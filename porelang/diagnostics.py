@@ -134,7 +134,7 @@ def fail(code: str, message: str, span: Span | None = None, **more: Any) -> Pore
 #: An option of a command as it stands in a text, with its value if it is a number, a number type or the like.
 _OPTION = re.compile(
     r"(?<![\w`-])--([a-z]+(?:-[a-z]+)*)"
-    r"(?: (\d[\w.]*|numpy|glsl|direct|ftetwild|none|NAME|[xyz]=\d\w*|x0,y0,z0,x1,y1,z1))?(?![\w-])"
+    r"(?: (\d[\w.]*(?:,\d[\w.]*)*|numpy|glsl|direct|ftetwild|none|NAME|[xyz]=\d\w*|x0,y0,z0,x1,y1,z1))?(?![\w-])"
 )
 _FLAGS = frozenset({"force", "keep_islands"})
 

@@ -217,6 +217,60 @@ class Doors(ABC):
             force,
         )
 
+    def study(
+        self,
+        name: str | None = None,
+        /,
+        refine: bool = False,
+        within: str | None = None,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Any:
+        """A study of the program in elements (`porelang.strength.Strength`): the one that a `let` names, the only one,
+        or one that is described as a program calls it, `"compress(part, 10kN, axis=z, E=2GPa, nu=0.3)"`. With its mesh,
+        what was found on it, its `numbers` with their errors, and `write("result.vtu")`.
+
+        `refine` adds a step of refinement where stresses err most; `within` names the envelope of an effective modulus.
+        What is doubtful is told as a `PoreWarning`. Errors: E100 where there is no such study; those of the study.
+        """
+        from porelang.asked import study
+
+        return study(self.design(settings, preset=preset, **more), name, refine, within)
+
+    def iterate(
+        self,
+        name: str | None = None,
+        /,
+        until: float = 0.005,
+        most: int = 15,
+        rule: Any = "energy",
+        limits: tuple[float, float] = (0.2, 0.8),
+        porosity: float | None = None,
+        adapt: str | None = None,
+        study: str | None = None,
+        within: str | None = None,
+        cell: Length | None = None,
+        damping: float = 1.0,
+        folder: str | Path | None = None,
+        resume: bool = False,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Any:
+        """The loop from stress back to geometry for an output (`porelang.optimize.run.Optimized`): its `steps`, the
+        `best` of them, a `table`, a `plot()`, the `samples` of the param that adapts, the `design` with these bound.
+
+        The study of the output is solved, what is borne becomes thickness, the porosity is restored, and again: until
+        the compliance changes by less than `until`, or `most` steps were made. `rule` is "energy" or "von_mises", or
+        one of `porelang.optimize.rules`; `limits` are of the density. `folder` keeps a record, and `resume` goes on
+        with it. What is doubtful is told as a `PoreWarning`. Errors: E190-E195, those of the study.
+        """
+        from porelang.asked import iterate
+
+        return iterate(self.design(settings, preset=preset, **more), name, until, most, rule, limits, porosity, adapt,
+                       study, within, cell, damping, folder, resume)  # fmt: skip
+
     def slices(
         self,
         name: str | None = None,
@@ -313,10 +367,44 @@ class Doors(ABC):
             check=check,
         )
 
+    def homogenize(
+        self,
+        name: str | None = None,
+        /,
+        cell: str | Sequence[float] | None = None,
+        nu: float = 0.3,
+        resolution: int = 64,
+        sweep: str | None = None,
+        check: bool = True,
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Any:
+        """One period of an output as a material, for a solid of unit Young's modulus and the Poisson's ratio `nu`.
+
+        `cell` are the sides of the period in mm (`(10, 10, 15)` or `"10,10,15"`), else those of its lattices;
+        `resolution` counts voxels along the longest side of the finest grid. Gives a
+        `porelang.homogenize.Homogenized`: stiffness (6, 6), conductivity (3, 3), `numbers` and `errors`, `report()`,
+        `picture()`. With `sweep="t=0.2..1.2:6"` gives a `porelang.homogenize.Swept`, its `law` a function of the
+        density. What is doubtful is told as a `PoreWarning` (W260-W263). Errors: those of an output; E068 where a
+        `check` fails, unless `check` is False; E180-E183.
+
+        >>> import porelang
+        >>> found = porelang.compile("gyroid(10)").homogenize(resolution=16)
+        >>> 0.1 < found.numbers["E.100"] < found.numbers["E.111"] < 0.3
+        True
+        """
+        from porelang.asked import homogenize
+
+        return homogenize(self.design(settings, preset=preset, **more), name, cell, nu, resolution, sweep, check)
+
 
 @cache
 def options() -> frozenset[str]:
     """The options of all that can be asked."""
-    asked = (Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.tet, Doors.slices, Doors.render)
+    asked = (
+        Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.tet, Doors.study, Doors.iterate,
+        Doors.slices, Doors.render, Doors.homogenize,
+    )  # fmt: skip
     every = frozenset(option for one in asked for option in signature(one).parameters)
     return every - {"self", "name", "more"}

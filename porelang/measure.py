@@ -90,7 +90,7 @@ def measure(
     """
     part = design.of(name)
     box = checked_bounds(bounds) if bounds is not None else design.bounds(name)
-    envelope, called = _envelope(design, part, within, box)
+    envelope, called = envelope_of(design, part, within, box)
     root = part.root
     if bounds is not None:
         root, envelope = node("max", root, block(box)), node("max", envelope, block(box))
@@ -237,7 +237,7 @@ def _told(found: Reduced) -> dict[str, float]:
     return {"value": found.value, "error": found.error}
 
 
-def _envelope(design: Design, part: Formula, within: str | None, box: Box) -> tuple[Node, str]:
+def envelope_of(design: Design, part: Formula, within: str | None, box: Box) -> tuple[Node, str]:
     """What the porosity is relative to, and how that was chosen."""
     if within is not None:
         return _named(design.program, within), within

@@ -137,6 +137,11 @@ class Program(Doors):
         let = self.elaborated.lets.get(name)
         return None if let is None else flatten(let.node)[0]
 
+    @cached_property
+    def studies(self) -> Mapping[str, Node]:
+        """The flat tasks of the studies that a `let` names, by that name."""
+        return {name: flatten(n)[0] for name, n in self.elaborated.studies.items()}
+
     @property
     def data(self) -> Mapping[str, DataInfo]:
         """The params that take data (`param stress: field = ...`), by name; `bind` gives them some."""

@@ -54,6 +54,30 @@ def spacing(text: str) -> float | str:
     return text if text == "auto" else length(text)
 
 
+def cell(text: str) -> tuple[float, float, float]:
+    """`10,10,15`, `1cm,1cm,15mm` in mm; one length is that of a cube."""
+    words = text.split(",")
+    if len(words) not in (1, 3):
+        raise Unreadable(f"`{text}` is no cell", "write its sides along x, y and z: 10,10,15")
+    x, y, z = (length(word) for word in (words if len(words) == 3 else words * 3))
+    return x, y, z
+
+
+def number(text: str) -> float:
+    """A finite number."""
+    if not re.fullmatch(_NUMBER, text.strip()) or not math.isfinite(float(text)):
+        raise Unreadable(f"`{text}` is no number", "write 0.3")
+    return float(text)
+
+
+def swept(text: str) -> tuple[str, str, str, int]:
+    """`NAME=LO..HI:N`: a param, the ends of its range with or without a unit, and how many values."""
+    match = re.fullmatch(r"\s*(\w+)\s*=\s*(.+?)\s*\.\.\s*(.+?)\s*:\s*(\d{1,4})\s*", text)
+    if match is None:
+        raise Unreadable(f"`{text}` is no sweep", "write a param, its range and how many values: t=0.2..1.2:6")
+    return match[1], match[2], match[3], int(match[4])
+
+
 def size(text: str) -> float | str:
     """A length, `auto`, or the name of what says one."""
     name = text.strip()
@@ -162,6 +186,31 @@ def factor(text: str) -> float:
     if not (math.isfinite(value) and 1e-3 <= value <= 1e4):
         raise Unreadable(f"`{text}` is no zoom", "write 2 for twice as large")
     return value
+
+
+def share(text: str) -> float:
+    """`50%` or `0.5`: above 0 and at most 1."""
+    number, percent = (text.strip()[:-1], 100) if text.strip().endswith("%") else (text.strip(), 1)
+    value = float(number) / percent if re.fullmatch(_NUMBER, number) else math.nan
+    if not 0 < value <= 1:
+        raise Unreadable(f"`{text}` is no share", "write 50% or 0.5: above 0 and at most 1")
+    return value
+
+
+def limits(text: str) -> tuple[float, float]:
+    """`0.2..0.8` or `20%..80%`: densities, the least first."""
+    low, dots, high = text.partition("..")
+    if not dots or not (found := (share(low), share(high)))[0] < found[1]:
+        raise Unreadable(f"`{text}` is no range of densities", "write the least and the greatest: 0.2..0.8")
+    return found
+
+
+def until(text: str) -> float:
+    """`change<0.5%`, or the share alone."""
+    match = re.fullmatch(r"\s*(?:change\s*<)?\s*([^<>=]+)", text)
+    if match is None:
+        raise Unreadable(f"`{text}` is no end of a loop", "write by how little the compliance changes: change<0.5%")
+    return share(match[1])
 
 
 def fineness(text: str) -> int:

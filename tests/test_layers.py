@@ -43,7 +43,7 @@ READERS = {"resources", "cache", "store", "elaborate.prelude", "atomic"}
 #: The one place that knows of the compiler of loops.
 COMPILER = "compiled"
 #: Methods that only hand on to a storey above: an import, and a call of what it brought.
-DOORS = {"doors": {"mesh", "measure", "tet", "slices", "render"}}
+DOORS = {"doors": {"mesh", "measure", "tet", "study", "iterate", "slices", "render", "homogenize"}}
 
 MODULES = {
     ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix("__init__").removesuffix("."): path

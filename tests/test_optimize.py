@@ -520,7 +520,7 @@ def test_the_history_is_a_table_and_a_picture() -> None:
     found = run(cantilever(4), Energy(), 2, cell=3)
     lines = history.table(found.steps, found.best).splitlines()
     assert len(lines) == 2 + len(found.steps)
-    assert [line.count("|") for line in lines] == [10] * len(lines)
+    assert [line.count("|") for line in lines] == [11] * len(lines)
     assert sum("*" in line for line in lines) == 1
     picture = np.asarray(history.plot(found.steps, found.best))
     assert picture.shape == (720, 1200, 3)

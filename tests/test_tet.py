@@ -189,9 +189,20 @@ def test_planes_cut_a_lattice_within_the_published_angles() -> None:
 
 
 def test_the_volume_of_a_ball_converges_by_the_square_of_the_size() -> None:
-    off = [meshed("sphere(10)", size)[1]["volume"] / BALL - 1 for size in (2.0, 1.0)]
+    off = [meshed("sphere(10)", size, sharp=False)[1]["volume"] / BALL - 1 for size in (2.0, 1.0)]
     assert -0.015 < off[0] < 0
     assert off[0] / off[1] == pytest.approx(4, rel=0.15)
+
+
+def test_the_volume_of_curved_walls_is_the_parts() -> None:
+    """What flat triangles cut off a ball, and add to a hollow one, is less by a hundred where vertices leave it."""
+    for text, volume in (("sphere(10)", BALL), ("sphere(10) \\ sphere(6)", BALL * (1 - 0.6**3))):
+        plain, _ = meshed(text, 1.0, sharp=False)
+        mesh, facts = meshed(text, 1.0)
+        assert abs(facts["volume"] / volume - 1) < 1e-4
+        assert abs(volumes(plain).sum() / volume - 1) > 1e-3
+        assert 0 < facts["moved"] < 0.05
+        assert np.linalg.norm(mesh.vertices - plain.vertices, axis=1).max() == pytest.approx(facts["moved"])
 
 
 @pytest.mark.parametrize("text", ["sphere(10)", "torus(10, 4)", "smooth_intersection(gyroid(20) * 3, sphere(9), 3)"])
@@ -212,10 +223,65 @@ def test_a_box_is_exact() -> None:
 
 
 def test_a_cylinder_ends_flat_with_sharp_rims() -> None:
-    """The volume is that of the polygons that its circles become, so that the error is that of the arc alone."""
-    off = [meshed("cylinder(10, 30)", size)[1]["volume"] / (math.pi * 100 * 30) - 1 for size in (2.0, 1.0)]
+    """Where vertices stay on it, all that lacks are the segments of its circles, by the square of the size."""
+    off = [meshed("cylinder(10, 30)", size, sharp=False)[1]["volume"] / (math.pi * 100 * 30) - 1 for size in (2.0, 1.0)]
     assert abs(off[0]) < 0.004
     assert off[0] / off[1] == pytest.approx(4, rel=0.15)
+    mesh, facts = meshed("cylinder(10, 30)", 2.0)
+    assert facts["volume"] == pytest.approx(math.pi * 3000, rel=1e-4)
+    assert np.abs(mesh.vertices[:, 2]).max() == pytest.approx(15, abs=1e-9)
+
+
+def turned_box(at: Any) -> Any:
+    """The distance of points from the surface of a box of 7, 5, 3 mm turned by 30 degrees about (1, 2, 3), outside."""
+    axis = np.array([1, 2, 3]) / math.sqrt(14)
+    back = math.radians(-30)
+    cross = np.cross(axis, at)
+    local = at * math.cos(back) + cross * math.sin(back) + np.outer(at @ axis, axis) * (1 - math.cos(back))
+    return (np.abs(local) - [3.5, 2.5, 1.5]).max(axis=1), local
+
+
+def test_rims_and_corners_of_a_turned_box_are_sharp() -> None:
+    text = "box([7, 5, 3]) |> rotate([1, 2, 3], 30deg)"
+    chamfered, _ = meshed(text, 0.5, sharp=False)
+    mesh, facts = meshed(text, 0.5)
+    assert volumes(chamfered).sum() < 0.99 * 105
+    assert facts["volume"] == pytest.approx(105, rel=2e-3)
+    assert facts["min_dihedral"] > 8
+    assert facts["rim_vertices"] > 100
+    off, local = turned_box(mesh.vertices)
+    assert off.max() < 1e-5  # nothing lies outside
+    near = np.sort(np.abs(np.abs(local) - [3.5, 2.5, 1.5]), axis=1) < 1e-5
+    assert (near[:, 1] & ~near[:, 2]).sum() > 80  # on an edge of the box
+    assert near[:, 2].sum() >= 6  # of its eight corners
+    assert facts["rim_triangles_left"] < 0.1 * facts["rim_vertices"]
+
+
+def test_a_drilled_ball_has_its_volume_in_closed_form() -> None:
+    """A ball with a hole through it: 4/3 pi h^3, with h half the length of the hole (the napkin ring)."""
+    ring = 4 / 3 * math.pi * (100 - 16) ** 1.5
+    plain = volumes(meshed("sphere(10) \\ cylinder(4, 30)", 1.0, sharp=False)[0]).sum()
+    mesh, facts = meshed("sphere(10) \\ cylinder(4, 30)", 1.0)
+    assert abs(facts["volume"] / ring - 1) < 3e-4
+    assert abs(plain / ring - 1) > 3e-3
+    rim = np.abs(np.linalg.norm(mesh.vertices, axis=1) - 10) + np.abs(np.hypot(*mesh.vertices.T[:2]) - 4) < 1e-5
+    assert rim.sum() >= 60
+    assert facts["min_dihedral"] > 8
+
+
+def test_a_lattice_in_a_cylinder_has_its_volume_at_ten_cubes_to_a_cell() -> None:
+    """Against points by chance in cells of the box, whose error is a tenth of what is allowed."""
+    for text in ("gyroid(10) & cylinder(15, 20)", "gyroid(10) |> shell(1.5) & cylinder(15, 20)"):
+        solid = solid_of(text)
+        random, held, many = np.random.default_rng(0), 0, 160
+        cells = np.stack(np.meshgrid(np.arange(many), np.arange(many), indexing="ij"), -1).reshape(-1, 2)
+        for layer in range(many):
+            at = np.column_stack([cells, np.full(len(cells), layer)]) + random.random((len(cells), 3))
+            held += int(solid.holds(solid.lo + at / many * (solid.hi - solid.lo)).sum())
+        volume = held / many**3 * np.prod(solid.hi - solid.lo)
+        _, facts = meshed(text, 1.0, keep_islands=True)
+        assert abs(facts["volume"] / volume - 1) < 3e-3
+        assert facts["min_dihedral"] > 8
 
 
 def test_a_lattice_cut_at_its_box_has_sharp_rims() -> None:
@@ -228,7 +294,7 @@ def test_a_lattice_cut_at_its_box_has_sharp_rims() -> None:
 
 
 def test_phases_fill_the_box_and_share_their_triangles() -> None:
-    mesh, facts = meshed("gyroid(20) |> shell(1.5)", 1.0, CUBE, phases=("solid", "void"))
+    mesh, facts = meshed("gyroid(20) |> shell(1.5)", 1.0, CUBE, phases=("solid", "void"), sharp=False)
     assert mesh.phases == ("solid", "void 1", "void 2")
     assert facts["volume"] / 8000 == pytest.approx(1, abs=1e-3)
     assert facts["volume"] / 8000 == pytest.approx(1 - facts["dropped_volume_fraction"], abs=1e-3)
@@ -238,7 +304,7 @@ def test_phases_fill_the_box_and_share_their_triangles() -> None:
     inner = (np.abs(mesh.vertices) < 10 - 1e-6).all(axis=1)
     some = np.unique(triangles)
     assert np.abs(on.value(mesh.vertices[some[inner[some]]])).max() < 1e-4
-    alone, _ = meshed("gyroid(20) |> shell(1.5)", 1.0, CUBE)
+    alone, _ = meshed("gyroid(20) |> shell(1.5)", 1.0, CUBE, sharp=False)
     assert volumes(mesh)[mesh.phase == 0].sum() == pytest.approx(volumes(alone).sum(), rel=1e-9)
 
 
@@ -246,6 +312,13 @@ def test_void_alone_has_one_name_where_it_is_one() -> None:
     mesh, _ = meshed("schwarz_p(20)", 2.0, CUBE, phases=("solid", "void"))
     assert mesh.phases == ("solid", "void")
     assert volumes(mesh).sum() == pytest.approx(8000)
+
+
+def test_phases_within_an_envelope_have_sharp_rims_too() -> None:
+    mesh, facts = meshed("gyroid(10) |> shell(1.5) & cylinder(8, 12)", 1.0, phases=("solid", "void"), keep_islands=True)
+    assert volumes(mesh).sum() == pytest.approx(16 * 16 * 12)
+    assert facts["min_dihedral"] > 7
+    assert facts["rim_vertices"] > 100
 
 
 def test_islands_are_dropped_and_named() -> None:
@@ -342,6 +415,6 @@ def test_it_tells_how_far_it_is_and_can_be_ended() -> None:
     seen: list[str] = []
     with watching(lambda what, done, total: seen.append(what)):
         direct(solid_of("sphere(10)"), 2.0)
-    assert set(seen) == {"meshing"}
+    assert set(seen) == {"meshing", "sharpening"}
     with watching(cancel=lambda: True), pytest.raises(CancelledError):
         direct(solid_of("sphere(10)"), 2.0)

@@ -42,10 +42,60 @@ COMMANDS: dict[str, Command] = {
             "pore measure specimen.pore --within cyl",
         ),
         Command(
+            "fea",
+            "solve a study of the program (`let s = compress(part, ...)`): stiffness, stresses, displacements; to .vtu",
+            (
+                "file",
+                "set",
+                "preset",
+                "bind",
+                "out",
+                "result",
+                "study",
+                "refine",
+                "within",
+                "json",
+                "quiet",
+            ),
+            "pore fea closed_loop.pore -o result.vtu",
+        ),
+        Command(
+            "optimize",
+            "the loop from stress back to geometry: solve, thicken where it is borne, restore the porosity, again",
+            (
+                "file",
+                "set",
+                "preset",
+                "bind",
+                "iterate",
+                "until",
+                "most",
+                "rule",
+                "limits",
+                "porosity",
+                "adapt",
+                "which",
+                "within",
+                "averaged",
+                "damping",
+                "resume",
+                "loop",
+                "json",
+                "quiet",
+            ),
+            "pore optimize beam.pore --until 'change<0.5%' --max 15 -o beam.loop",
+        ),
+        Command(
             "slices",
             "write layers for printing into a folder, as PNG or as SVG contours",
             (*ASK, "folder", "step", "format", "voxel", "bounds", "backend", "dtype", "json", "quiet"),
             "pore slices specimen.pore -o layers --step 0.1mm",
+        ),
+        Command(
+            "homogenize",
+            "what a period of a lattice does as a material: stiffness, moduli by direction, conductivity, with errors",
+            (*ASK, "cell", "nu", "finest", "sweep", "reports", "json", "quiet"),
+            "pore homogenize lattice.pore --nu 0.3 -o modulus.png",
         ),
         Command(
             "tet",
@@ -245,10 +295,146 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         ("--step",),
         {"metavar": "LENGTH", "type": values.length, "required": True, "help": "the thickness of a layer, as in 0.1mm"},
     ),
+    "cell": (
+        ("--cell",),
+        {
+            "metavar": "A,B,C",
+            "type": values.cell,
+            "help": "the sides of the period along x, y and z, in mm (default: the period of its lattices)",
+        },
+    ),
+    "nu": (
+        ("--nu",),
+        {"metavar": "NU", "type": values.number, "default": 0.3, "help": "Poisson's ratio of the solid (default: 0.3)"},
+    ),
+    "finest": (
+        ("--resolution",),
+        {
+            "metavar": "N",
+            "type": values.count,
+            "default": 64,
+            "help": "voxels along the longest side of the finest grid; 3/4, 1/2 and 3/8 of them are solved too "
+            "(default: 64)",
+        },
+    ),
+    "sweep": (
+        ("--sweep",),
+        {
+            "metavar": "NAME=LO..HI:N",
+            "type": values.swept,
+            "help": "at N values of a param: the density, what resists, and the power C rho^n through it",
+        },
+    ),
+    "reports": (
+        ("-o", "--output"),
+        {
+            "metavar": "FILE",
+            "type": values.output,
+            "action": "append",
+            "default": [],
+            "dest": "outputs",
+            "help": ".png Young's modulus by direction, .csv the same as numbers, .json all; of a sweep its plot, its "
+            "table, all; repeat it for several",
+        },
+    ),
     "format": (("--format",), {"choices": ("png", "svg"), "default": "png", "help": "pictures, or contours in mm"}),
     "output": (
         ("-o", "--output"),
         {"metavar": "FILE", "type": values.output, "required": True, "help": "the file to write"},
+    ),
+    "result": (
+        ("-o", "--output"),
+        {
+            "metavar": "FILE.vtu",
+            "type": values.output,
+            "help": "write the elements with stresses and displacements, as ParaView opens them",
+        },
+    ),
+    "study": (
+        ("--study",),
+        {
+            "metavar": "NAME",
+            "help": "which study of the program (default: the only one); or one of the output, as a program calls it: "
+            "'compress(part, 10kN, axis=z, material=\"PA12\")'",
+        },
+    ),
+    "refine": (
+        ("--refine",),
+        {"action": "store_true", "help": "solve again with finer elements where stresses err most"},
+    ),
+    "iterate": (("--iterate",), {"metavar": "NAME", "help": "the output that adapts (default: part)"}),
+    "until": (
+        ("--until",),
+        {
+            "metavar": "CHANGE",
+            "type": values.until,
+            "default": 0.005,
+            "help": "end where the compliance changes by less, as in 'change<0.5%%' (default)",
+        },
+    ),
+    "most": (
+        ("--max",),
+        {"metavar": "N", "type": values.count, "default": 15, "dest": "most", "help": "steps at most (default: 15)"},
+    ),
+    "rule": (
+        ("--rule",),
+        {
+            "metavar": "RULE",
+            "choices": ("energy", "von_mises"),
+            "default": "energy",
+            "help": "energy, the strain energy of the solid (default), or von_mises, the designer's",
+        },
+    ),
+    "limits": (
+        ("--limits",),
+        {
+            "metavar": "LOW..HIGH",
+            "type": values.limits,
+            "default": (0.2, 0.8),
+            "help": "the least and the greatest density (default: 0.2..0.8)",
+        },
+    ),
+    "porosity": (
+        ("--porosity",),
+        {
+            "metavar": "SHARE",
+            "type": values.share,
+            "help": "the porosity to be kept, as in 50%% (default: that of the program as it stands)",
+        },
+    ),
+    "adapt": (
+        ("--adapt",),
+        {"metavar": "NAME", "help": "the param that adapts (default: the only one with data that the output reads)"},
+    ),
+    "which": (
+        ("--study",),
+        {"metavar": "NAME", "help": "which study of the output (default: the only one)"},
+    ),
+    "averaged": (
+        ("--cell",),
+        {
+            "metavar": "LENGTH",
+            "type": values.length,
+            "help": "what all is averaged over (default: the period of the lattice)",
+        },
+    ),
+    "damping": (
+        ("--damping",),
+        {
+            "metavar": "SHARE",
+            "type": values.share,
+            "default": 1.0,
+            "help": "the share of each change that is made (default: 1)",
+        },
+    ),
+    "resume": (("--resume",), {"action": "store_true", "help": "go on with the record in the folder, if there is one"}),
+    "loop": (
+        ("-o", "--output"),
+        {
+            "metavar": "DIR",
+            "type": values.output,
+            "help": "the folder of record, samples, table and picture (default: FILE with .loop for its ending)",
+        },
     ),
     "values": (
         ("-o", "--output"),

@@ -60,17 +60,18 @@ def tell(text: str, end: str = "\n") -> None:
 
 def put(value: Any) -> None:
     """The result as one JSON value on standard output; what is no finite number is null, as JSON has no other word."""
-    print(json.dumps(_finite(value), indent=2))
+    print(json.dumps(finite(value), indent=2))
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
+    """A value with None for what is no finite number."""
     match value:
         case float():
             return value if value - value == 0 else None
         case dict():
-            return {k: _finite(v) for k, v in value.items()}
+            return {k: finite(v) for k, v in value.items()}
         case list() | tuple():
-            return [_finite(v) for v in value]
+            return [finite(v) for v in value]
     return value
 
 

@@ -18,9 +18,10 @@ from porelang.elaborate.values import Scalar
 from porelang.ir import Node
 from porelang.notation import steps
 from porelang.ops import TASK_TABLE
-from porelang.program import Design, Program
+from porelang.program import Design
 from porelang.rewrites import PIPELINE, Graph, run
 from porelang.tape import lower
+from porelang.tasks.study import estimate, number_of
 
 #: The graph as the program was written, before any pass.
 WRITTEN = "lower"
@@ -46,7 +47,7 @@ def show(options: Namespace) -> int:
     ranges = program.ranges | {name: (design.settings[name],) * 2 for name in fixed}
     chosen = program.output(options.out) if options.out else None
     if options.stages:
-        lines = _plan(program, program.output(options.out))
+        lines = plan(design, program.output(options.out))
         report.put({"stages": lines}) if options.json else print("\n".join(lines))
         return 0
     graph = program.written if after == WRITTEN else run(program.written, after)
@@ -102,8 +103,10 @@ def _named(graph: Graph, chosen: str | None) -> dict[str, Node]:
     return roots
 
 
-def _plan(program: Program, name: str) -> list[str]:
-    """What is done for an output, in order: tasks, what is computed once, what is computed at every point."""
+def plan(design: Design, name: str) -> list[str]:
+    """What is done for an output, in order: tasks, what is computed once, what is computed at every point; and which
+    studies the program has besides."""
+    program = design.program
     lines = [f"{name}: {program.outputs[name].span.text.splitlines()[0]}"]
     found = [n for n in ir.order(program.roots(name)) if n.op in TASK_TABLE]
     for i, n in enumerate(found, 1):
@@ -111,7 +114,10 @@ def _plan(program: Program, name: str) -> list[str]:
         told = " ".join(place.text.split()) if place is not None else n.op
         needs = [str(found.index(m) + 1) for m in lower(n.args).nodes if m.op in TASK_TABLE] if n.args else []
         after = f", after {', '.join(needs)}" if needs else ""
-        lines.append(f"  task {i}: {told} ({TASK_TABLE[n.op].cost}{after})")
+        if n.op == "of_study":
+            lines.append(f"  task {i}: `{number_of(n)}` of task {needs[0]} (kept with it)")
+        else:
+            lines.append(f"  task {i}: {told} ({_cost(design, n)}{after})")
     tape = lower(program.roots(name))
     once = sum(1 for i, s in enumerate(tape.stages) if s is ir.Stage.UNIFORM and tape.inputs[i])
     slots = [tape.nodes[i] for i in tape.slots if tape.ops[i] == "param"]
@@ -123,7 +129,19 @@ def _plan(program: Program, name: str) -> list[str]:
         counts[tape.axes[i].bit_count()] += 1
     words = {1: "along one axis", 2: "over two axes", 3: "at every point"}
     lines += [f"  on a grid, {words[k]}: {report.plural(n, 'operation')}" for k, n in counts.items() if n]
-    return lines
+    others = [(name, n) for name, n in program.studies.items() if n not in found]
+    return lines + [f"  not read by it: study {name} ({_cost(design, n)})" for name, n in others]
+
+
+def _cost(design: Design, n: Node) -> str:
+    """What a task takes; of a study how many elements and unknowns, where nothing has to be found for it first."""
+    if n.op != "study" or any(TASK_TABLE[m.op].cost != "instant" for m in ir.order(n.args) if m.op in TASK_TABLE):
+        return TASK_TABLE[n.op].cost
+    cost = estimate(design.formula(*n.args))
+    elements, unknowns, seconds = (
+        f"{float(f'{v:.2g}'):,.0f}" for v in (cost.elements, cost.unknowns, max(1.0, cost.seconds))
+    )
+    return f"some {elements} elements of {cost.size:.3g} mm, {unknowns} unknowns, {seconds} s"
 
 
 def _boxes(design: Design, chosen: str | None) -> list[str]:

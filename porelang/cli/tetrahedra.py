@@ -11,7 +11,7 @@ from porelang.checks import broken_checks, undecided_checks
 from porelang.cli import report
 from porelang.cli.loading import bound
 from porelang.data import figures
-from porelang.diagnostics import PoreError, fail, to_lists
+from porelang.diagnostics import PoreError, to_lists
 from porelang.tet.export import writer_of
 from porelang.tetrahedra import tetrahedra
 from porelang.tetrahedra.made import wishes
@@ -24,8 +24,6 @@ def tet(options: Namespace) -> int:
     computed."""
     destination(options.output)
     writer_of(options.output)
-    if options.time_limit is not None and options.mesher != "ftetwild":
-        raise fail("E108", "--time-limit is for fTetWild", hint="leave it out, or use --mesher ftetwild")
     wishes(options.mesher, options.phases, options.size, options.surface_size, options.time_limit)
     design = bound(options)
     destination(options.output, design.program.files)

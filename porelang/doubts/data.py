@@ -25,7 +25,7 @@ from porelang.tasks.readers.got import Got
 from porelang.units import LENGTH, UNITS, written
 
 #: What samples are, that end somewhere and are read as fields.
-SAMPLES = ("load", "bound", "sample", "blur")
+SAMPLES = ("load", "bound", "sample", "blur", "study")
 #: Steps beyond the last sample, and what share of their box, that are no matter: a skin, a fillet, a mesh that was cut
 #: a little smaller.
 _STEPS, _SKIN = 2.0, 1 / 50
@@ -93,7 +93,10 @@ def specks(roots: Sequence[Node], bindings: Bindings, places: Mapping[Node, Span
     for n in order(roots, within):
         if n.op in LOOKUPS and n.args[0].op == "load" and n.args[1:] == (X, Y, Z) and not _lengths(n.args[0]):
             data = bindings.get(n.args[0])
-            if isinstance(data, SampledField) and float((box := _box(data))[1].max() - box[0].min()) < _SMALL:
+            if not isinstance(data, SampledField):
+                continue
+            box = _box(n.args[0], data)
+            if float(box[1].max() - box[0].min()) < _SMALL:
                 size = " x ".join(f"{s:.3g}" for s in box[1] - box[0])
                 said = f"all of this lies within {size} mm: is the file in metres?"
                 out[n.args[0]] = _unit_doubt(said, "m", places.get(n.args[0]))
@@ -140,7 +143,7 @@ def _stray(reading: Reading, grid: Node, at: tuple[Node, ...], data: SampledFiel
     corners = _corners(reading, points, places)
     reach = np.maximum(np.maximum(low - corners[0], corners[1] - high), 0) * counted
     farthest = max(float(np.linalg.norm(away * counted, axis=1).max()), float(reach.max()))
-    unit = "" if grid.op != "load" or _lengths(grid) else _unit_of(_box(data), places)
+    unit = "" if grid.op != "load" or _lengths(grid) else _unit_of(_box(grid, data), places)
     return _Stray(share, farthest, corners, unit, reading.task, covered)
 
 
@@ -150,7 +153,7 @@ def _speck(reading: Reading, grid: Node, data: SampledField, points: Points, pla
         return None
     if not _varying(data).all():
         return None
-    unit = _unit_of(_box(data), places, _lengths(grid) or 1.0, within=True)
+    unit = _unit_of(_box(grid, data), places, _lengths(grid) or 1.0, within=True)
     corners = _corners(reading, points, places)
     return _Stray(0.0, 0.0, corners, unit, reading.task, False, True) if unit else None
 
@@ -175,9 +178,9 @@ def _corners(reading: Reading, points: Points, places: Points) -> Points:
     return enclosed if np.allclose(enclosed, seen, rtol=0, atol=0.05 * np.ptp(seen, axis=0)) else seen
 
 
-def _box(data: SampledField) -> tuple[Points, Points]:
-    """The corners of the box of data: of cells that of these, not of their samples."""
-    if not data.facts:
+def _box(grid: Node, data: SampledField) -> tuple[Points, Points]:
+    """The corners of the box of data: of cells of a file that of these, not of their samples."""
+    if grid.op != "load" or not data.facts:
         return np.array(data.origin), np.array(data.end)
     got = Got.of(data)
     return np.array([got.low_x, got.low_y, got.low_z]), np.array([got.high_x, got.high_y, got.high_z])
@@ -206,7 +209,7 @@ def _unit_of(box: tuple[Points, Points], places: Points, now: float = 1.0, withi
 
 
 def _told(grid: Node, data: SampledField, stray: _Stray, where: Mapping[Node, Span]) -> Diagnostic:
-    low, high = _box(data)
+    low, high = _box(grid, data)
     place = where.get(grid)
     lie = f"from ({coordinates(low)}) to ({coordinates(high)}) mm"
     if stray.speck:
@@ -235,6 +238,9 @@ def _told(grid: Node, data: SampledField, stray: _Stray, where: Mapping[Node, Sp
         return Diagnostic("W241", said, where.get(stray.task), label, hint=hint, severity="warning")
     if grid.op in ("sample", "blur"):
         hint = "give a `within` that holds the part: beyond it go on the values at its faces"
+    elif grid.op == "study":
+        hint = f"the part is looked up {read}: study one that reaches so far"
+        hint += "" if stray.covered else ", or say what holds beyond it, `outside=0`"
     else:
         seen = f"the part is looked up {read}"
         hint = f"{seen}: move the data or the part"

@@ -22,6 +22,7 @@ from porelang.elaborate.values import (
     Record,
     Scalar,
     Scope,
+    Study,
     Text,
     Value,
     Vector,
@@ -245,13 +246,14 @@ def _member(ctx: Context, t: tree.Member, scope: Scope) -> Value:
         value = target.members.get(t.name)
         if value is not None:
             return ctx.refer(value)
-        near = suggest(t.name, target.members)
+        why = target.without.get(t.name) if isinstance(target, Study) else None
+        near = suggest(t.name, target.members) if why is None else None
         return ctx.error(
             "E036",
             f"`{target.name}` has no `{t.name}`",
             t.name_span,
             label="nothing is called this there",
-            hint=f"did you mean `{near}`?" if near else f"it has {', '.join(sorted(target.members))}",
+            hint=why or (f"did you mean `{near}`?" if near else f"it has {', '.join(sorted(target.members))}"),
             edit=Edit(t.name_span, near) if near else None,
         )
     hint = "a vector has the members x, y and z"

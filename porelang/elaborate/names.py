@@ -22,7 +22,7 @@ Binding = tree.Param | tree.Let | tree.Def | tree.Use | tree.Out
 
 #: Names of the language's design that no version has yet.
 _FOAMS = ("perlin", "simplex", "cubic_noise", "worley", "particles", "voronoi_cells", "voronoi_edges", "truss")
-PLANNED = frozenset({*_FOAMS, "metric", "compress"})
+PLANNED = frozenset({*_FOAMS, "metric"})
 
 
 def bindings(

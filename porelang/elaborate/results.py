@@ -244,6 +244,7 @@ class Elaborated:
     presets: dict[str, Preset] = field(default_factory=dict)
     outputs: dict[str, Output] = field(default_factory=dict)
     lets: dict[str, Scalar] = field(default_factory=dict)
+    studies: dict[str, Node] = field(default_factory=dict)  # what each `let` of a study is found by
     checks: list[Requirement] = field(default_factory=list)
     requirements: list[Requirement] = field(default_factory=list)
     contracts: list[Requirement] = field(default_factory=list)

@@ -32,6 +32,7 @@ from porelang.elaborate.values import (
     Record,
     Scalar,
     Scope,
+    Study,
     Value,
     Vector,
     as_vector,
@@ -112,7 +113,10 @@ def _members(ctx: Context, files: _Files, file: tree.File, prefix: str) -> dict[
         ctx.found.unread = [
             Unread(b.name, b.name_span, isinstance(b, tree.Param), stage(members[b.name]) is not Stage.FIELD)
             for b in bound.values()
-            if isinstance(b, tree.Let | tree.Param) and b.name not in read and not b.name.startswith("_")
+            if isinstance(b, tree.Let | tree.Param)
+            and b.name not in read
+            and not b.name.startswith("_")
+            and not isinstance(members[b.name], Study)
         ]
     for s in file.statements:
         if isinstance(s, tree.Out) and not prefix:
@@ -136,6 +140,8 @@ def _define(ctx: Context, files: _Files, s: resolution.Binding, scope: Scope, pr
             value = named(value, s)
             if isinstance(value, Scalar) and not prefix:
                 ctx.found.lets[s.name] = value
+            if isinstance(value, Study) and not prefix:
+                ctx.found.studies[s.name] = value.task
             return value
         case tree.Out():
             return ctx.evaluate(s.value, scope)

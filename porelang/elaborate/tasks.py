@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from porelang.elaborate import arguments, bare, phases, samples, solids
+from porelang.elaborate import arguments, bare, phases, samples, solids, studies
 from porelang.elaborate.advice import is_number
 from porelang.elaborate.calls import Call, call
 from porelang.elaborate.context import Context
@@ -167,7 +167,8 @@ def _nearest_bar(ctx: Context, site: tree.Call, values: list[Value], places: lis
     )
 
 
-_CALLS: dict[str, Call] = {"solve": _solve, "frame": _frame, **samples.CALLS, **solids.CALLS, **phases.CALLS}
+_CALLS: dict[str, Call] = {"solve": _solve, "frame": _frame, **samples.CALLS, **solids.CALLS, **phases.CALLS,
+                           **studies.CALLS}  # fmt: skip
 
 
 def _builtin(row: Task) -> Builtin:
@@ -179,6 +180,7 @@ def _builtin(row: Task) -> Builtin:
 BUILTINS = (
     *(_builtin(row) for row in TASK_TABLE.values() if row.parameters),
     *samples.BUILTINS,
+    *studies.BUILTINS,
     Builtin(
         "nearest_bar",
         ("path",),

@@ -111,6 +111,23 @@ class Record:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Acting(Record):
+    """What holds or loads a part, as a study takes it: a row of `porelang.ops.studies.ACTIONS` by its name, where it
+    does (a condition), and its numbers."""
+
+    where: Node
+    numbers: tuple[Node, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Study(Record):
+    """A study; its members are what it gives, `task` is what finds them, `without` says why it does not give some."""
+
+    task: Node
+    without: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Choice:
     """A param that chooses among things that are no numbers; `index` is the number of the option."""
 

@@ -2,17 +2,17 @@
 
 E001-E029 syntax, E030- names, E060- kinds and units, E080- params and contracts, E090- numbers found from fields,
 E100- requests, E120- the machine, E130- files of data, E140- meshes, E145- raw lattices, E147- phases, E150- sampling
-and binding, E160- tetrahedra, W200- warnings, W210- doubts, W250- tetrahedra. A code keeps its meaning for ever; one
-that is no longer given keeps its page.
-and binding, E190- loops, W200- warnings, W210- doubts. A code keeps its meaning for ever; one that is no longer given
-keeps its page.
+and binding, E160- tetrahedra, E184- studies, E190- loops, W200- warnings, W210- doubts, W250- tetrahedra. A code keeps
+its meaning for ever; one that is no longer given keeps its page.
 """
 
 from __future__ import annotations
 
+from porelang.error_codes.cells import CELLS
 from porelang.error_codes.datafiles import DATAFILES
 from porelang.error_codes.direct import DIRECT
 from porelang.error_codes.doubts import DOUBTS
+from porelang.error_codes.elasticity import ELASTICITY
 from porelang.error_codes.found import FOUND
 from porelang.error_codes.ftetwild import FTETWILD
 from porelang.error_codes.kinds import KINDS
@@ -24,6 +24,7 @@ from porelang.error_codes.params import PARAMS
 from porelang.error_codes.phases import PHASES
 from porelang.error_codes.requests import REQUESTS
 from porelang.error_codes.shapes import SHAPES
+from porelang.error_codes.studies import STUDIES
 from porelang.error_codes.syntax import SYNTAX
 from porelang.error_codes.walls import WALLS
 
@@ -40,8 +41,12 @@ THEMES: tuple[tuple[Code, ...], ...] = (
     SHAPES,
     WALLS,
     DIRECT,
+    STUDIES,
     FTETWILD,
+    ELASTICITY,
+    STUDIES,
     LOOPS,
+    CELLS,
     DOUBTS,
 )
 CODES: dict[str, Code] = {page.code: page for theme in THEMES for page in theme}

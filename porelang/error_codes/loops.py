@@ -1,4 +1,4 @@
-"""E190-E195: the loop from stress back to geometry."""
+"""E190-E195, W268-W270: the loop from stress back to geometry."""
 
 from __future__ import annotations
 
@@ -33,6 +33,19 @@ LOOPS = (
         "",
     ),
     Code(
+        "E193",
+        "nothing that a loop can adapt",
+        "A loop hands samples to a param that takes data, `param t: field = 1.5`, which makes the output thicker or\n"
+        "thinner, and solves a study of that output: the study is of what is iterated, not of the solid round it.\n"
+        "The param is found if the output reads one alone, and so are the study and the period of the lattice; where\n"
+        "they are not, name them: --adapt, --study, --cell. The density of the part has to reach the limits.",
+        "",
+        "param t: field = 1.5\n"
+        "let lattice = gyroid(10mm) |> shell(t) & box([60mm, 20mm, 20mm])\n"
+        "let s = bend(lattice, force=100N, axis=x, toward=-z, E=1GPa, nu=0.3, size=2mm)\n"
+        "lattice",
+    ),
+    Code(
         "E194",
         "displacements that are not found",
         "The equations of the voxels are solved by steps that stop where the forces balance. They did not within the\n"
@@ -48,6 +61,32 @@ LOOPS = (
         "`--resume` goes on with it, if the part, its study, the rule, the limits and the start are those with which\n"
         "it was begun, and its files are what was written. Without `--resume` a folder that holds a record is left\n"
         "as it is.",
+        "",
+        "",
+    ),
+    Code(
+        "W268",
+        "what a part bears is uniform",
+        "A rule of the loop thickens where more is borne than elsewhere. Here that differs by less than it is known\n"
+        "to: a column between frictionless platens, say. Iterating would follow the noise of the mesh, so the uniform\n"
+        "part is kept. It need not be the stiffest of its mass: where stiffness rises faster than density, a dense\n"
+        "core in a light skin is stiffer.",
+        "",
+        "",
+    ),
+    Code(
+        "W269",
+        "a loop that gained nothing",
+        "Every step was softer than the uniform part, which is kept. The rule takes too much of each change, or the\n"
+        "param thins where it should thicken; or there is nothing to be had between these limits.",
+        "",
+        "",
+    ),
+    Code(
+        "W270",
+        "a gain within the error",
+        "The best step is stiffer than the uniform part by less than either stiffness is known to. The two meshes err\n"
+        "alike, so that the gain may be real; finer elements, or elements of the second order, would tell.",
         "",
         "",
     ),

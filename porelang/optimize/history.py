@@ -17,8 +17,8 @@ _CURVES = (
     ("max von Mises", "max_von_mises", (150, 50, 120)),
 )
 _COLUMNS = (
-    "step", "compliance N mm", "/ start", "max von Mises MPa", "stress/density MPa", "max displacement mm", "porosity",
-    "change", "spread",
+    "step", "compliance N mm", "known to", "/ start", "max von Mises MPa", "stress/density MPa",
+    "max displacement mm", "porosity", "change", "spread",
 )  # fmt: skip
 
 
@@ -27,7 +27,8 @@ def table(steps: Sequence[Step], best: int) -> str:
     start = steps[0].compliance
     rows = [
         (
-            f"{s.number}{' *' if s.number == best else ''}", f"{s.compliance:.5g}", f"{s.compliance / start:.3f}",
+            f"{s.number}{' *' if s.number == best else ''}", f"{s.compliance:.5g}",
+            "" if s.error is None else f"{100 * s.error:.1f} %", f"{s.compliance / start:.3f}",
             f"{s.max_von_mises:.4g}", f"{s.stress_per_density:.4g}", f"{s.max_displacement:.4g}", f"{s.porosity:.4f}",
             "" if s.change is None else f"{100 * s.change:+.2f} %", f"{s.spread:.3f}",
         )

@@ -164,7 +164,7 @@ def iterate(
             if _best(steps) == step.number:
                 best = density
             if book is not None:
-                book.write(step, density, following, state)
+                book.write(step, density, following, state, answer.samples)
             if told is not None:
                 told(step)
             reason = _reason(steps, plan)
@@ -194,9 +194,9 @@ def _step(
     above = np.cumsum(weights[order]) >= 0.99 * weights.sum()
     nearly_all = float(per_density[order][above.argmax()])
     return Step(
-        number, answer.compliance, float(answer.von_mises.max()), nearly_all, answer.largest,
-        1 - float(np.average(density, weights=weights)), change,
-        spread_of(rule.driver(density, answer, frame), weights), answer.noise,
+        number, answer.compliance, answer.error, answer.peak or float(answer.von_mises.max()), nearly_all,
+        answer.largest, 1 - float(np.average(density, weights=weights)) if answer.porosity is None else answer.porosity,
+        change, spread_of(rule.driver(density, answer, frame), weights), answer.noise,
     )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ import hashlib
 import io
 import json
 import zipfile
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -31,7 +32,8 @@ NAME = "loop.jsonl"
 class Step:
     """A step of the history; step 0 is the start.
 
-    `compliance` N mm, `max_von_mises` MPa (macroscopic, of the homogenised material, or of the real lattice's solid),
+    `compliance` N mm and its relative `error`, where the analysis states one, `max_von_mises` MPa (macroscopic, of the
+    homogenised material, or in the solid of the real lattice),
     `stress_per_density` MPa (von Mises' over the density, below which 99 % of the volume is), `max_displacement` mm,
     `porosity` 0..1, `change` of the compliance, relative to the step before, `spread` of what the rule looks at (its
     coefficient of variation), and `noise`, the relative error of the analysis.
@@ -39,6 +41,7 @@ class Step:
 
     number: int
     compliance: float
+    error: float | None
     max_von_mises: float
     stress_per_density: float
     max_displacement: float
@@ -107,10 +110,12 @@ class Book:
         state = self._arrays(line, "state")["state"] if "state" in line else None
         return Last(self._arrays(line, "step")["following"], state)
 
-    def write(self, step: Step, density: Array, following: Array, state: Array | None) -> None:
-        """Add a step. Errors: E113 where the disk takes no more: what was there before is kept."""
+    def write(
+        self, step: Step, density: Array, following: Array, state: Array | None, samples: Mapping[str, Array]
+    ) -> None:
+        """Add a step, with more arrays for its file. Errors: E113 where the disk is full: what was there is kept."""
         line: dict[str, Any] = asdict(step)
-        line["step"] = self._store(f"step-{step.number:03}.npz", density=density, following=following)
+        line["step"] = self._store(f"step-{step.number:03}.npz", density=density, following=following, **samples)
         if state is not None:
             line["state"] = self._store(f"state-{step.number:03}.npz", state=state)
         lines = [*self._lines, line]

@@ -6,8 +6,8 @@ blurred by one cell, for a lattice has no density below that.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -27,6 +27,9 @@ class Answer:
     `energy` (m,) MPa strain energy density of the homogenised material, `saved` (m,) MPa by how much the compliance
     falls with a step of the density there, per volume; `von_mises` (m,) MPa, macroscopic. `noise` is the relative error
     of the energies, `state` what a next solution begins from, if anything.
+
+    Of the real lattice there is more: the relative `error` of the compliance, the `peak` of von Mises' stress in its
+    solid (MPa), its `porosity` as it was measured, and the `samples` that made it, arrays for the record.
     """
 
     compliance: float
@@ -36,6 +39,10 @@ class Answer:
     von_mises: Array
     noise: float
     state: Array | None = None
+    error: float | None = None
+    peak: float | None = None
+    porosity: float | None = None
+    samples: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

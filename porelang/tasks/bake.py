@@ -67,15 +67,15 @@ def bake(fields: Formula, voxel: float, within: Formula, margin: int = MARGIN) -
     return SampledField.from_array(values, origin.tolist(), voxel)
 
 
-def region(within: Formula, what: str) -> Box:
+def region(within: Formula, what: str, called: str = "region `within`") -> Box:
     """The box of the solid that `what` is found within. Errors: E091 where it has no end, E092 where it is empty."""
     box = part_box(within)
     if (box is None or unbounded_axes(box)) and (end := reach(within)) is not None:
-        raise fail("E091", f"the region `within` of {what} lies more than 100 m from the origin, as far as "
+        raise fail("E091", f"the {called} of {what} lies more than 100 m from the origin, as far as "
                    f"{end:,.0f} mm", hint=WORLD)  # fmt: skip
     if box is None or min(box.size) <= 0:
-        raise fail("E092", f"the region `within` of {what} holds no material", hint="solid is negative: check its sign")
+        raise fail("E092", f"the {called} of {what} holds no material", hint="solid is negative: check its sign")
     if axes := unbounded_axes(box):
-        raise fail("E091", f"the region `within` of {what} has no end along {axes}",
+        raise fail("E091", f"the {called} of {what} has no end along {axes}",
                    hint="intersect it with a shape: `... & cylinder(75, 300)`")  # fmt: skip
     return box

@@ -22,6 +22,8 @@ from porelang.tape import Tape, lower
 #: The code that a result depends on, by folder or file of the package.
 _FILES = ("data.py", "ir.py", "interval.py", "rewrite.py", "tape.py", "formula.py", "parallel.py", "compiled.py")
 _CODE = (*_FILES, "ops", "rewrites", "analysis", "backends", "tasks")
+#: What some tasks depend on besides: a study on its mesher and its solver.
+_MORE = {"study": ("solid.py", "walls.py", "tet", "fea")}
 #: Of two zeros these give the first: where they are computed once, the order of their arguments counts.
 _FIRST_ZERO = ("max", "min")
 
@@ -68,7 +70,7 @@ def _identity(
         return f"?{depth - m.value}"  # by how many searches lie between
 
     tape = lower(n.args)
-    known[n] = _digest(code_digest(), n.op, value, *_roots(tape, slot))
+    known[n] = _digest(code_digest(n.op if n.op in _MORE else ""), n.op, value, *_roots(tape, slot))
     return known[n]
 
 
@@ -103,10 +105,11 @@ def _digest(*parts: str) -> str:
 
 
 @cache
-def code_digest() -> str:
-    """A digest of the code that finds results: what another version of it found is not this version's."""
+def code_digest(task: str = "") -> str:
+    """A digest of the code that finds results, of a task where it is named: what another version of it found is not
+    this version's."""
     digest = hashlib.sha256(f"{__version__}, NumPy {np.__version__}".encode())
-    for part in _CODE:
+    for part in (*_CODE, *_MORE.get(task, ())):
         where = resources.PACKAGE / part
         for path in sorted(where.rglob("*.py")) if where.is_dir() else [where]:
             digest.update(path.read_bytes())

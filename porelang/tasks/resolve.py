@@ -106,6 +106,11 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
         raise _told_at(error, places.get(n)) from None
 
 
+def named(n: Node, bindings: Bindings) -> str:
+    """What `find` would keep the result of a task by: a digest of all that it depends on."""
+    return identity(n, bindings, partial(_content, bindings))
+
+
 def look(n: Node, places: Places) -> None:
     """Say what is plainly wrong with the file that a task takes long to read. Errors: as those of `find`."""
     try:
@@ -248,12 +253,13 @@ def _with_choice(root: Node, condition: Node, way: bool) -> Node:
 
 
 def _sources(roots: Sequence[Node], bindings: Bindings, places: Places) -> list[Node]:
-    """The numbers that roots read, directly or through data."""
+    """The numbers that roots read, directly or through data; but not through a study, which errs more by its elements
+    than by them, and takes too long to be solved again for each."""
     out: dict[Node, None] = {}
     for m in _reach(bindings, places).tasks(roots):
         if TASK_TABLE[m.op].result == "real":
             out[m] = None
-        else:
+        elif m.op != "study":
             out.update(dict.fromkeys(_sources(m.args, bindings, places)) if m.args else {})
     return list(out)
 

@@ -7,10 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal, TypeVar
 
-from porelang.data import Data, Reduced, Triple
+from porelang.data import Data, Reduced, SampledField, Triple
 from porelang.diagnostics import PoreError, fail
 from porelang.formula import Formula
 from porelang.ir import Node, node
+from porelang.ops.studies import NUMBERS as OF_STUDY
 from porelang.store import Result
 from porelang.tasks.bake import bake
 from porelang.tasks.frame import read_frame
@@ -112,6 +113,20 @@ def _phase(asked: Formula) -> Result:
     return phase_of(asked.with_roots(*roots[:several]), _field(asked, several), bool(free), bool(volume), way, fit)
 
 
+def _study(asked: Formula) -> Result:
+    from porelang.tasks.study.found import found
+
+    return found(asked)
+
+
+def _of_study(asked: Formula) -> Reduced:
+    from porelang.tasks.study.got import Got
+
+    study = asked.bindings[asked.roots[0]]
+    assert isinstance(study, SampledField)
+    return Got.of(study).number(list(OF_STUDY)[int(_number(asked, 1))])
+
+
 def _cells(counts: Sequence[float]) -> Triple:
     """How many cells a phase is to have along the axes. Errors: E149."""
     for n in counts:
@@ -142,6 +157,8 @@ RUN: Mapping[str, Callable[[Formula], Result]] = {
     "sample": _sample,
     "blur": _blur,
     "phase": _phase,
+    "study": _study,
+    "of_study": _of_study,
 }
 
 

@@ -15,6 +15,7 @@ from porelang.source import Span
 from porelang.store import Result
 from porelang.tasks.readers.got import Got
 from porelang.tasks.shape.found import told_of
+from porelang.tasks.study.got import told as told_of_study
 from porelang.tasks.told import Doubt, Told
 
 
@@ -61,12 +62,18 @@ def _mesh(n: Node, found: Result) -> Told:
     return told_of(found) if found.facts else Told()
 
 
+def _study(n: Node, found: Result) -> Told:
+    assert isinstance(found, SampledField)
+    return told_of_study(found)
+
+
 #: By the name of the task; what is not here has nothing to tell.
 TELL: Mapping[str, Callable[[Node, Result], Told]] = {
     "solve": _solve,
     "load": _load,
     "mesh": _mesh,
     "phase": _phase,
+    "study": _study,
 }
 
 

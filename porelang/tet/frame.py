@@ -41,6 +41,22 @@ class Frame:
     def hi(self) -> Floats:
         return self.lo + self.edges * self.counts
 
+    def before_ends(self, points: Floats, depth: float) -> Floats:
+        """Points (n, 3) mm, those beyond or on the planes in which the part ends moved so many cubes before them."""
+        lo = np.where(self.ends[:, 0], self.lo + depth * self.edges, -np.inf)
+        hi = np.where(self.ends[:, 1], self.hi - depth * self.edges, np.inf)
+        return np.clip(points, lo, hi)
+
+    def held(self, points: Floats) -> NDArray[np.uint8]:
+        """In which of those planes points (n, 3) mm lie, by bits: two for each axis."""
+        held = np.zeros(len(points), np.uint8)
+        for axis in range(3):
+            for end, place in enumerate((self.lo[axis], self.hi[axis])):
+                if self.ends[axis, end]:
+                    near = np.abs(points[:, axis] - place) <= 1e-9 * self.edges[axis]
+                    held[near] |= np.uint8(1 << (2 * axis + end))
+        return held
+
 
 def framed(
     value: Value, lo: Floats, hi: Floats, size: float, slack: float, *, even: int = 1, whole: bool = False

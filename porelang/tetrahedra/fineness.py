@@ -14,7 +14,7 @@ from porelang.walls import Thinnest, on_surface, rounded, walls_at
 
 AUTO = "auto"
 #: Tetrahedra that each mesher makes without being asked for so many: some ten seconds, some minutes.
-AFFORDABLE = {"direct": 1e6, "ftetwild": 1e5}
+AFFORDABLE = {"direct": 1e6, "ftetwild": 2e4}
 #: Tetrahedra across the thinnest wall: three, where they can be afforded.
 ACROSS = 3.0
 #: Of the longest side, where walls do not ask for less.

@@ -36,6 +36,9 @@ PHASES = ("solid", "void")
 ON_AN_EDGE, ON_A_WALL = 2.0, 2.5
 #: Samples for that surface, at most, that nobody has asked for.
 MOST_SAMPLES = 16e6
+#: What is doubtful of a surface and not of its tetrahedra: its volume, for they have their own, and that it runs
+#: through itself, which fTetWild mends.
+_NO_MATTER = frozenset({"W202", "W207"})
 
 
 def tetrahedra(
@@ -55,8 +58,8 @@ def tetrahedra(
 
     `size` is how long their edges are (mm), or the name of an output or a `let` that says it at every place; where it
     is not given it is found from the walls. At the surface it is `surface_size`. `phases` ("solid", "void") also fills
-    what is not solid within the box of the part or of `bounds`. Pieces that do not hang together with
-    the largest are left out unless `keep_islands`. `time_limit` (s) is for fTetWild.
+    what is not solid within the box of the part or of `bounds`. Pieces that do not hang together with the largest are
+    left out unless `keep_islands`. `time_limit` (s) is for fTetWild.
 
     Errors: those of bounds; E108, E114 for wishes that cannot be; E118 where more than a fifth of the part is lost,
     unless `force`; E160-E162 of the direct mesher, E163-E165 of fTetWild.
@@ -67,17 +70,9 @@ def tetrahedra(
     part = Solid(design.of(name), (box.lo, box.hi))
     with activity("looking at walls"):
         fine = fineness(design, part, size, mesher, len(wanted) > 1)
-    doubts: list[Diagnostic] = []
     if mesher == "ftetwild":
-        assert isinstance(fine.size, float)
         given = _surface(design, name, fine, surface_size, bounds, force)
-        doubts += given.doubts
-        vertices, faces = given.surface.vertices, given.surface.faces
-        mesh, facts = ftetwild(
-            vertices, faces, fine.size, keep_islands=keep_islands, time_limit=time_limit or TIME_LIMIT
-        )
-        doubts += thin(part, asked(part, fine.size, None))
-        facts |= {"surface_triangles": len(faces), "surface_voxel": given.facts["voxel"]}
+        mesh, facts = _by_ftetwild(given, part, fine, keep_islands, time_limit or TIME_LIMIT)
     else:
         ends = bounds is not None or len(wanted) > 1  # else the part ends of itself, and is not cut
         solid = part if ends else Solid(part.formula, _roomy(box))
@@ -96,7 +91,7 @@ def tetrahedra(
         "seconds_meshing": round(meshing, 3),
         "seconds": round(time.perf_counter() - start, 3),
     }
-    doubts += facts["told"]
+    doubts: list[Diagnostic] = facts["told"]
     span = design.program.outputs[design.program.output(name)].span
     lost = report["dropped_volume_fraction"]
     held = report["volume"] / (1 - lost if len(wanted) == 1 else 1)  # what is left out has its own doubt
@@ -118,6 +113,8 @@ def wishes(mesher: str, phases: Sequence[str], size: Any, surface_size: Any, tim
         if not isinstance(given, int | float | np.number) or isinstance(given, bool) or not 0 < given < math.inf:
             unit = "seconds" if what == "time_limit" else "mm"
             raise fail("E114", f"{what}={given!r:.60} is none", hint=f"give a number of {unit} above 0")
+    if time_limit is not None and mesher != "ftetwild":
+        raise fail("E108", "--time-limit is for fTetWild", hint="leave it out, or use --mesher ftetwild")
     wanted = tuple(dict.fromkeys(phases))
     if unknown := [phase for phase in wanted if phase not in PHASES]:
         raise fail("E108", f"there is no phase {unknown[0]!r:.60}", hint="phases are solid, or solid,void")
@@ -134,7 +131,7 @@ def wishes(mesher: str, phases: Sequence[str], size: Any, surface_size: Any, tim
 
 def _roomy(box: Box) -> tuple[Triple, Triple]:
     """A box with so much room that it cuts nothing off what is in it."""
-    room = 0.5 * max(box.size)
+    room = 0.05 * max(box.size)
     (x, y, z), (u, v, w) = box
     return (x - room, y - room, z - room), (u + room, v + room, w + room)
 
@@ -158,9 +155,27 @@ def _surface(
     voxel = max(voxel, float(np.prod(size) / MOST_SAMPLES) ** (1 / 3))
     try:
         return make(design, name, surface_size or voxel, bounds=bounds, sharp=True, force=force, dtype="f64")
-    except PoreError as error:  # which knows of voxels
-        told = [replace(d, hint=d.hint.replace("--voxel", "--surface-size")) for d in error.diagnostics]
-        raise PoreError(told) from None
+    except PoreError as error:
+        raise PoreError([_said_of_tetrahedra(d) for d in error.diagnostics]) from None
+
+
+def _by_ftetwild(
+    given: Made, part: Solid, fine: Fineness, keep_islands: bool, time_limit: float
+) -> tuple[TetMesh, dict[str, Any]]:
+    """fTetWild's tetrahedra of a surface, and their facts, with what is doubtful of either."""
+    assert isinstance(fine.size, float)
+    vertices, faces = given.surface.vertices, given.surface.faces
+    mesh, facts = ftetwild(vertices, faces, fine.size, keep_islands=keep_islands, time_limit=time_limit)
+    walls = [replace(d, message=d.message.replace("cubes of", "edges of"))
+             for d in thin(part, asked(part, fine.size, None))]  # fmt: skip
+    surface = [_said_of_tetrahedra(d) for d in given.doubts if d.code not in _NO_MATTER]
+    facts |= {"surface_triangles": len(faces), "surface_voxel": given.facts["voxel"]}
+    return mesh, facts | {"told": [*surface, *facts["told"], *walls]}
+
+
+def _said_of_tetrahedra(d: Diagnostic) -> Diagnostic:
+    """What is said of a surface, in the words of `pore tet`, whose voxel is its size at the surface."""
+    return replace(d, hint=d.hint.replace("--voxel", "--surface-size"))
 
 
 def _report(design: Design, name: str | None, mesh: TetMesh, cut: Box | None) -> dict[str, Any]:

@@ -38,22 +38,32 @@ _SLABS = 4  # for each thread
 
 
 def rasterised(asked: Asked, cells: Cells, voxel: float) -> Grid:
-    """The grid over the box of the cells and a layer more, its nodes on the faces of that box.
+    """The cells of a file on a grid, every `voxel` mm, found from them where it is 0. Errors: E152."""
+    return gridded(cells, _affordable(asked, cells, voxel))
 
-    Errors: E152 for a voxel that makes too many nodes.
-    """
-    from porelang.tasks.readers import raster_loops as loops
 
-    used = np.unique(cells.tetrahedra)
-    low, high = cells.points[used].min(axis=0), cells.points[used].max(axis=0)
+def _affordable(asked: Asked, cells: Cells, voxel: float) -> float:
+    """A voxel (mm), found from the cells where it is 0. Errors: E152 for one that makes too many nodes."""
+    low, high = _box(cells)
     size = high - low
-    step = voxel or _found(cells, size)
+    step = voxel or spacing_of(cells)
     counts = np.maximum(np.ceil(size / step - 1e-9), 1)
     components = cells.values.shape[1]
     if np.prod(counts + 3) * (components + 1) > MOST_NODES or counts.max() > MOST_COUNTED - 3:
         enough = max((float(np.prod(size)) * (components + 1) / MOST_NODES) ** (1 / 3), size.max() / MOST_COUNTED)
         text = f"a voxel of {step:g} mm makes {np.prod(counts + 3):.2g} nodes of the cells of `{asked.path}`"
         raise asked.fail("E152", text, f"take one of {1.1 * enough:.2g} mm or more, or leave `voxel` out")
+    return step
+
+
+def gridded(cells: Cells, step: float) -> Grid:
+    """The grid over the box of the cells and a layer more, its nodes on the faces of that box, `step` mm apart."""
+    from porelang.tasks.readers import raster_loops as loops
+
+    low, high = _box(cells)
+    size = high - low
+    counts = np.maximum(np.ceil(size / step - 1e-9), 1)
+    components = cells.values.shape[1]
     spacing = size / counts
     origin = low - spacing
     nx, ny, nz = (int(n) + 3 for n in counts)
@@ -86,11 +96,17 @@ def rasterised(asked: Asked, cells: Cells, voxel: float) -> Grid:
     return replace(grid, samples=replace(grid.samples, facts=tuple(map(float, astuple(got)))))
 
 
-def _found(cells: Cells, size: Array) -> float:
-    """The spacing for tetrahedra of such edges, in a box of such a size."""
+def _box(cells: Cells) -> tuple[Array, Array]:
+    used = np.unique(cells.tetrahedra)
+    return cells.points[used].min(axis=0), cells.points[used].max(axis=0)
+
+
+def spacing_of(cells: Cells, nodes: int = NODES) -> float:
+    """The spacing for tetrahedra of such edges, of no more nodes than some."""
+    low, high = _box(cells)
     some = cells.tetrahedra[:: max(1, len(cells.tetrahedra) // _LOOKED_AT)]
     edges = [np.linalg.norm(cells.points[some[:, a]] - cells.points[some[:, b]], axis=1) for a, b in _EDGES]
-    return float(max(OF_EDGE * np.median(np.min(edges, axis=0)), (np.prod(size) / NODES) ** (1 / 3)))
+    return float(max(OF_EDGE * np.median(np.min(edges, axis=0)), (np.prod(high - low) / nodes) ** (1 / 3)))
 
 
 def _in_slabs(layers: int, part: int, work: Callable[[int, int], None]) -> None:

@@ -1,0 +1,75 @@
+"""`pore fea`: a study of the program in elements, to a file, with a report."""
+
+from __future__ import annotations
+
+import time
+from argparse import Namespace
+
+from porelang.atomic import destination
+from porelang.checks import broken_checks
+from porelang.cli import report
+from porelang.cli.loading import bound
+from porelang.data import Reduced, figures
+from porelang.diagnostics import PoreError, fail, to_lists
+from porelang.strength import Strength, carry_out
+
+_UNITS = {
+    "compliance": "N mm",
+    "max_von_mises": "MPa",
+    "max_displacement": "mm",
+    "mean_displacement": "mm",
+    "volume": "mm3",
+    "mass": "g",
+}
+
+
+def fea(options: Namespace) -> int:
+    """Solve a study, write it and print a report. What can be refused is refused before anything is computed."""
+    if options.output:
+        if not options.output.lower().endswith(".vtu"):
+            raise fail(
+                "E112", f"{options.output}: results of a study are written as .vtu", hint="end the name with .vtu"
+            )
+        destination(options.output)
+    design = bound(options)
+    if options.output:
+        destination(options.output, design.program.files)
+    if broken := broken_checks(design):
+        raise PoreError(broken)
+    start = time.perf_counter()
+    found = carry_out(design, options.study, options.refine, options.within, options.out)
+    if options.output:
+        found.write(options.output)
+    seconds = round(time.perf_counter() - start, 3)
+    report.say([] if options.quiet else found.told)
+    if options.json:
+        written = {"file": options.output} if options.output else {}
+        report.put(written | found.report | {"seconds": seconds} | to_lists(list(found.told)))
+    elif not options.quiet:
+        print(_text(options.output or design.program.source.name, found, seconds))
+    return 0
+
+
+def _text(path: str, found: Strength, seconds: float) -> str:
+    solved = found.solved
+    turns = solved.asked.whole is not None and solved.asked.whole.name == "twist_load"
+    lines = {
+        "study": found.name,
+        "elements": f"{len(solved.mesh.tets):,} of {solved.sized.size:.3g} mm, {solved.unknowns:,} unknowns",
+        "solver": f"{solved.iterations} iterations to a residual of {solved.residual:.1g}",
+    }
+    for name, number in found.numbers.items():
+        if name in found.report and name != "error":
+            unit = _UNITS.get(name, "N mm/rad" if turns else "N/mm")
+            lines[name.replace("_", " ")] = f"{_shown(number)} {unit}"
+    if found.effective_modulus is not None:
+        lines["modulus"] = f"{_shown(found.effective_modulus)} MPa, of {found.envelope}"
+    for name, force in solved.reactions.items():
+        lines[name] = f"({', '.join(f'{v + 0.0:.5g}' for v in force)}) N"
+    lines["stresses err"] = f"{found.numbers['error'].value:.2%} in energy (Zienkiewicz and Zhu)"
+    lines["time"] = f"{seconds:.2f} s"
+    return "\n".join([path, *(f"  {name:<18} {value}" for name, value in lines.items())])
+
+
+def _shown(number: Reduced) -> str:
+    return figures(number.value, number.error)

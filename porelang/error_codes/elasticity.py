@@ -1,0 +1,122 @@
+"""E170-E178, W255-W259: parts under load."""
+
+from __future__ import annotations
+
+from porelang.error_codes.page import Code
+
+ELASTICITY = (
+    Code(
+        "E170",
+        "a support or a load that selects nothing",
+        "Supports act on the nodes of the boundary that are selected, loads on its area. Nothing was selected, and\n"
+        "a load on nothing would be no load. The message says how near the boundary comes, as far as a grid of\n"
+        "points in twice the part's box can tell. Leave some room: a face at z = -150 mm is `z < -149mm`.",
+        "",
+        "",
+    ),
+    Code(
+        "E171",
+        "a motion that nothing holds",
+        "A part that can move as a rigid body has no displacement that could be found. The message names each such\n"
+        "motion: translations, rotations about an axis through a point, and rotations with a shift along their\n"
+        "axis. Add a support against it. Where loads do not drive the motion, as between frictionless platens, the\n"
+        "problem may be `balanced`: then the motion is taken out of the result. Loads that do drive it are refused\n"
+        "all the same.",
+        "",
+        "",
+    ),
+    Code(
+        "E172",
+        "a material that there is not",
+        "Young's modulus is above 0, Poisson's ratio between -1 and 0.5, the density not below 0, everywhere in\n"
+        "the part. At 0.5 a material keeps its volume, and displacements alone do not say what its pressure is. A\n"
+        "field that has no value somewhere (nan) is refused with the place.",
+        "",
+        "",
+    ),
+    Code(
+        "E173",
+        "a part without a load",
+        "All loads are 0 or there are none, a load is no finite number, a support holds no axis, or what a\n"
+        "solution is to be scaled by or refined to is no number that it could be.",
+        "",
+        "",
+    ),
+    Code(
+        "E174",
+        "a field of a study that gives no numbers",
+        "What selects nodes and area gives True or False for each point, what gives forces and displacements three\n"
+        "finite numbers.",
+        "",
+        "",
+    ),
+    Code(
+        "E175",
+        "a mesh that is none",
+        "A solve takes tetrahedra of positive volume that share their vertices, with no vertex left over.",
+        "",
+        "",
+    ),
+    Code(
+        "E176",
+        "a solve that does not converge",
+        "The conjugate gradients made no progress. Very flat tetrahedra, moduli that differ by more than a million\n"
+        "and a Poisson's ratio next to 0.5 are the common reasons.",
+        "",
+        "",
+    ),
+    Code(
+        "E177",
+        "supports that contradict each other",
+        "Two supports prescribe different displacements for one node along one axis.",
+        "",
+        "",
+    ),
+    Code(
+        "E178",
+        "a piece that nothing holds",
+        "The mesh is in several pieces that do not touch, and one of them is held by no support. Islands are\n"
+        "common where a lattice is cut by its envelope: keep the largest piece.",
+        "",
+        "",
+    ),
+    Code(
+        "W255",
+        "a part in several pieces",
+        "The mesh is in pieces that do not touch. Each is supported, and each deforms by itself.",
+        "",
+        "",
+    ),
+    Code(
+        "W256",
+        "walls of one element",
+        "Much of the part is one element thick. Order 2 bends well even so; order 1 is far too stiff, and stresses\n"
+        "vary across a wall in a way that one element cannot show. Two or three elements across are wanted.",
+        "",
+        "",
+    ),
+    Code(
+        "W257",
+        "a coarse mesh",
+        "The estimate of Zienkiewicz and Zhu says that stresses are wrong by a fifth or more, in the mean of\n"
+        "squares over the part. Take smaller elements, or refine where the error is.",
+        "",
+        "",
+    ),
+    Code(
+        "W258",
+        "a force on a point",
+        "A support that selects a single node, or nodes of one line, carries a force. The stress under a point\n"
+        "force has no bound: every finer mesh shows a higher one.",
+        "",
+        "",
+    ),
+    Code(
+        "W259",
+        "nearly incompressible",
+        "Near a Poisson's ratio of 0.5 elements cannot deform without changing their volume, and are too stiff:\n"
+        "those of order 1 from 0.45 on, those of order 2 from 0.495.",
+        "",
+        "",
+    ),
+)

@@ -1,0 +1,126 @@
+"""What is doubtful about a solution that was found: said with it, and it stands."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from porelang.diagnostics import Diagnostic
+from porelang.fea.nodes import EDGES, Nodes
+from porelang.fea.problem import Floats
+from porelang.fea.solution import Solution
+from porelang.fea.surface import place
+
+#: A share of the volume that may be one element thick without a word: rims and necks are.
+_THIN = 0.1
+#: The cosine between normals that look to opposite sides.
+_OPPOSITE = -0.5
+#: Errors in energy (relative, norm) above which a number is no basis for a decision.
+_COARSE = 0.2
+#: Near 0.5 displacements of the order lock.
+_LOCKS = {1: 0.45, 2: 0.495}
+
+
+def of(found: Solution, bodies: int) -> tuple[Diagnostic, ...]:
+    """Warnings: W255 for several pieces, W256 for walls of one element, W257 for a large error, W258 for a force that
+    stands on a point, W259 where elements lock.
+    """
+    told = [_pieces(bodies), _thin(found.nodes), _coarse(found), *_points(found), _locking(found)]
+    return tuple(d for d in told if d is not None)
+
+
+def _warn(code: str, message: str, hint: str) -> Diagnostic:
+    return Diagnostic(code, message, hint=hint, severity="warning")
+
+
+def _pieces(bodies: int) -> Diagnostic | None:
+    if bodies == 1:
+        return None
+    return _warn(
+        "W255",
+        f"the mesh is in {bodies} pieces that do not touch: each deforms by itself",
+        "if they are to carry loads together, join them in the design",
+    )
+
+
+def thin_share(nodes: Nodes) -> tuple[float, Floats]:
+    """The share of the volume in tetrahedra that reach through the part, and where the largest of them is.
+
+    Such a tetrahedron has an edge from boundary to boundary, inside the part, whose ends look to opposite sides.
+    Edges across a corner do not.
+    """
+    faces = nodes.faces[:, :3]
+    ends = nodes.points[faces]
+    areas = np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])
+    normals: Floats = np.stack(
+        [np.bincount(faces.ravel(), np.repeat(a, 3), nodes.vertices) for a in areas.T], axis=1, dtype=np.float64
+    )
+    length = np.linalg.norm(normals, axis=1)
+    normals /= np.where(length > 0, length, 1.0)[:, None]
+    rim = np.sort(faces[:, [[0, 1], [1, 2], [0, 2]]].reshape(-1, 2), axis=1).astype(np.int64)
+    pairs = np.sort(nodes.corners[:, EDGES], axis=2).astype(np.int64)
+    a, b = pairs[..., 0], pairs[..., 1]
+    across = (np.einsum("mek,mek->me", normals[a], normals[b]) < _OPPOSITE) & (length[a] > 0) & (length[b] > 0)
+    across[across] = ~np.isin(a[across] * nodes.vertices + b[across], rim[:, 0] * nodes.vertices + rim[:, 1])
+    through = np.flatnonzero(across.any(axis=1))
+    if not len(through):
+        return 0.0, nodes.points[0]
+    largest = through[np.argmax(nodes.volumes[through])]
+    return float(nodes.volumes[through].sum() / nodes.volumes.sum()), nodes.points[nodes.corners[largest]].mean(axis=0)
+
+
+def _thin(nodes: Nodes) -> Diagnostic | None:
+    share, where = thin_share(nodes)
+    if share < _THIN:
+        return None
+    return _warn(
+        "W256",
+        f"the part is one element thick in {share:.0%} of its volume, for instance at {place(where)}",
+        "take smaller elements: walls that bend want two or three across them",
+    )
+
+
+def _coarse(found: Solution) -> Diagnostic | None:
+    error = found.error
+    if error.relative < _COARSE:
+        return None
+    worst = int(np.argmax(error.of_tets**2 / found.nodes.volumes))
+    where = found.nodes.points[found.nodes.corners[worst]].mean(axis=0)
+    return _warn(
+        "W257",
+        f"the mesh is coarse: stresses are wrong by about {error.relative:.0%} in the mean, most of all at "
+        f"{place(where)}",
+        "take smaller elements, or refine where the error is",
+    )
+
+
+def _points(found: Solution) -> list[Diagnostic]:
+    """Supports that carry much on nodes of a single point or line: stresses there grow with every finer mesh."""
+    whole = sum(float(np.linalg.norm(r.force)) for r in found.reactions)
+    told = []
+    for number, (reaction, chosen) in enumerate(zip(found.reactions, found.held, strict=True)):
+        where = found.nodes.points[chosen]
+        spread = np.linalg.svd(where - where.mean(axis=0), compute_uv=False) if len(where) > 1 else np.zeros(2)
+        size = float(np.ptp(found.nodes.points, axis=0).max()) * np.sqrt(len(where))
+        if spread[1] < 1e-6 * size and np.linalg.norm(reaction.force) > 0.01 * whole:
+            name = f"the support `{reaction.name}`" if reaction.name else f"the support number {number + 1}"
+            shape = "a point" if spread[0] < 1e-6 * size else "a line"
+            told.append(
+                _warn(
+                    "W258",
+                    f"{name} carries {np.linalg.norm(reaction.force):.3g} N on {shape}, at {place(where.mean(axis=0))}",
+                    "a finer mesh has higher stresses there without end: hold an area, or read no stress near it",
+                )
+            )
+    return told
+
+
+def _locking(found: Solution) -> Diagnostic | None:
+    limit = _LOCKS[found.nodes.order]
+    most = float(found.poisson.max())
+    if most <= limit:
+        return None
+    return _warn(
+        "W259",
+        f"Poisson's ratio is {most:.4g}: elements of order {found.nodes.order} are too stiff where it is above {limit}",
+        "take order 2" if found.nodes.order == 1 else "take finer elements, and see how the result changes",
+    )

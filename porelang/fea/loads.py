@@ -1,0 +1,111 @@
+"""Loads as forces on nodes: consistent with the shape functions, so that they do the same work on every
+displacement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from porelang.diagnostics import fail
+from porelang.fea.elements import shape_values, tet_rule
+from porelang.fea.nodes import EDGES, Nodes
+from porelang.fea.problem import BodyForce, Floats, Force, Ints, Load, Moment, Pressure, Weight
+from porelang.fea.surface import Surface, asked, nothing, vectors
+
+#: g/cm3 times mm/s2, in N/mm3.
+GRAM = 1e-9
+#: Body forces are integrated as exactly as polynomials of this degree times the shape functions.
+_DEGREE = 5
+
+
+def name_of(load: Load, number: int) -> str:
+    """What a load is called in a sentence."""
+    kind = {Force: "force", Pressure: "pressure", Moment: "moment", Weight: "weight", BodyForce: "body force"}[
+        type(load)
+    ]
+    return f"the {kind} `{load.name}`" if load.name and load.name != kind else f"the {kind} number {number + 1}"
+
+
+def forces(load: Load, number: int, nodes: Nodes, boundary: Surface, density: Floats) -> Floats:
+    """The forces (k, 3) N of a load on all nodes. Errors: E170 where nothing is selected, E173 for no number, E174."""
+    name = name_of(load, number)
+    match load:
+        case Weight():
+            acceleration = _triple(load.acceleration, name)
+            return _on_volume(nodes, lambda _, part: (density[part] * GRAM)[:, None, None] * acceleration, 2)
+        case BodyForce():
+            field = load.density
+            return _on_volume(nodes, lambda at, _: vectors(field, at.reshape(-1, 3), name).reshape(at.shape), _DEGREE)
+        case Force():
+            areas = _selected(load, name, nodes, boundary)
+            traction = _triple(load.total, name) / areas.sum()
+            return _on_surface(nodes, boundary, areas, np.broadcast_to(traction, boundary.points.shape))
+        case Pressure():
+            areas = _selected(load, name, nodes, boundary)
+            value = float(_numbers(load.value, name))
+            return _on_surface(
+                nodes, boundary, areas, np.broadcast_to(-value * boundary.normals[:, None], boundary.points.shape)
+            )
+        case Moment():
+            areas = _selected(load, name, nodes, boundary)
+            centre = np.einsum("fq,fqd->d", areas, boundary.points) / areas.sum()
+            arms = boundary.points - centre
+            inertia = np.eye(3) * np.einsum("fq,fqd,fqd->", areas, arms, arms) - np.einsum(
+                "fq,fqi,fqj->ij", areas, arms, arms
+            )
+            turn = np.linalg.solve(inertia, _triple(load.total, name))
+            return _on_surface(nodes, boundary, areas, np.cross(turn, arms))
+
+
+def _selected(load: Force | Pressure | Moment, name: str, nodes: Nodes, boundary: Surface) -> Floats:
+    """The area (f, q) of the boundary's points that a load is on."""
+    points = boundary.points.reshape(-1, 3)
+    areas = boundary.areas * asked(load.where, points, name).reshape(boundary.areas.shape)
+    if not areas.sum() > 0:
+        corners = nodes.points[: nodes.vertices]
+        raise nothing(name, "area", load.where, points, np.stack([corners.min(0), corners.max(0)]))
+    return areas
+
+
+def _on_surface(nodes: Nodes, boundary: Surface, areas: Floats, traction: Floats) -> Floats:
+    loaded = areas.any(axis=1)
+    shares = np.einsum("fq,fqd,qw->fwd", areas[loaded], traction[loaded], boundary.shapes)
+    return _gathered(nodes.faces[loaded], shares, len(nodes.points))
+
+
+def _on_volume(nodes: Nodes, density: Callable[[Floats, slice], Floats], degree: int) -> Floats:
+    """`density` gives N/mm3 at points (m, q, 3) of some tetrahedra, or what has the shape (m, 1, 3)."""
+    barycentric, weights = tet_rule(degree)
+    shapes = shape_values(barycentric, None if nodes.order == 1 else EDGES)
+    out = np.zeros((len(nodes.points), 3))
+    step = 50_000
+    for first in range(0, len(nodes.elements), step):
+        part = slice(first, first + step)
+        points = np.einsum("qk,mkd->mqd", barycentric, nodes.points[nodes.corners[part]])
+        values = np.broadcast_to(density(points, part), points.shape)
+        shares = np.einsum("m,q,mqd,qw->mwd", nodes.volumes[part], weights, values, shapes, optimize=True)
+        out += _gathered(nodes.elements[part], shares, len(out))
+    return out
+
+
+def _gathered(numbers: Ints, shares: Floats, count: int) -> Floats:
+    flat = numbers.ravel()
+    return np.stack([np.bincount(flat, shares[..., i].ravel(), count) for i in range(3)], axis=1)
+
+
+def _triple(values: object, name: str) -> Floats:
+    found = _numbers(values, name)
+    if found.shape != (3,):
+        raise fail("E173", f"{name} has no three components: {values!r}", hint="give (x, y, z)")
+    return found
+
+
+def _numbers(values: object, name: str) -> Floats:
+    try:
+        found = np.asarray(values, np.float64)
+    except (TypeError, ValueError):
+        found = np.array(np.nan)
+    if not np.isfinite(found).all():
+        raise fail("E173", f"{name} is no number: {values!r}", hint="give finite numbers, in N, N mm or MPa")
+    return found

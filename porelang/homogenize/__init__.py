@@ -1,0 +1,12 @@
+"""What a lattice does as a material: a period of a design as voxels, and numbers as a report.
+
+The work on arrays is in `porelang.unitcell`.
+"""
+
+from __future__ import annotations
+
+from porelang.homogenize.found import Homogenized, Level
+from porelang.homogenize.sweep import Swept, sweep
+from porelang.homogenize.whole import FINEST, homogenize
+
+__all__ = ["FINEST", "Homogenized", "Level", "Swept", "homogenize", "sweep"]

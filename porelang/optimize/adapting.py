@@ -1,0 +1,248 @@
+"""What of a program adapts: a param that takes data and thickens a lattice, the output that reads it, and its study.
+
+`param t: field = 1.53` is a number until the loop hands it samples; the study is of the output, so that both change.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.analysis.box import Box
+from porelang.backends.numpy import NumpyField
+from porelang.data import SampledField
+from porelang.diagnostics import fail, suggest
+from porelang.formula import Formula
+from porelang.ir import TASKS, Node, node, order, within
+from porelang.measure import envelope_of
+from porelang.optimize.laws import Thickness
+from porelang.program import Design, Program
+from porelang.rewrites import flatten
+
+Array = NDArray[np.float64]
+#: Places within an envelope at which the share of solid is counted: its error is 1 / (2 sqrt n) at most, .1 %.
+PLACES = 200_000
+#: How many thicknesses make the table of a lattice; the least that is tried, and how often it is made four times that.
+_TABLE, _LEAST, _STEPS, _TIMES = 13, 0.01, 7, 4.0
+#: Of the places, every so many make the table: thickness is moved after it until all of them have the porosity.
+_FEW = 8
+_WAVES = ("sin_turns", "cos_turns", "sin", "cos")
+
+
+@dataclass(frozen=True, eq=False)
+class Adapting:
+    """A design, the output that adapts, the param that makes it so, and the study that is of that output.
+
+    `envelope` is what its porosity is relative to, `places` (n, 3) mm are spread evenly over that.
+    """
+
+    design: Design
+    output: str
+    param: str
+    study: str
+    envelope: Formula
+    box: Box
+    places: Array
+
+    def with_samples(self, samples: SampledField) -> Design:
+        """The design with samples for the param."""
+        return self.design.program.bind({self.param: samples}).design(dict(self.design.settings))
+
+    def density(self, samples: SampledField) -> float:
+        """The share of the envelope that is solid with samples for the param."""
+        return _solid(self._with(samples), self.places)
+
+    def _share(self, value: float) -> float:
+        return _solid(self._with(self.same_all_over(value)), self.places[::_FEW])
+
+    def _with(self, samples: SampledField) -> Formula:
+        """The output with samples for the param."""
+        if self._open is not None:
+            return self._open[0].bind({self._open[1]: samples})
+        design = self.with_samples(samples)
+        return design.formula(design.program.solid(self.output))
+
+    @cached_property
+    def _open(self) -> tuple[Formula, Node] | None:
+        """The output, compiled once, and what its samples are bound to; None where tasks of it depend on them."""
+        program, samples = _bound(self.design.program, self.param, self.box)
+        root = program.solid(self.output)
+        if any(n.op in TASKS and n.args for n in order([root], within)):
+            return None
+        return program.design(dict(self.design.settings)).formula(root), samples
+
+    def same_all_over(self, value: float) -> SampledField:
+        """Samples of a value."""
+        return SampledField.from_array(np.full((2, 2, 2), value), self.box.lo, _size(self.box))
+
+    def as_it_stands(self) -> float:
+        """The share of solid of the program without the loop, with what is bound to it already, if anything is."""
+        return _solid(self.design.formula(self.design.program.solid(self.output)), self.places)
+
+    def cell(self) -> float:
+        """The period of the lattice in mm: the longest of its waves, in the middle of the places.
+
+        Errors: E193 where it has none.
+        """
+        root = self.design.formula(self.design.program.solid(self.output)).root
+        turned = [n.args[0] for n in order([root], within) if n.op in _WAVES and n.args[0].axes]
+        found = []
+        for u in turned:
+            slopes = flatten(*(node("d", u, value=a) for a in range(3)))
+            rates = np.zeros(len(self.places[::500]))
+            for slope in slopes:
+                field = NumpyField(self.design.formula(slope), "f64")
+                rates = rates + np.asarray(field.at(self.places[::500])) ** 2
+            rate = float(np.sqrt(np.median(rates)))
+            if rate > 0:
+                found.append(1 / rate)
+        if not found:
+            raise fail("E193", f"`{self.output}` has no waves, so that the size of its cells is not known",
+                       hint="give it: --cell 10mm")  # fmt: skip
+        return max(found)
+
+    def law(self, low: float, high: float) -> tuple[Thickness, float]:
+        """The thickness that gives each density between two, of what the part has with that thickness all over.
+
+        With it comes 1, or -1 where more of the param is less of the solid: then the thickness is minus the param.
+        Errors: E193 where these densities are not reached, E192 where the density does not rise all along.
+        """
+        ladder = np.array([-(_LEAST * _TIMES**k) for k in range(_STEPS, -1, -1)])
+        ladder = np.concatenate([ladder, [0.0], -ladder[::-1]])
+        shares = np.array([self._share(v) for v in ladder])
+        found = _climb(ladder, shares, low, high)
+        if found is None:
+            raise fail("E193", f"`{self.param}` takes the density of `{self.output}` from {shares.min():.3f} to "
+                       f"{shares.max():.3f}, and nowhere from {low:g} to {high:g}",
+                       hint="narrow the limits, as in --limits 0.3..0.6, or let it thicken more")  # fmt: skip
+        first, last, sign = found
+        for _ in range(2):  # the ladder is coarse: first to where the limits are
+            values = np.linspace(first, last, _TABLE)
+            shares = np.array([self._share(sign * v) for v in values])
+            first = float(values[max(0, int(np.flatnonzero(shares <= low).max()))])
+            last = float(values[min(_TABLE - 1, int(np.flatnonzero(shares >= high).min()))])
+        inside = np.flatnonzero((shares > low) & (shares < high))
+        used = slice(max(0, inside[0] - 1), inside[-1] + 2)
+        flat = np.flatnonzero(np.diff(shares[used]) <= 0)
+        if len(flat):
+            raise fail("E192", f"the density of `{self.output}` does not rise at `{self.param}` = "
+                       f"{sign * float(values[used][flat[0]]):.4g}",
+                       hint="narrow the limits to where it does, as in --limits 0.3..0.6")  # fmt: skip
+        return Thickness(shares[used], values[used]), sign
+
+
+def _solid(part: Formula, places: Array) -> float:
+    """The share of places (n, 3) that lie in a part."""
+    return float((np.asarray(NumpyField(part, "f64").at(places)) < 0).mean())
+
+
+def _climb(values: Array, shares: Array, low: float, high: float) -> tuple[float, float, float] | None:
+    """The shortest way up, from at most `low` to at least `high`, along which shares do not fall: its ends, as they are
+    after a sign that is the third; None where there is none."""
+    ways = []
+    for sign in (1.0, -1.0):
+        x, y = (values, shares) if sign > 0 else (-values[::-1], shares[::-1])
+        for i in np.flatnonzero(y <= low):
+            j = i
+            while j + 1 < len(y) and y[j + 1] >= y[j] and y[j] < high:
+                j += 1
+            if y[j] >= high:
+                ways.append((float(x[j] - x[i]), float(x[i]), float(x[j]), sign))
+    return None if not ways else min(ways)[1:]
+
+
+def adapting(
+    design: Design,
+    output: str | None = None,
+    adapt: str | None = None,
+    study: str | None = None,
+    within: str | None = None,
+) -> Adapting:
+    """What of a design adapts; what is not named is found if it is the only one.
+
+    Errors: E100 for names that are none, E193 where nothing adapts, several could, or the study is of another part.
+    """
+    program = design.program
+    name = program.output(output)
+    extent = design.extent(name).outer
+    box = Box(extent.lo, extent.hi)
+    param = _param(program, name, adapt, box)
+    part = design.formula(program.solid(name))
+    envelope, _ = envelope_of(design, part, within, box)
+    shape = design.formula(envelope)
+    places = _places(shape, box)
+    studied = _study(program, name, param, study, box)
+    return Adapting(design, name, param, studied, shape, box, places)
+
+
+def _param(program: Program, output: str, adapt: str | None, box: Box) -> str:
+    """The param that an output reads."""
+    known = [n for n, info in program.data.items() if info.components == 1]
+    if adapt is not None and adapt not in known:
+        near = suggest(adapt, known)
+        raise fail("E193", f"`{adapt}` is no param that takes one number in each place",
+                   hint=f"did you mean `{near}`?" if near else f"declare it: `param {adapt}: field = 1.5`")  # fmt: skip
+    read = [n for n in ([adapt] if adapt else known) if _reads(program, output, n, box)]
+    if len(read) == 1:
+        return read[0]
+    if adapt is not None:
+        raise fail("E193", f"`{output}` does not read `{adapt}`", hint="let its thickness be that param: `shell(t)`")
+    if read:
+        raise fail("E193", f"`{output}` reads {', '.join(f'`{n}`' for n in read)}, which take data",
+                   hint=f"say which adapts: --adapt {read[0]}")  # fmt: skip
+    raise fail("E193", f"`{output}` reads no param that takes data, so nothing can adapt",
+               hint="declare one, `param t: field = 1.5`, and let it thicken: `gyroid(10mm) |> shell(t)`")  # fmt: skip
+
+
+def _bound(program: Program, param: str, box: Box) -> tuple[Program, Node]:
+    """A program with samples that nobody else has, and the node that reads them."""
+    samples = SampledField.from_array(np.full((2, 2, 2), 0.7390851332), box.lo, _size(box))
+    return program.bind({param: samples}), node("bound", value=(samples.digest,))
+
+
+def _size(box: Box) -> list[float]:
+    return [h - lo for lo, h in zip(box.lo, box.hi, strict=True)]
+
+
+def _reads(program: Program, output: str, param: str, box: Box) -> bool:
+    made, samples = _bound(program, param, box)
+    return samples in set(order([made.solid(output)]))
+
+
+def _study(program: Program, output: str, param: str, study: str | None, box: Box) -> str:
+    """The study of an output."""
+    made, _ = _bound(program, param, box)
+    if study is not None and study not in made.studies:
+        near = suggest(study, made.studies)
+        raise fail("E100", f"the program has no study `{study}`",
+                   hint=f"did you mean `{near}`?" if near else "name it: `let s = compress(part, ...)`")  # fmt: skip
+    of = [n for n, task in made.studies.items() if task.args[0] is made.solid(output) and study in (None, n)]
+    if len(of) == 1:
+        return of[0]
+    if of:
+        raise fail("E193", f"`{output}` has several studies: {', '.join(f'`{n}`' for n in of)}",
+                   hint=f"say which: --study {of[0]}")  # fmt: skip
+    what = "no study of the program is" if study is None else f"the study `{study}` is not"
+    raise fail("E193", f"{what} of `{output}` itself, which is what the loop solves",
+               hint=f"write `let s = compress({output}, ...)`: of what is iterated, not of the solid")  # fmt: skip
+
+
+def _places(envelope: Formula, box: Box) -> Array:
+    """Places spread evenly over an envelope: those of a lattice of points turned against the axes, so that no period
+    of the part falls in step with them (R. Cranley and T. N. L. Patterson, 1976; Roberts' R3 sequence)."""
+    g = 1.2207440846057596  # the real root of g^4 = g + 1
+    size = np.subtract(box.hi, box.lo)
+    field = NumpyField(envelope, "f64")
+    count = PLACES
+    for _ in range(3):
+        points = (0.5 + np.arange(1, count + 1)[:, None] / g ** np.arange(1, 4)) % 1 * size + np.array(box.lo)
+        inside: Array = points[np.asarray(field.at(points)) < 0]
+        if len(inside) >= PLACES // 2:
+            break
+        count = int(count * PLACES / max(len(inside), PLACES // 50))
+    if not len(inside):
+        raise fail("E193", "the envelope is empty", hint="name it: --within NAME")
+    return inside

@@ -1,0 +1,141 @@
+"""The analysis of the real lattice: a study of the program, solved in tetrahedra for each density in turn.
+
+A density becomes thickness by the lattice's own law, all of it moved by one number until the porosity, as it is
+measured, is that of the plan. What elements bear is gathered in voxels, and averaged over a cell as energy of the solid
+over its volume: the walls that a cell happens to be cut at count for neither.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from porelang.data import SampledField
+from porelang.optimize.adapting import Adapting
+from porelang.optimize.grid import Grid
+from porelang.optimize.laws import Thickness
+from porelang.optimize.loop import digest
+from porelang.optimize.rules import Answer
+from porelang.optimize.spread import averaged
+from porelang.program import Design
+from porelang.tasks.resolve import named
+from porelang.tasks.study.asked import question
+from porelang.tasks.study.solved import Solved, solved
+
+Array = NDArray[np.float64]
+#: By how much a porosity may miss its target, and how often thickness is moved for it at most.
+POROSITY, _MOVES = 2e-4, 12
+
+
+class Real:
+    """A study in tetrahedra, for densities (m,) of the voxels of a grid: `thickness` makes these, `sign` times the
+    param of the program. `cell` (mm) is what is averaged over, `mean` the density to be kept."""
+
+    def __init__(
+        self, adapting: Adapting, grid: Grid, thickness: Thickness, sign: float, cell: float, mean: float
+    ) -> None:
+        self.adapting, self._grid, self._thickness, self._sign = adapting, grid, thickness, sign
+        self._mean = mean
+        self._average: Callable[[Array], Array] = averaged(grid, cell)
+        self._key = digest(
+            np.frombuffer(_identity(adapting).encode(), np.uint8), grid.fill, np.array([grid.origin, grid.spacing]),
+            thickness.densities, thickness.values, np.array([sign, cell, mean]),
+        )  # fmt: skip
+
+    @property
+    def grid(self) -> Grid:
+        return self._grid
+
+    @property
+    def key(self) -> str:
+        return self._key
+
+    def solve(self, density: Array, state: Array | None) -> Answer:
+        """Errors: those of the study."""
+        samples, share = self.samples(density)
+        found = study_of(self.adapting.with_samples(samples), self.adapting.study)
+        return self._answer(density, found, samples, share)
+
+    def samples(self, density: Array) -> tuple[SampledField, float]:
+        """Samples for the param that make these densities, and the share of solid that the part then has."""
+        share_of = self.adapting.density
+        moved, before, missed = 0.0, 0.0, 0.0
+        samples = self._sampled(density)
+        share = share_of(samples)
+        for count in range(_MOVES):
+            off = share - self._mean
+            if abs(off) < POROSITY:
+                break
+            # regula falsi with what the last move did; at first a step of density moves the share as much
+            rate = 1.0 if not count or missed == off else (missed - off) / (before - moved)
+            before, missed = moved, off
+            moved -= off / (rate if 0.2 < rate < 5 else 1.0)
+            samples = self._sampled(density + moved)
+            share = share_of(samples)
+        return samples, share
+
+    def _sampled(self, density: Array) -> SampledField:
+        grid = self._grid
+        values = np.zeros(grid.shape)
+        values[grid.mask] = self._sign * self._thickness.thickness(density)
+        nearest = distance_transform_edt(~grid.mask, return_distances=False, return_indices=True)
+        values = values[tuple(nearest)]  # outside of the part it goes on as at the nearest voxel
+        origin = np.array(grid.origin) + np.array(grid.spacing) / 2
+        for axis in range(3):  # samples have two nodes at least
+            if values.shape[axis] == 1:
+                values = np.repeat(values, 2, axis)
+                origin[axis] -= grid.spacing[axis] / 2
+        return SampledField.from_array(values, origin.tolist(), grid.spacing)
+
+    def _answer(self, density: Array, found: Solved, samples: SampledField, share: float) -> Answer:
+        mesh, fields = found.mesh, found.fields
+        corners = mesh.vertices[mesh.tets]
+        volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
+        there = self._voxels(corners.mean(axis=1))
+        solid = self._average(_gathered(there, volumes, self._grid) / self._grid.weights)
+        energy, stress = (
+            self._average(_gathered(there, volumes * values[mesh.tets].mean(axis=1), self._grid) / self._grid.weights)
+            for values in (fields.energy, fields.von_mises)
+        )
+        some = np.maximum(solid, 1e-3)  # no voxel is without a wall within a cell
+        noise = float(np.sqrt(np.average((solid / self._average(density) - 1) ** 2, weights=self._grid.weights)))
+        numbers = found.numbers
+        compliance = numbers["compliance"]
+        return Answer(
+            abs(compliance.value), numbers["max_displacement"].value, density * energy / some, np.zeros_like(density),
+            density * stress / some, noise, None, compliance.error / abs(compliance.value),
+            numbers["max_von_mises"].value, 1 - share,
+            {self.adapting.param: samples.values[..., 0].astype(np.float64), "origin": np.array(samples.origin),
+             "spacing": np.array(samples.spacing)},
+        )  # fmt: skip
+
+    def _voxels(self, places: Array) -> NDArray[np.intp]:
+        """The voxel that counts (0..m-1) in or nearest to each place (n, 3)."""
+        grid = self._grid
+        at = np.floor((places - np.array(grid.origin)) / np.array(grid.spacing)).astype(np.intp)
+        at = np.clip(at, 0, np.array(grid.shape) - 1)
+        nearest = distance_transform_edt(~grid.mask, return_distances=False, return_indices=True)
+        number = np.zeros(grid.shape, np.intp)
+        number[grid.mask] = np.arange(len(grid.weights))
+        found: NDArray[np.intp] = number[tuple(nearest)][tuple(at.T)]
+        return found
+
+
+def study_of(design: Design, study: str) -> Solved:
+    """A study of a design that a `let` names, solved."""
+    task = design.program.studies[study]
+    return solved(question(design.formula(*task.args).taken))
+
+
+def _gathered(there: NDArray[np.intp], values: Array, grid: Grid) -> Array:
+    return np.asarray(np.bincount(there, values, len(grid.weights)), np.float64)
+
+
+def _identity(adapting: Adapting) -> str:
+    """What the study of a design is, by content: renaming changes nothing of it, another force does."""
+    design = adapting.with_samples(adapting.same_all_over(0.0))
+    task = design.program.studies[adapting.study]
+    return named(task, design.formula(*task.args).bindings)

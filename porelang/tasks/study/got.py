@@ -1,0 +1,103 @@
+"""What a study has come to: kept with its samples, told by the commands that read it, and the numbers that it gives."""
+
+from __future__ import annotations
+
+from dataclasses import astuple, dataclass, fields
+
+from porelang.data import Reduced, SampledField
+from porelang.ops.studies import NUMBERS
+from porelang.tasks.told import Doubt, Told
+
+#: A result that is estimated to err by so much, in the energy of its stresses, is doubted.
+ERRS = 0.1
+#: Walls are to be so many elements thick.
+THROUGH = 2.0
+#: Pieces that are left out, of so much of the volume, are doubted.
+_LOST = 0.001
+#: Facts that count.
+_WHOLE = 3
+#: Lookups that miss the elements by so much of the greatest stress are doubted, where one in twenty does.
+_COARSE = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Got:
+    """What is known of a study: in `SampledField.facts`, in this order.
+
+    Elements and unknowns; iterations of the solver and the residual that they left; the size of elements in mm, and
+    the one that walls ask for; how thick the thinnest walls are, in mm (0: none are found), and a place on one; which
+    share of the volume was left out, in how many pieces; the spacing of samples, in mm; by how much lookups of von
+    Mises' stress miss the elements, 95 % of them by less; then the numbers of `porelang.ops.studies`, and their errors.
+    """
+
+    elements: int
+    unknowns: int
+    iterations: int
+    residual: float
+    size: float
+    wanted: float
+    wall: float
+    wall_x: float
+    wall_y: float
+    wall_z: float
+    lost: float
+    pieces: int
+    voxel: float
+    off: float
+    numbers: tuple[float, ...]
+    errors: tuple[float, ...]
+
+    @property
+    def facts(self) -> tuple[float, ...]:
+        """All of it as numbers."""
+        *head, numbers, errors = astuple(self)
+        return tuple(map(float, (*head, *numbers, *errors)))
+
+    @classmethod
+    def of(cls, found: SampledField) -> Got:
+        head, count = len(fields(cls)) - 2, len(NUMBERS)
+        whole = [int(v) for v in found.facts[:_WHOLE]]
+        known = dict(zip([f.name for f in fields(cls)][:head], [*whole, *found.facts[_WHOLE:head]], strict=True))
+        known["pieces"] = int(known["pieces"])
+        return cls(**known, numbers=found.facts[head : head + count], errors=found.facts[head + count :])  # type: ignore[arg-type]  # those that count are whole
+
+    def number(self, name: str) -> Reduced:
+        """A number of a study, with its error."""
+        i = list(NUMBERS).index(name)
+        return Reduced(self.numbers[i], self.errors[i])
+
+
+def told(found: SampledField) -> Told:
+    """What a study tells of itself: a line, and what is doubtful about it."""
+    got = Got.of(found)
+    error = got.number("error").value
+    note = (
+        f"{got.elements:,} elements of {got.size:.3g} mm, {got.unknowns:,} unknowns, {got.iterations} iterations to a "
+        f"residual of {got.residual:.1g}; stresses err by {error:.2%} in energy (Zienkiewicz and Zhu); sampled every "
+        f"{got.voxel:.3g} mm, and beyond the part as at the nearest place of it"
+    )
+    doubts: list[Doubt] = []
+    finer = f"take finer elements, `size={got.size / 1.5:.2g}mm`"
+    if error > ERRS:
+        said = f"stresses of this study err by about {error:.0%}"
+        doubts.append(Doubt("W264", said, "estimated from how they jump between elements", finer))
+    if got.wall and got.wall < THROUGH * got.size:
+        at = ", ".join(f"{v:.4g}" for v in (got.wall_x, got.wall_y, got.wall_z))
+        said = f"walls {got.wall:.3g} mm thick, as at ({at}), are thinner than two elements of {got.size:.3g} mm"
+        doubts.append(Doubt("W265", said, "stiffness and stresses are unsure there", _finer(got)))
+    if got.lost > _LOST:
+        said = f"{got.pieces} pieces that hang on nothing, {got.lost:.1%} of the part, are left out of this study"
+        hint = "a lattice that is cut by a shape leaves such: thicken it, or see `pore measure` for its pieces"
+        doubts.append(Doubt("W266", said, "only the largest piece is loaded", hint))
+    most = got.number("max_von_mises").value
+    if got.off > _COARSE * most:
+        said = f"a lookup in twenty misses the stress in the elements by {got.off / most:.0%} of the greatest or more"
+        hint = "elements are finer than its samples can be: take a part of it, or `pore fea` for the elements"
+        doubts.append(Doubt("W267", said, f"sampled every {got.voxel:.3g} mm", hint))
+    return Told(note, tuple(doubts))
+
+
+def _finer(got: Got) -> str:
+    if got.wanted >= got.size:
+        return "take finer elements"
+    return f"`size={got.wanted:.2g}mm` would make two: some {got.unknowns * (got.size / got.wanted) ** 3:,.0f} unknowns"

@@ -1,0 +1,38 @@
+"""The result of a study in elements as samples on a grid, whose spacing follows the elements."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.data import SampledField
+from porelang.ops.grid import lookup
+from porelang.ops.studies import COMPONENTS
+from porelang.tasks.readers.cells import Cells
+from porelang.tasks.readers.raster import gridded, spacing_of
+from porelang.tet.tetmesh import TetMesh
+
+Floats = NDArray[np.float64]
+#: Nodes of the grid: of twelve numbers each, 40 MB.
+NODES = 800_000
+
+
+def sampled(mesh: TetMesh, values: Floats) -> tuple[SampledField, float, float]:
+    """Samples of values (n, `COMPONENTS`) at the vertices of a mesh, and how far outside of it nodes lie; the spacing
+    in mm; and by how much lookups of the first component miss the elements, 95 % of them by less.
+
+    They are in float32, as shaders read them.
+    """
+    middles = mesh.vertices[mesh.tets].mean(axis=1)
+    places = np.concatenate([mesh.vertices, middles])
+    known = np.concatenate([values, values[mesh.tets].mean(axis=1)])
+    tets = mesh.tets.astype(np.int64)
+    cells = Cells(mesh.vertices, tets, values, False, places, known, len(tets), 0, 0, True)
+    step = spacing_of(cells, NODES)
+    whole = gridded(cells, step).part(masked=True)
+    found = replace(whole, values=np.ascontiguousarray(whole.values, np.float32))
+    x, y, z = (np.ascontiguousarray(c) for c in places.T)
+    missed = np.abs(lookup(found, x, y, z, (COMPONENTS.index("von_mises"), 0, 0, 0)) - known[:, 0])
+    return found, step, float(np.quantile(missed, 0.95))

@@ -1,0 +1,201 @@
+"""A study, solved: the part as elements, its stresses and displacements, and the numbers that it comes to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.data import Reduced, coordinates
+from porelang.diagnostics import fail
+from porelang.fea import Problem, Solution, refined_sizes, solve
+from porelang.formula import Formula
+from porelang.ir import X, Y, Z, node
+from porelang.progress import activity
+from porelang.solid import Solid
+from porelang.tasks.readers.cells import Cells
+from porelang.tasks.readers.raster import gridded, spacing_of
+from porelang.tasks.study.asked import Question, solid_of, valued
+from porelang.tasks.study.ends import Setting, Side, setting
+from porelang.tasks.study.numbers import Measured, numbers_of, surface_error
+from porelang.tasks.study.samples import NODES
+from porelang.tasks.study.sized import Sized, sized
+from porelang.tet.direct import direct
+from porelang.tet.tetmesh import TetMesh, components, taken, volumes
+
+Floats = NDArray[np.float64]
+MESHING, SOLVING = "making elements", "solving for stresses"
+#: A step of refinement is to bring the error to this share of what it was.
+_REFINED = 0.5
+#: The mesher's cubes hold twelve tetrahedra each: their edge for that of a regular tetrahedron of the same volume.
+_CUBE = 2.0 ** (1 / 6)
+#: What is in pieces, of which those that are not the largest hold more than this of the volume, is no part.
+_LOST = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Fields:
+    """What a study finds at the corners of its elements: `displacement` (p, 3) mm, `stress` (p, 6) MPa in VTK's order,
+    `von_mises` (p,) MPa, `energy` (p,) N/mm2. Where the material jumps a vertex has a place for each side: `mesh` has
+    these places as its vertices."""
+
+    mesh: TetMesh
+    displacement: Floats
+    stress: Floats
+    von_mises: Floats
+    energy: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """A study in elements: `fields` at their corners, by which share stresses err in the energy of each (m,), the
+    numbers of `porelang.ops.studies` by name, with their errors, the forces of supports (N) by name.
+
+    `young` (m,) MPa is that of each element; `solution` what the solver found, before a platen got its force; `lost`
+    the share of the part in `pieces` that are left out. Displacements are counted from where the part rests.
+    """
+
+    asked: Question
+    mesh: TetMesh
+    young: Floats
+    fields: Fields
+    errors: Floats
+    solution: Solution
+    sized: Sized
+    numbers: Mapping[str, Reduced]
+    reactions: Mapping[str, Floats]
+    unknowns: int
+    iterations: int
+    residual: float
+    lost: float
+    pieces: int
+
+
+def solved(asked: Question) -> Solved:
+    """Elements, made as fine as the study asks for, and what is solved on them.
+
+    Errors: those of the part (E091, E092), of its elements (E160-), of what holds and loads it (E170-, E185-E189).
+    """
+    part = solid_of(asked)
+    with activity(MESHING):
+        found = sized(part, asked.size, asked.order)
+        mesh, lost, pieces = _meshed(part, found.size, found.size)
+    return on(asked, part, mesh, found, lost, pieces)
+
+
+def _meshed(part: Solid, size: float | Formula, finest: float) -> tuple[TetMesh, float, int]:
+    """Elements of a part in its largest piece; which share of the volume is in others, in how many. Errors: E188."""
+    mesh, _ = direct(part, size, keep_islands=True)
+    piece = components(mesh)
+    count = int(piece.max())
+    if not count:
+        return mesh, 0.0, 0
+    volume = volumes(mesh)
+    lost = float(volume[piece > 0].sum() / volume.sum())
+    if lost > _LOST:
+        some = piece == 1
+        at = np.average(mesh.vertices[mesh.tets[some]].mean(axis=1), axis=0, weights=volume[some])
+        text = f"{lost:.0%} of the part hang together with its largest piece by nothing, as at ({coordinates(at)})"
+        hint = f"join the pieces, or study each by itself; or elements of {finest:.3g} mm are too coarse for what joins"
+        raise fail("E188", text, hint=hint)
+    return taken(mesh, piece == 0), lost, count
+
+
+def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, pieces: int) -> Solved:
+    """What is solved on a mesh. Errors: those of `solved` but for the mesh's."""
+    acting = setting(asked, mesh, found.size)
+    middles = mesh.vertices[mesh.tets].mean(axis=1)
+    young = valued(asked.young, middles, "Young's modulus", 0.0, np.inf, "it is above 0, and finite, in all of a part")
+    poisson = valued(asked.poisson, middles, "Poisson's ratio", -1.0, 0.5, "it lies between -1 and 0.5: 0.49 at most")
+    density = valued(asked.density, middles, "the density", -1e-300, np.inf, "it is 0 or more in all of a part")
+    problem = Problem(mesh, young, poisson, density, acting.supports, acting.loads, 1 if asked.order == 1 else 2,
+                      acting.balanced)  # fmt: skip
+    with activity(SOLVING):
+        solution = solve(problem)
+    factor, stiffness, work = _scaled(asked, acting, solution)
+    fields = _fields(solution, factor, acting, mesh)
+    errors = _errors(solution, fields)
+    measured = Measured(fields.displacement, fields.von_mises, work, stiffness, solution.error.relative, errors)
+    numbers = numbers_of(fields.mesh, density, measured, surface_error(mesh, part))
+    reactions = {r.name: factor * r.force for r in solution.reactions}
+    return Solved(asked, mesh, young, fields, errors, solution, found, numbers, reactions, solution.unknowns,
+                  solution.iterations, solution.residual, lost, pieces)  # fmt: skip
+
+
+def _scaled(asked: Question, acting: Setting, solution: Solution) -> tuple[float, float | None, float]:
+    """By what a solution is to be multiplied; the stiffness, and the work of what moves the part (N mm).
+
+    A platen that was moved by 1 mm gets the force that is asked for. Stiffness is force over the way that it goes, or
+    torque over the angle: the square of a load over its work.
+    """
+    if acting.reached is not None:
+        which, axis, force = acting.reached
+        stiffness = abs(float(solution.reactions[which].force[axis]))
+        return force / stiffness, stiffness, force**2 / stiffness
+    work = float(solution.compliance)
+    moving = [a for a in asked.acts if a.name != "held"]
+    if len(moving) > 1 or work <= 0:
+        return 1.0, None, work
+    (act,) = moving
+    match act.name:
+        case "force" | "torque":
+            return 1.0, float(np.dot(act.numbers, act.numbers)) / work, work
+        case "bend" | "twist_load":
+            return 1.0, act.numbers[0] ** 2 / work, work
+        case "moved":
+            by = np.array(act.numbers[3:]) * np.array(act.numbers[:3])
+            return 1.0, work / float(by @ by), work
+    return 1.0, None, work
+
+
+def _fields(solution: Solution, factor: float, acting: Setting, mesh: TetMesh) -> Fields:
+    displacement, sites = factor * solution.at_vertices, solution.sites
+    if acting.rests:
+        displacement = displacement - _ridden(displacement, mesh.vertices, acting.rests)
+    apart = TetMesh(mesh.vertices[sites.vertex], sites.corners, mesh.phase, mesh.phases)
+    return Fields(apart, displacement[sites.vertex], factor * solution.stress, abs(factor) * solution.von_mises,
+                  factor**2 * solution.energy_density)  # fmt: skip
+
+
+def _ridden(displacement: Floats, at: Floats, rests: tuple[Side, ...]) -> Floats:
+    """The rigid motion (n, 3) that is the nearest to what the vertices on some sides do: what lies on supports does not
+    move with them."""
+    on_them = np.zeros(len(at), np.bool_)
+    for side in rests:
+        on_them |= side(at)
+    if not on_them.any():
+        return np.zeros_like(at)
+    centre = at[on_them].mean(axis=0)
+
+    def motions(points: Floats) -> Floats:
+        x, y, z = (points - centre).T
+        zero, one = np.zeros_like(x), np.ones_like(x)
+        rows = ([one, zero, zero, zero, z, -y], [zero, one, zero, -z, zero, x], [zero, zero, one, y, -x, zero])
+        return np.stack([np.stack(row, -1) for row in rows], axis=1)
+
+    fit = motions(at[on_them]).reshape(-1, 6)
+    motion = np.linalg.lstsq(fit, displacement[on_them].reshape(-1), rcond=None)[0]
+    return np.asarray(motions(at) @ motion)
+
+
+def _errors(solution: Solution, fields: Fields) -> Floats:
+    """By which share the stress of each element errs, in energy; of one that has little, against the mean of all."""
+    energy = fields.energy[fields.mesh.tets].mean(axis=1) * volumes(fields.mesh)
+    share = energy / max(float(energy.sum()), 1e-300)
+    return np.asarray(solution.error.of_tets / np.sqrt(np.maximum(share, 1 / len(share))))
+
+
+def refined(found: Solved) -> Solved:
+    """The study solved again with elements of sizes that halve its error with the fewest of them, by the estimate."""
+    sizes = _CUBE * refined_sizes(found.solution, _REFINED * max(found.solution.error.relative, 1e-9))
+    cells = Cells(found.mesh.vertices, found.mesh.tets.astype(np.int64), sizes[:, None], False, found.mesh.vertices,
+                  sizes[:, None], len(found.mesh.tets), 0, 0, True)  # fmt: skip
+    samples = gridded(cells, spacing_of(cells, NODES)).samples
+    grid = node("bound", value=(samples.digest,))
+    wanted = Formula((node("lookup", grid, X, Y, Z, value=(0, 0, 0, 0)),), {grid: samples})
+    part = solid_of(found.asked)
+    with activity(MESHING):
+        mesh, lost, pieces = _meshed(part, wanted, float(sizes.min()))
+    return on(found.asked, part, mesh, found.sized, lost, pieces)

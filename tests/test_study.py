@@ -1,0 +1,398 @@
+"""Studies in the language: what they give is right to the error that they state, found once, and told."""
+
+from __future__ import annotations
+
+import errno
+import json
+import math
+from concurrent.futures import CancelledError
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+
+import porelang
+from porelang import store
+from porelang.cli import main
+from porelang.diagnostics import PoreError
+from porelang.progress import watching
+from porelang.strength import carry_out
+from porelang.tasks import resolve
+
+E, NU = 2000.0, 0.3
+MATERIAL = "E=2GPa, nu=0.3, density=1.2"
+#: A bar 10 x 10 x 40 mm, in elements of 5 mm.
+BEAM = "let beam = box([10mm, 10mm, 80mm])\n"
+BAR = "let bar = box([10mm, 10mm, 40mm])\n"
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    patched = pytest.MonkeyPatch()
+    patched.setenv("PORELANG_CACHE", str(tmp_path_factory.mktemp("kept")))
+    store.forget()
+    yield
+    patched.undo()
+    store.forget()
+
+
+@pytest.fixture
+def computed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The names of the tasks that are computed from now on, in order."""
+    done: list[str] = []
+    run = resolve._computed
+
+    def noted(n: Any, *more: Any) -> Any:
+        done.append(n.op)
+        return run(n, *more)
+
+    monkeypatch.setattr(resolve, "_computed", noted)
+    return done
+
+
+# ---- what it gives
+
+
+def test_a_solid_cylinder_between_frictionless_platens_has_one_stress() -> None:
+    """sigma = F/A and k = EA/L hold exactly where nothing is held across; the only error is that of the surface."""
+    text = f"let body = cylinder(10mm, 30mm)\nlet s = compress(body, force=1kN, axis=z, {MATERIAL}, size=4mm)\n"
+    names = "stiffness", "max_von_mises", "compliance", "max_displacement", "volume", "mass"
+    text += "".join(f"let {n} = s.{n}\n" for n in names)
+    text += "out part = body\nout vm = s.von_mises\nout u = s.displacement"
+    found = porelang.compile(text)
+    area, length, force = math.pi * 100, 30.0, 1000.0
+    stiffness = E * area / length
+    exact = {
+        "stiffness": stiffness, "max_von_mises": force / area, "compliance": force**2 / stiffness,
+        "volume": area * length, "mass": area * length * 1.2 / 1000,
+    }  # fmt: skip
+    for name, value in exact.items():
+        got = found.number(name)
+        assert abs(got.value - value) <= got.error, name
+        assert got.error < 0.08 * value, name
+    points = np.array([[0, 0, 0], [4, 3, -10], [0, -8, 9.0]])
+    np.testing.assert_allclose(found.field("vm")(points), force / area, rtol=0.03)
+    moved = found.field("u")(np.array([[0, 0, 15.0], [0, 0, -15]]))
+    np.testing.assert_allclose(moved[:, 2], [-force / stiffness, 0], atol=0.03 * force / stiffness)
+
+
+def stiffness(call: str, before: str = "") -> porelang.data.Reduced:
+    found = porelang.compile(f"{before}{BAR}let s = {call}\nlet k = s.stiffness\nout part = bar")
+    return found.number("k")
+
+
+def test_what_is_bent_by_three_points_follows_beam_theory() -> None:
+    """Timoshenko's beam with Cowper's coefficient (The shear coefficient in Timoshenko's beam theory, 1966)."""
+    span, wide, section = 72.0, 4.0, 100.0
+    inertia, shear = 1e4 / 12, E / (2 * (1 + NU)) * section * 10 * (1 + NU) / (12 + 11 * NU)
+    by_line = span**3 / (48 * E * inertia) + span / (4 * shear)
+    call = f"bend(beam, force=100N, axis=z, toward=-x, span={span}mm, pads={wide}mm, {MATERIAL}, size=5mm)"
+    got = stiffness(call, BEAM)
+    assert got.value == pytest.approx(1 / by_line, rel=0.03)  # loads on pads, where the theory has lines
+
+
+def test_a_cantilever_follows_beam_theory() -> None:
+    section, length = 100.0, 80.0
+    inertia, shear = 1e4 / 12, E / (2 * (1 + NU)) * section * 10 * (1 + NU) / (12 + 11 * NU)
+    got = stiffness(f'bend(beam, force=10N, axis=z, toward=x, supports="cantilever", {MATERIAL}, size=5mm)', BEAM)
+    assert got.value == pytest.approx(1 / (length**3 / (3 * E * inertia) + length / shear), rel=0.02)
+
+
+def test_what_is_sheared_between_platens_is_a_beam_held_at_both_ends() -> None:
+    section, length = 100.0, 80.0
+    inertia, shear = 1e4 / 12, E / (2 * (1 + NU)) * section * 10 * (1 + NU) / (12 + 11 * NU)
+    got = stiffness(f"shear(beam, force=10N, axis=z, toward=-y, {MATERIAL}, size=5mm)", BEAM)
+    assert got.value == pytest.approx(1 / (length**3 / (12 * E * inertia) + length / shear), rel=0.03)
+
+
+def test_a_round_bar_twists_as_saint_venant_has_it() -> None:
+    """k = G J / L: a circle does not warp, so that holding its end changes nothing."""
+    got = stiffness(f"twist_load(rod, 1N * 1m, axis=z, {MATERIAL}, size=4mm)", "let rod = cylinder(10mm, 30mm)\n")
+    exact = E / (2 * (1 + NU)) * math.pi * 10**4 / 2 / 30
+    assert abs(got.value - exact) <= got.error < 0.1 * exact
+
+
+def test_bonded_platens_make_it_stiffer() -> None:
+    free = stiffness(f"compress(bar, force=1kN, axis=z, {MATERIAL}, size=5mm)")
+    bonded = stiffness(f'compress(bar, force=1kN, axis=z, platens="bonded", {MATERIAL}, size=5mm)')
+    assert free.value == pytest.approx(E * 100 / 40, rel=1e-6)
+    assert 1.005 * free.value < bonded.value < 1.1 * free.value
+
+
+def test_materials_by_region_are_springs_in_a_row() -> None:
+    """With a Poisson's ratio of 0 two halves are exactly that; an element lies in one of them by its middle."""
+    got = stiffness("compress(bar, force=1kN, axis=z, E=if z < 0 then 1GPa else 3GPa, nu=0, size=2.5mm)")
+    assert got.value == pytest.approx(100 / (20 / 1000 + 20 / 3000), rel=0.03)
+
+
+def test_weight_is_in_grams_and_standard_gravity() -> None:
+    """A bar that stands: u = rho g L^2 / 2 E at its top, with a Poisson's ratio of 0."""
+    found = porelang.compile(f"{BAR}let s = study(bar, fix=z < -19.99mm, load=weight(), E=2MPa, nu=0, density=1.2, "
+                             "size=5mm)\nout part = bar\nout u = s.displacement")  # fmt: skip
+    top = found.field("u")([[0, 0, 20.0]])[0]
+    np.testing.assert_allclose(top, [0, 0, -1.2e-6 * 9.80665 * 40**2 / (2 * 2.0)], atol=2e-6)
+
+
+def test_loads_and_supports_of_a_study_are_those_that_it_says() -> None:
+    """A pressure on all sides: sigma = -p everywhere; a displacement: k = EA/L; sliding supports hold no stress."""
+    slide = '[held(z < -19.99mm, along="z"), held(x < -4.99mm, along="x"), held(y < -4.99mm, along="y")]'
+    text = f"let s = study(bar, fix={slide}, load=LOAD, {MATERIAL}, size=5mm)\nlet k = s.stiffness\n"
+    text += "out p1 = s.principal1\nout p3 = s.principal3\nout d3 = s.direction3"
+    pressed = porelang.compile(
+        BAR + text.replace("LOAD", "pressure(true, 3MPa)").replace("let k = s.stiffness\n", "") + "\nout part = bar"
+    )
+    here = np.array([[0.5, 1, 2]])
+    np.testing.assert_allclose([pressed.field(n)(here)[0] for n in ("p1", "p3")], [-3, -3], rtol=1e-5)
+    moved = porelang.compile(
+        BAR + text.replace("LOAD", 'moved(z > 19.99mm, [0, 0, -0.1mm], along="z")') + "\nout part = bar"
+    )
+    assert moved.number("k").value == pytest.approx(E * 100 / 40, rel=1e-6)
+    np.testing.assert_allclose(moved.field("p3")(here), -E * 0.1 / 40, rtol=1e-5)
+    np.testing.assert_allclose(np.abs(moved.field("d3")(here)[0]), [0, 0, 1], atol=1e-3)
+
+
+def test_stress_drives_geometry_and_is_what_it_is_by_itself() -> None:
+    bent = f'bend(bar, 10N, axis=z, toward=x, supports="cantilever", {MATERIAL}, size=5mm)'
+    found = porelang.compile(f"{BAR}let s = {bent}\n"
+                             "let d = -clamp(s.von_mises / 1MPa, 0, 1)\n"
+                             "out part = gyroid(8mm) |> thicken(d, 0.4) & bar\nout vm = s.von_mises")  # fmt: skip
+    points = np.random.default_rng(0).uniform([-4, -4, -19], [4, 4, 19], (50, 3))
+    stress = found.field("vm")(points)
+    gyroid = porelang.compile("gyroid(8mm)").field("part")(points)
+    bar = porelang.compile(f"{BAR}bar").field("part")(points)
+    np.testing.assert_allclose(
+        found.field("part")(points), np.maximum(gyroid + 0.4 * -np.clip(stress, 0, 1), bar), atol=1e-12
+    )
+    assert np.ptp(stress) > 0.1
+
+
+def test_beyond_the_part_it_goes_on_or_is_what_one_says() -> None:
+    text = f"let s = compress(bar, force=1kN, {MATERIAL}, size=5mmMORE)\nout part = bar\nout vm = s.von_mises"
+    beyond, inside = np.array([[30.0, 0, 0]]), np.array([[1.0, 0, 0]])
+    goes_on = porelang.compile(BAR + text.replace("MORE", "")).field("vm")
+    ends = porelang.compile(BAR + text.replace("MORE", ", outside=0")).field("vm")
+    np.testing.assert_allclose(goes_on(beyond), 10, rtol=1e-4)
+    np.testing.assert_allclose(ends(inside), 10, rtol=1e-4)
+    assert ends(beyond) == 0
+
+
+# ---- found once
+
+TEXT = f"""{BAR}let s = compress(bar, force=1kN, axis=z, {MATERIAL}, size=5mm)
+let k = s.stiffness
+out part = bar + bare(s.energy)"""
+
+
+def test_it_is_solved_once_for_all_that_it_gives_and_known_by_what_it_is(computed: list[str]) -> None:
+    store.forget()
+    for text, again in (
+        (TEXT.replace("1kN", "1.5kN"), 1),
+        (TEXT.replace("1kN", "1.5kN"), 0),
+        (TEXT.replace("let s =", "let strength =").replace("s.", "strength.").replace("1kN", "1500N"), 0),
+        (TEXT.replace("1kN", "1.75kN"), 1),
+        (TEXT.replace("1kN", "1.5kN").replace("nu=0.3", "nu=0.31"), 1),
+        (TEXT.replace("1kN", "1.5kN").replace("40mm]", "42mm]"), 1),
+    ):
+        computed.clear()
+        found = porelang.compile(text)
+        found.field("part")([[0, 0, 0]])
+        found.number("k")
+        assert computed.count("study") == again, text
+    store.forget()  # what is on disk is found by the next process
+    computed.clear()
+    porelang.compile(TEXT.replace("1kN", "1.5kN")).number("k")
+    assert "study" not in computed
+
+
+def test_a_run_that_is_ended_leaves_nothing(computed: list[str]) -> None:
+    asked = porelang.compile(TEXT.replace("1kN", "3kN"))
+    seen: list[str] = []
+
+    def ended() -> bool:
+        return "study" in computed
+
+    with watching(lambda what, *_: seen.append(what), ended), pytest.raises(CancelledError):
+        asked.number("k")
+    assert computed.count("study") == 1
+    assert asked.number("k").value > 0
+    assert computed.count("study") == 2
+
+
+def test_a_disk_that_fills_loses_no_result(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """What cannot be kept is found all the same, and nothing half-written stays."""
+    monkeypatch.setenv("PORELANG_CACHE", str(tmp_path / "full"))
+    monkeypatch.setenv("PORELANG_CACHE_LIMIT", "1kB")
+    store.forget()
+    assert porelang.compile(TEXT.replace("1kN", "4kN")).number("k").value > 0
+    assert all(p.stat().st_size < 1000 for p in tmp_path.rglob("*") if p.is_file())
+
+
+# ---- what is said of mistakes
+
+MISTAKES = {
+    "no face": ("sphere(9mm)", "compress(part_, 1kN, MATERIAL)", "E189", "no face at its end z = -9"),
+    "too fine": ("cube(9mm)", "compress(part_, 1kN, MATERIAL, size=0.02mm)", "E187", "unknowns"),
+    "two pieces": ("cube(9mm) | cube(9mm) @ [x - 30, y, z]", "compress(part_, 1kN, MATERIAL, size=3mm)", "E188", "50%"),
+    "nothing held": ("cube(9mm)", "study(part_, z < -6mm, force(z > 4mm, [0, 0, 1N]), MATERIAL, size=3mm)", "E170",
+                     "nearest"),
+    "free to move": ("cube(9mm)", 'study(part_, held(z < -4.4mm, along="z"), force(z > 4mm, [1N, 0N, 0N]), MATERIAL, '
+                     "size=3mm)", "E171", "translation along x"),
+    "no modulus": ("cube(9mm)", "compress(part_, 1kN, E=1MPa * (x - 2), nu=0.3, size=3mm)", "E185", "Young's modulus"),
+    "no number": ("cube(9mm)", "compress(part_, 1kN, E=1MPa * sqrt(x), nu=0.3, size=3mm)", "E185", "not a number"),
+    "no end": ("plane([0, 0, 1])", "compress(part_, 1kN, MATERIAL)", "E091", "no end"),
+    "wide pads": ("box([40mm, 9mm, 9mm])", "bend(part_, 1kN, span=39mm, pads=5mm, MATERIAL)", "E187", "do not fit"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("which", MISTAKES)
+def test_a_mistake_that_only_solving_shows_is_told_at_its_place(which: str) -> None:
+    part, call, code, said = MISTAKES[which]
+    call = call.replace("MATERIAL", 'material="PA12"')
+    if which in ("no modulus", "no number"):
+        assert "material" not in call
+    with pytest.raises(PoreError) as refused:
+        porelang.compile(f"let part_ = {part}\nlet s = {call}\nlet k = s.compliance\nout part = part_").number("k")
+    (found,) = refused.value.diagnostics
+    assert found.code == code
+    assert said in found.message
+    assert found.span is not None
+    assert found.span.line == 2
+    assert found.hint
+
+
+def test_a_load_that_a_param_makes_nothing_is_refused_when_it_does() -> None:
+    text = f"param f = 1kN in 0.5kN..2kN\n{BAR}let s = compress(bar, force=f, {MATERIAL}, size=5mm)\nbar"
+    assert porelang.compile(text)
+    with pytest.raises(PoreError) as refused:
+        porelang.compile(text.replace("0.5kN", "0kN"))
+    assert [d.code for d in refused.value.diagnostics] == ["E086"]
+
+
+# ---- what is told
+
+
+def told(text: str) -> dict[str, str]:
+    found = porelang.compile(text)
+    design = found.design()
+    return {d.code: d.message for d in design.told(*found.field_roots("vm"))}
+
+
+def test_it_says_what_it_is_and_what_is_doubtful() -> None:
+    bent = f'bend(bar, 10N, axis=z, toward=x, supports="cantilever", {MATERIAL}, size=SIZE)'
+    text = f"{BAR}let s = {bent}\nout vm = s.von_mises"
+    fine = told(text.replace("SIZE", "3mm"))
+    assert set(fine) == {""}
+    words = ("elements of 3 mm", "unknowns", "residual", "Zienkiewicz", "nearest place")
+    assert all(word in fine[""] for word in words)
+    plate = "study(plate, x < -14.9mm, force(x > 14.9mm, [0, 0, -1N])"
+    thin = told(f"let plate = box([30mm, 30mm, 1mm])\nlet s = {plate}, {MATERIAL}, size=1.5mm)\nout vm = s.von_mises")
+    assert "1 mm thick" in thin["W265"]
+    crumbs = told(f"let body = box([20mm, 20mm, 20mm]) | cube(3mm) @ [x - 14, y, z]\n"
+                  f"let s = compress(body, 1kN, {MATERIAL}, size=2mm)\nout vm = s.von_mises")  # fmt: skip
+    assert "left out" in crumbs["W266"]
+
+
+# ---- commands
+
+
+def test_fea_writes_elements_and_says_what_they_come_to(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, out = tmp_path / "a.pore", tmp_path / "a.vtu"
+    file.write_text(TEXT)
+    assert main(["fea", str(file), "-o", str(out), "--json", "-q"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    keys = {"unknowns", "iterations", "residual", "compliance", "max_displacement", "mean_displacement",
+            "max_von_mises", "reaction", "effective_modulus", "mass", "error"}  # fmt: skip
+    assert keys <= found.keys()
+    assert found["effective_modulus"] == pytest.approx(E, rel=1e-3)
+    assert found["max_von_mises"] == pytest.approx(10, rel=1e-6)
+    assert found["compliance"] == pytest.approx(1000 * 0.2, rel=1e-6)
+    np.testing.assert_allclose(found["reaction"], [0, 0, 1000], atol=1e-3)
+    mesh = meshio.read(out)
+    assert mesh.cells[0].type == "tetra"
+    np.testing.assert_allclose(mesh.point_data["stress"][:, 2], -10, rtol=1e-6)
+    np.testing.assert_allclose(mesh.point_data["displacement"][:, 2].min(), -0.2, rtol=1e-6)
+    assert main(["fea", str(file)]) == 0
+    text = capsys.readouterr().out
+    assert "stiffness" in text
+    assert "N/mm" in text
+
+
+def test_a_study_can_be_described_for_a_program_that_has_none(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "a.pore"
+    file.write_text("out other = cube(3mm)\nout bar = box([10mm, 10mm, 40mm])")
+    words = ["fea", str(file), "--out", "bar", "--json", "-q", "--study"]
+    assert main([*words, f"compress(part, 1kN, axis=z, {MATERIAL}, size=5mm)"]) == 0
+    assert json.loads(capsys.readouterr().out)["stiffness"] == pytest.approx(E * 100 / 40, rel=1e-6)
+    assert main([*words, "compress(part, 0kN, E=2GPa, nu=0.3)"]) == 1
+    assert [e["code"] for e in json.loads(capsys.readouterr().out)["errors"]] == ["E186"]
+    assert main([*words, "cube(9mm)"]) == 2
+    assert [e["code"] for e in json.loads(capsys.readouterr().out)["errors"]] == ["E108"]
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "said"),
+    [
+        (("--study", "t"), 2, "no study `t`"),
+        (("-o", "a.stl"), 2, "written as .vtu"),
+        (("-o", "nowhere/a.vtu"), 2, "there is no folder"),
+    ],
+)
+def test_fea_refuses_what_it_cannot_do(
+    words: tuple[str, ...], status: int, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    Path("a.pore").write_text(TEXT)
+    assert main(["fea", "a.pore", *words]) == status
+    assert said in capsys.readouterr().err
+    assert [p.name for p in tmp_path.iterdir()] == ["a.pore"]
+
+
+def test_a_disk_that_fills_leaves_no_half_of_a_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    solved = carry_out(porelang.compile(TEXT).design())
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("porelang.strength._write_vtu", full)
+    with pytest.raises(PoreError, match="E113"):
+        solved.write(tmp_path / "a.vtu")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_plan_says_what_a_study_takes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], computed: list[str]
+) -> None:
+    file = tmp_path / "a.pore"
+    file.write_text(TEXT + "\nlet other = compress(bar, force=2kN, E=2GPa, nu=0.3, size=5mm)\n")
+    assert main(["show", str(file), "--stages"]) == 0
+    out = capsys.readouterr().out
+    assert "elements of 5 mm" in out
+    assert "unknowns" in out
+    assert "not read by it: study other" in out
+    assert not computed
+
+
+def test_refinement_makes_elements_finer_where_stresses_err() -> None:
+    text = f'{BAR}let s = compress(bar, force=1kN, platens="bonded", {MATERIAL}, size=5mm)\nbar'
+    design = porelang.compile(text).design()
+    first, second = carry_out(design), carry_out(design, refine=True)
+    assert second.numbers["error"].value < 0.75 * first.numbers["error"].value
+    assert second.solved.unknowns > first.solved.unknowns
+    edges = second.solved.mesh.vertices[second.solved.mesh.tets].std(axis=1).sum(axis=1)
+    middle = second.solved.mesh.vertices[second.solved.mesh.tets].mean(axis=1)
+    ends, inside = edges[np.abs(middle[:, 2]) > 17], edges[np.abs(middle[:, 2]) < 8]
+    assert ends.mean() < 0.8 * inside.mean()
+
+
+def test_a_program_gives_its_studies_in_python() -> None:
+    found = porelang.compile(TEXT)
+    assert list(found.studies) == ["s"]
+    study = found.study("s")
+    assert study.numbers["stiffness"].value == pytest.approx(E * 100 / 40, rel=1e-6)
+    with pytest.raises(PoreError, match="E100"):
+        found.study("stress")
