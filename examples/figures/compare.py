@@ -22,15 +22,17 @@ from numpy.typing import NDArray
 import porelang
 from porelang.atomic import save
 from porelang.fea import Force, Problem, Solution, Support, solve
+from porelang.materials import MATERIALS
 
 HERE = Path(__file__).parent
 KEPT = Path("out/comparison.jsonl")
 
 RADIUS, HEIGHT = 75.0, 300.0  # mm: the specimen of Figure 8
 FORCE = 10_000.0  # N, along the axis
-YOUNG, POISSON, DENSITY = 1700.0, 0.4, 0.93  # MPa, -, g/cm3: sintered PA12; only its Poisson's ratio can change a ranking
-SIZES = (7.0, 5.6, 4.5)  # mm: 4.3, 5.4 and 6.7 cubes across a cell of 30 mm, each twelve quadratic tetrahedra
-ORDER = 2  # with which quantities are taken to converge, to extrapolate: a gyroid's rims are no singularities, its caps are
+PA12 = MATERIALS["PA12"]  # only its Poisson's ratio can change a ranking
+YOUNG, POISSON, DENSITY = PA12.young, PA12.poisson, PA12.density
+SIZES = (8.0, 6.4, 5.1)  # mm: 3.8, 4.7 and 5.9 cubes across a cell of 30 mm, each of twelve quadratic tetrahedra
+ORDER = 2  # with which quantities are taken to converge
 NEAR = 1e-6  # mm
 
 
@@ -41,6 +43,12 @@ class Specimen:
     name: str
     file: str
     text: str = ""
+
+    @property
+    def short(self) -> str:
+        """Its figure: 8a."""
+        number, letter, *_ = self.name.split()
+        return number + letter.strip("()")
 
 
 #: In the order of the figures.
@@ -132,7 +140,7 @@ def solved(specimen: Specimen, sizes: tuple[float, ...], loadings: tuple[str, ..
             KEPT.parent.mkdir(exist_ok=True)
             with KEPT.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(row) + "\n")
-            print(f"{specimen.name}, {size} mm, {loading}: {row['max']:.4f} mm, {row['unknowns']:,} unknowns", flush=True)
+            print(f"{specimen.name}, {size} mm, {loading}: {row['max']:.4f} mm", flush=True)
 
 
 def _kept() -> dict[tuple[str, float, str, float], dict[str, float]]:
@@ -159,8 +167,8 @@ class Converged:
 
 
 def converged(values: list[float]) -> Converged:
-    """What three meshes tell: the last value, and what is still to come if the steps shrink with the square of the size,
-    no less than half of the larger step, so that two meshes that agree by chance are not taken at their word."""
+    """What three meshes tell: the last value, and what is still to come if the steps shrink with the square of the
+    size; no less than half of the larger step, so that meshes that agree by chance are not taken at their word."""
     (_, first), (_, last) = pairwise(values)
     steps = first - values[0], last - values[1]
     to_come = abs(steps[1]) / ((SIZES[1] / SIZES[2]) ** ORDER - 1)
@@ -204,9 +212,9 @@ def _claims(loading: str, most: Mapping[str, Converged]) -> list[str]:
     spread = max(a.value for a in alike) / min(a.value for a in alike) - 1
     whole = most[greatest].value / most[least].value - 1
     return [
-        f"- *{loading}*: that adaptive thickness deforms most {verdict(adaptive, greatest)}; that the shell deforms least "
-        f"{verdict(shell, least)}; regular gyroid, polar gyroid and polar diamond lie within {spread:.0%} of each other, "
-        f"where all eight lie within {whole:.0%}."
+        f"- *{loading}*: that adaptive thickness deforms most {verdict(adaptive, greatest)}; that the shell deforms",
+        f"  least {verdict(shell, least)}; regular gyroid, polar gyroid and polar diamond lie within {spread:.0%} of",
+        f"  each other, where all eight lie within {whole:.0%}.",
     ]
 
 
@@ -223,39 +231,61 @@ def _sensitivity() -> list[str]:
 def _orders() -> list[str]:
     kept, size = _kept(), SIZES[1]
     cases = ((BONDED, POISSON), (FRICTIONLESS, POISSON), (SPREAD, POISSON), (BONDED, 0.3))
-    lines = ["| loading | Poisson's ratio | from stiffest to softest, greatest displacement of a node |", "|---|---|---|"]
+    lines = ["| loading | Poisson's ratio | from stiffest to softest: greatest displacement of a node, mm |"]
+    lines.append("|---|---|---|")
     for loading, poisson in cases:
-        found = {s.name.split(" ", 2)[0] + s.name.split(" ", 2)[1]: kept[s.name, size, loading, poisson]["max"] for s in SPECIMENS}
-        order = sorted(found, key=lambda n: found[n])
-        lines.append(f"| {loading} | {poisson} | {' < '.join(f'{n} {found[n]:.3f}' for n in order)} |")
+        found = {s.short: kept[s.name, size, loading, poisson]["max"] for s in SPECIMENS}
+        order = " < ".join(f"{name} {found[name]:.3f}" for name in sorted(found, key=lambda name: found[name]))
+        lines.append(f"| {loading} | {poisson:g} | {order} |")
     return lines
+
+
+#: docs/comparison.md, but for its tables.
+PAGE = """\
+# The specimens of Figures 8 to 10, compared
+
+Section 3.2 of the paper reports a linear elastic analysis of its compression specimens, without figures, loads,
+material or supports: adaptive thickness (Figure 10 b) deforms most, the shell (8 b) least, regular gyroid, polar gyroid
+and polar diamond almost alike. Here is that analysis, with what it takes to check it.
+
+Cylinders of {diameter:g} mm x {height:g} mm, porosity 0.5, {force:g} kN along the axis; PA12, E = {young:g} MPa, nu =
+{poisson:g}. A rigid platen at each end: bonded (the ends do not move sideways) or frictionless (they do). Quadratic
+tetrahedra in cubes of {sizes} mm. Values are those of the finest mesh; behind ± is what finer ones may still
+change: the last step over r^{order} - 1, r the ratio of the sizes, or half of the larger step if that is more.
+Displacements are in proportion to the force and to 1/E.
+
+`python examples/figures/compare.py docs/comparison.md` writes this page.
+
+{tables}
+## The paper's claims
+
+{claims}
+
+## How sensitive that is
+
+Adaptive thickness in other readings of the paper (bonded, cubes of {middle:g} mm): Eq 3 has the sign with which stress
+*erodes*, and its factor is not stated.
+
+{sensitivity}
+
+The order under other loads, supports and another Poisson's ratio (cubes of {middle:g} mm):
+
+{orders}
+"""
 
 
 def page() -> str:
     """docs/comparison.md."""
-    parts = []
-    claims = []
+    tables, claims = [], []
     for loading in (BONDED, FRICTIONLESS):
         lines, most = table(loading)
-        parts += [f"## {loading.capitalize()}", "", *lines, ""]
+        tables += [f"## {loading.capitalize()}", "", *lines, ""]
         claims += _claims(loading, most)
-    return "\n".join([
-        "# The specimens of Figures 8 to 10, compared", "",
-        "Section 3.2 of the paper reports a linear elastic analysis of its compression specimens without loads, material, supports or figures: adaptive thickness (Figure 10 b) "
-        "deforms most, the shell (8 b) least, regular gyroid, polar gyroid and polar diamond almost alike. Here is that analysis, with what it takes to check it.", "",
-        f"Cylinders of {2 * RADIUS:g} mm x {HEIGHT:g} mm, porosity 0.5, {FORCE / 1000:g} kN along the axis; PA12, E = {YOUNG:g} MPa, nu = {POISSON:g}. A rigid platen at each end: bonded (its nodes "
-        "do not move sideways) or frictionless (they do). Quadratic tetrahedra in cubes of "
-        f"{', '.join(f'{s:g}' for s in SIZES[:-1])} and {SIZES[-1]:g} mm. The values are those of the finest mesh; behind ± is what finer ones may still change: the last step over "
-        f"(r^{ORDER} - 1), r the ratio of the sizes, or half of the larger step if that is more. Displacements are in proportion to the force and to 1/E.", "",
-        "`python examples/figures/compare.py docs/comparison.md` writes this page.", "",
-        *parts,
-        "## The paper's claims", "", *claims, "",
-        "## How sensitive that is", "",
-        f"Adaptive thickness in other readings of the paper (bonded, meshes of {SIZES[1]:g} mm): Eq 3 has the sign for which stress *erodes*, and its factor is not stated.", "",
-        *_sensitivity(), "",
-        f"The order under other loads, supports and another Poisson's ratio (meshes of {SIZES[1]:g} mm):", "",
-        *_orders(), "",
-    ])  # fmt: skip
+    return PAGE.format(
+        diameter=2 * RADIUS, height=HEIGHT, force=FORCE / 1000, young=YOUNG, poisson=POISSON,
+        sizes=", ".join(f"{size:g}" for size in SIZES), middle=SIZES[1], order=ORDER, tables="\n".join(tables),
+        claims="\n".join(claims), sensitivity="\n".join(_sensitivity()), orders="\n".join(_orders()),
+    )  # fmt: skip
 
 
 def main() -> None:
