@@ -4,8 +4,12 @@ import tempfile
 from itertools import product
 from pathlib import Path
 
+import numpy as np
+
 import porelang
 from porelang.cli import main
+from porelang.fea import Problem, Support, Weight, solve
+from porelang.tet.tetmesh import TetMesh
 
 EXAMPLES = Path(__file__).parent
 #: A data operation with its derivatives, which no example takes; a phase, which is much for a small example; and a
@@ -31,3 +35,9 @@ with tempfile.TemporaryDirectory() as folder:
         main(["check", program, "--measure", "--quiet"])
 for text, dtype in product(FIELDS, ("f32", "f64")):
     porelang.compile(text, name=str(EXAMPLES / "warm.pore")).field(dtype=dtype)([[0.0, 0.0, 0.0]])
+
+#: One tetrahedron under its own weight, for the loops of elasticity.
+ONE = TetMesh(np.vstack([np.zeros(3), np.eye(3)]), np.array([[0, 1, 2, 3]], np.int32), np.zeros(1, np.int8))
+FOOT = Support(lambda p: p[:, 2] < 1e-9)
+for order in (1, 2):
+    solve(Problem(ONE, 1000.0, 0.3, supports=(FOOT,), loads=(Weight((0.0, 0.0, -9810.0)),), order=order))  # type: ignore[arg-type]

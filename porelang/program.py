@@ -235,8 +235,9 @@ class Program(Doors):
         errors, whether or not the contracts hold that are about them. What one text in a def asks for in several calls
         is counted: `porosity(f, c)`, `porosity(f, c) #2`."""
         design = self.design(settings, preset=preset, **more)
-        read = set(design.reads(*self._asking))
-        return {text: design.number(n) for n, text in self.numbers.items() if n in read}
+        made = design.program  # another than this one where a param counts what is there
+        read = set(design.reads(*made._asking))
+        return {text: design.number(n) for n, text in made.numbers.items() if n in read}
 
     @cached_property
     def _asking(self) -> tuple[Node, ...]:

@@ -444,33 +444,24 @@ RIGHT = [
 
 
 @pytest.mark.parametrize(("text", "code"), DOUBTED)
-def test_what_is_doubtful_is_doubted_once(text: str, code: str) -> None:
+def test_what_is_doubtful_is_doubted_once_with_a_place_a_reason_and_an_edit_that_mends_it(text: str, code: str) -> None:
+    """As one test, for each of several processes would find the doubts of every text."""
     assert codes(text).count(code) == 1 if code != "W214" else code in codes(text)
-
-
-@pytest.mark.parametrize("text", RIGHT)
-def test_what_is_right_is_not_doubted(text: str) -> None:
-    assert codes(text) == []
-
-
-@pytest.mark.parametrize(("text", "code"), DOUBTED)
-def test_a_doubt_has_a_place_a_reason_and_a_way_out(text: str, code: str) -> None:
     for d in said(text):
         if d.code != "E086":
             assert d.span is not None
             assert d.hint
             assert d.label or d.code == "E100"
+    if edited(text, code):  # not every doubt has an edit
+        assert_mended(text, code)
 
 
 def edited(text: str, code: str) -> bool:
     return any(d.edit is not None for d in said(text) if d.code == code)
 
 
-@pytest.mark.parametrize(("text", "code"), DOUBTED)
-def test_an_edit_mends_what_it_is_for(text: str, code: str) -> None:
+def assert_mended(text: str, code: str) -> None:
     """As often as something is said, and each time less is."""
-    if not edited(text, code):
-        return  # not every doubt has one
     for _ in range(4):
         found = [d for d in said(text) if d.code == code]
         if not found:
@@ -479,6 +470,11 @@ def test_an_edit_mends_what_it_is_for(text: str, code: str) -> None:
         assert edit is not None
         text = text[: edit.span.start] + edit.text + text[edit.span.end :]
     assert code not in codes(text)
+
+
+@pytest.mark.parametrize("text", RIGHT)
+def test_what_is_right_is_not_doubted(text: str) -> None:
+    assert codes(text) == []
 
 
 @pytest.mark.parametrize("code", ["W212", "W213", "W214", "W215", "W216", "W217", "W218", "W223", "W226"])

@@ -396,7 +396,7 @@ def test_unit_of_a_file(tmp_path: Path) -> None:
         ('"metres.stl"', 0.02, ["W233"]),
         ('"metres.stl", unit=1m', 20, []),
     ):
-        made = program(f"mesh({text})", tmp_path)
+        made = program(f"mesh({text}, error={size / 40}mm)", tmp_path)
         note, *others = made.design().told(*made.graph.roots)
         assert (note.severity, f"x {size:.4g} mm, 12 triangles" in note.message) == ("note", True), note
         assert [d.code for d in others] == doubts
@@ -635,9 +635,9 @@ def test_an_error_that_was_not_reached_is_told() -> None:
 @pytest.mark.parametrize("eps", [1e-6, 1e-3])
 def test_triangles_that_nearly_stand_twice_are_one(tmp_path: Path, eps: float) -> None:
     """Scans that were registered twice, or rounded: the ball is as without them."""
-    ball = trimesh.creation.icosphere(4, radius=20)
+    ball = trimesh.creation.icosphere(4, radius=8)
     again = np.random.default_rng(0).permutation(len(ball.faces))[:200]
-    points = np.random.default_rng(0).uniform(-21, 21, (5000, 3))
+    points = np.random.default_rng(0).uniform(-8.4, 8.4, (5000, 3))
     values = []
     for more in (False, True):
         vertices = np.vstack([ball.vertices, ball.vertices + eps]) if more else ball.vertices

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import CancelledError, ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from porelang.ir import NUMBERS, TASKS
 from porelang.ops import TASK_TABLE
 from porelang.progress import watching
 from porelang.tasks import datafile, identity, resolve
+from porelang.tasks.numbers import area, integrals
 from porelang.tasks.readers import npz, read_grid
 from porelang.tasks.resolve import RUN
 from porelang.tasks.run import READERS
@@ -52,6 +54,13 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     monkeypatch.setattr(resolve, "_computed", noted)
     return done
+
+
+@pytest.fixture
+def roughly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numbers are found to a few percent, by tests of who asks for them, and not of what they are."""
+    for module, name, accuracy in ((integrals, "mean", 1e-2), (integrals, "porosity", 5e-3), (area, "area", 3e-2)):
+        monkeypatch.setattr(module, name, partial(getattr(module, name), accuracy=accuracy))
 
 
 def kept(tmp_path: Path) -> list[Path]:
@@ -91,6 +100,7 @@ def test_the_same_question_is_asked_once_however_it_is_written(again: str, compu
     assert computed == ["volume"]
 
 
+@pytest.mark.usefixtures("roughly")
 def test_renaming_recomputes_nothing(computed: list[str]) -> None:
     text = """param r = 30mm in 1mm..90mm
 let c = cylinder(r, 50)
@@ -127,12 +137,14 @@ def test_what_commutes_is_the_same_question(one: str, same: str, computed: list[
     assert computed == ["mean"]
 
 
+@pytest.mark.usefixtures("roughly")
 def test_what_does_not_commute_is_another_question(computed: list[str]) -> None:
     for text in ("x - y", "y - x", "sphere(2) - gyroid(3)", "gyroid(3) - sphere(2)"):
         porelang.compile(f"x + mean({text}, sphere(3))").reduced()
     assert computed == ["mean"] * 4
 
 
+@pytest.mark.usefixtures("roughly")
 def test_another_output_asks_nothing_again(computed: list[str]) -> None:
     text = "let c = sphere(3)\nlet m = mean(x*x + y, c)\nout part = x + m & c"
     porelang.compile(text).reduced()
@@ -445,6 +457,7 @@ def test_the_slope_of_a_choice_reads_the_branch_that_is_taken() -> None:
     np.testing.assert_allclose(program.field()([[2, 3, 0]]), [[3, 2, 0]])
 
 
+@pytest.mark.usefixtures("roughly")
 def test_a_contract_is_kept_of_what_only_a_taken_branch_of_another_number_reads() -> None:
     text = """param k = 1 in 0..1
 let low = bare(volume(sphere(1)))
@@ -597,6 +610,7 @@ out r = f(b=u, c=u*2)
     assert program.field("r")([[0, 0, 0]])[0] == -1 + 10 + 400
 
 
+@pytest.mark.usefixtures("roughly")
 def test_a_contract_on_a_field_inside_a_solve_does_not_end_measuring() -> None:
     """The field reads the number that is looked for, which has no value outside."""
     text = """let c = sphere(10)

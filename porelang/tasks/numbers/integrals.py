@@ -80,6 +80,8 @@ def _share(solid: Formula, where: Region, relative: float, goal: float) -> Reduc
             by_lines = _by_lines(solid, where, relative, goal)
             if by_lines.error <= max(goal, relative * by_lines.value):
                 return by_lines
+            if by_lines.error < 9 * where.cell / finest_strata(len(where.undecided)) ** 3 / 2:
+                return by_lines  # as many points as there may be state more, whatever they meet
         m = more
 
 
@@ -163,9 +165,14 @@ def more_strata(m: int, error: float, goal: float, cells: int, most_samples: int
     """How finely to cut the cells next (the error falls as the square of it), or None where it is fine enough."""
     if error <= goal:
         return None
-    most = max(1, int((most_samples / 2 / cells) ** (1 / 3)))
+    most = finest_strata(cells, most_samples)
     wanted = max(m + 1, math.ceil(1.1 * m * math.sqrt(error / goal))) if goal > 0 else most
     return None if m >= most else min(wanted, most)
+
+
+def finest_strata(cells: int, most_samples: int = _MOST) -> int:
+    """How finely cells are cut at most, along a side."""
+    return max(1, int((most_samples / 2 / cells) ** (1 / 3)))
 
 
 def porosity(solid: Formula, within: Formula, accuracy: float = ACCURACY) -> Reduced:
