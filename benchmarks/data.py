@@ -68,7 +68,7 @@ def data(rounds: int) -> list[dict[str, Any]]:
 def made(roots: list[Node], read: Data, name: str) -> Field:
     """The field of roots that read data, in a type by NumPy's name."""
     formula = Formula(tuple(roots), {GRID if isinstance(read, SampledField) else BARS: read})
-    return make_field(formula, {}, "numpy", TYPES[name])  # type: ignore[arg-type]  # f32 or f64
+    return make_field(formula, {}, "numpy", TYPES[name])  # type: ignore[arg-type]  # a str that is f32 or f64
 
 
 def at(field: Field, points: Any) -> Case:

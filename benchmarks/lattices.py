@@ -7,8 +7,11 @@ Minutes each: `python benchmarks/lattices.py beam`, or `cylinder`, with `--size 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import porelang
 from porelang.optimize import laws, loop
@@ -16,6 +19,8 @@ from porelang.optimize.grid import Force, Grid, Problem, Support
 from porelang.optimize.rules import Energy
 from porelang.optimize.run import Optimized
 
+Points = NDArray[np.float64]
+Where = Callable[[Points], Any]
 LIMITS = (0.25, 0.8)
 #: The network homogenised on 32^3 voxels: density, c11, c12, c44 for a solid of 1 MPa and nu .3.
 NETWORK = np.array([
@@ -44,10 +49,10 @@ def beam() -> Problem:
     """As `bend` holds it: supports .9 of the length apart, pads 20 mm wide."""
     grid = Grid(np.ones((96, 16, 16)), (-120.0, -20.0, -20.0), (2.5, 2.5, 2.5))
 
-    def pad(at: float, high: bool):  # type: ignore[no-untyped-def]
+    def pad(at: float, high: bool) -> Where:
         return lambda p: (np.abs(p[:, 0] - at) < 10 + NEAR) & (np.abs(p[:, 2] - (20 if high else -20)) < NEAR)
 
-    def line(p):  # type: ignore[no-untyped-def]
+    def line(p: Points) -> Any:
         return (np.abs(p[:, 0] + 107.5) < NEAR) & (np.abs(p[:, 2] + 20) < NEAR)
 
     # pads press evenly and let the beam turn: two balance the third, and a line keeps it in place

@@ -39,5 +39,7 @@ for text, dtype in product(FIELDS, ("f32", "f64")):
 #: One tetrahedron under its own weight, for the loops of elasticity.
 ONE = TetMesh(np.vstack([np.zeros(3), np.eye(3)]), np.array([[0, 1, 2, 3]], np.int32), np.zeros(1, np.int8))
 FOOT = Support(lambda p: p[:, 2] < 1e-9)
-for order in (1, 2):
-    solve(Problem(ONE, 1000.0, 0.3, supports=(FOOT,), loads=(Weight((0.0, 0.0, -9810.0)),), order=order))  # type: ignore[arg-type]
+WEIGHT = Weight((0.0, 0.0, -9810.0))
+for problem in (Problem(ONE, 1000.0, 0.3, supports=(FOOT,), loads=(WEIGHT,), order=1),
+                Problem(ONE, 1000.0, 0.3, supports=(FOOT,), loads=(WEIGHT,), order=2)):  # fmt: skip
+    solve(problem)

@@ -31,15 +31,15 @@ class Material:
 MATERIALS: dict[str, Material] = {
     "PLA": Material(
         3600, 0.36, 1.24, 60, "NatureWorks Ingeo 4043D, technical data sheet (ASTM D882, D792)",
-        "of film; prints have 2300 to 3500 MPa by direction and infill; Poisson's ratio is assumed",
+        "of film; prints have less, by direction and infill; Poisson's ratio is assumed",
     ),
     "PA12": Material(
         1650, 0.4, 0.93, None, "EOS PA 2200 Balance 1.0, material data sheet (ISO 527, laser sintered)",
-        "dry, along x; parts that take up water have some 20 % less; Poisson's ratio is assumed",
+        "dry, along x; parts that take up water have less; Poisson's ratio is assumed",
     ),
     "ABS": Material(
         2000, 0.35, 1.04, None, "Wohlers Report 2011, appendix E (ASTM D638, moulded)",
-        "prints have 10 to 30 % less across layers; Poisson's ratio and density are assumed",
+        "prints have less across layers; Poisson's ratio and density are assumed",
     ),
     "Ti-6Al-4V": Material(
         110000, 0.34, 4.41, 825, "EOS Titanium Ti64, material data sheet; yield: the minimum of ASTM F2924",
@@ -47,7 +47,7 @@ MATERIALS: dict[str, Material] = {
     ),
     "316L": Material(
         200000, 0.3, 8.0, 205, "EN 10088-1, 1.4404; yield: the minimum of ASTM F3184",
-        "printed parts have 150 to 200 GPa by direction, and yield at twice that minimum as built",
+        "printed parts have less by direction, and yield above that minimum as built",
     ),
     "AlSi10Mg": Material(
         70000, 0.33, 2.67, 240, "EOS Aluminium AlSi10Mg (9011-0024), material data sheet: z, as built",

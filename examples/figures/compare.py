@@ -23,6 +23,7 @@ import porelang
 from porelang.atomic import save
 from porelang.fea import Force, Problem, Solution, Support, solve
 from porelang.materials import MATERIALS
+from porelang.tet.tetmesh import TetMesh
 
 HERE = Path(__file__).parent
 KEPT = Path("out/comparison.jsonl")
@@ -83,15 +84,15 @@ def _ends(points: NDArray[np.float64], sign: int) -> NDArray[np.bool_]:
     return np.asarray(np.abs(points[:, 2] - sign * HEIGHT / 2) < NEAR)
 
 
-def _problem(mesh: object, loading: str, poisson: float) -> Problem:
+def _problem(mesh: TetMesh, loading: str, poisson: float) -> Problem:
     bonded = loading != FRICTIONLESS
     axes = (bonded, bonded, True)
     below = Support(lambda p: _ends(p, -1), axes=axes, name="below")
     if loading == SPREAD:
         load = Force(lambda p: _ends(p, 1), (0.0, 0.0, -FORCE), name="above")
-        return Problem(mesh, YOUNG, poisson, DENSITY, (below,), (load,))  # type: ignore[arg-type]
+        return Problem(mesh, YOUNG, poisson, DENSITY, (below,), (load,))
     above = Support(lambda p: _ends(p, 1), axes=axes, displacement=(0.0, 0.0, -1.0), name="above")
-    return Problem(mesh, YOUNG, poisson, DENSITY, (below, above), balanced=True)  # type: ignore[arg-type]
+    return Problem(mesh, YOUNG, poisson, DENSITY, (below, above), balanced=True)
 
 
 def _loaded(problem: Problem, loading: str) -> Solution:

@@ -71,7 +71,7 @@ def homogenize(
     heat = limit(sizes, np.array([at.conductivity.matrix for at in levels]))
     share = limit(sizes, np.array([at.stiffness.density for at in levels]))
     found = Homogenized(
-        name, tuple(map(float, sides)), tuple(map(float, low)), nu, tuple(levels),  # type: ignore[arg-type]
+        name, tuple(map(float, sides)), tuple(map(float, low)), nu, tuple(levels),  # type: ignore[arg-type]  # three each
         float(np.clip(share.value, 0, 1)), float(share.error), _tidy(stiff.value), stiff.error, _tidy(heat.value),
         heat.error, stiff.order, tuple(pieces), FINE, (), 0.0,
     )  # fmt: skip

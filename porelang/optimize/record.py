@@ -128,7 +128,7 @@ class Book:
 
     def _store(self, name: str, **arrays: Array) -> dict[str, str]:
         held = io.BytesIO()
-        np.savez(held, **arrays)  # type: ignore[arg-type]
+        np.savez(held, **arrays)  # type: ignore[arg-type]  # NumPy's stubs take a name for its option
         data = held.getvalue()
         self._save(name, data)
         return {"file": name, "sha256": hashlib.sha256(data).hexdigest()}

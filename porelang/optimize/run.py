@@ -174,7 +174,7 @@ def _write(result: Optimized, folder: Path) -> None:
         "origin": np.array(samples.origin),
         "spacing": np.array(samples.spacing),
     }
-    np.savez(held, **arrays)  # type: ignore[arg-type]
+    np.savez(held, **arrays)  # type: ignore[arg-type]  # NumPy's stubs take a name for its option
     picture = io.BytesIO()
     result.plot().save(picture, "PNG")
     text = f"{result.table}\n\n{result.rule}; ended: {result.reason}. The best is step {result.best}.\n"

@@ -22,7 +22,7 @@ def described(mesh: TetMesh) -> dict[str, Any]:
     surfaces, and in how many pieces each phase is. Volume and components are those of the first phase."""
     beside = neighbours(mesh)
     found = figures(mesh)
-    held: dict[str, float] = found.pop("volumes")  # type: ignore[assignment]
+    held: dict[str, float] = found.pop("volumes")  # type: ignore[assignment]  # of the figures the only table
     piece = components(mesh, beside)
     phases = {
         set_name(name): {

@@ -58,5 +58,6 @@ def pieces_of(solid: NDArray[np.bool_]) -> list[Piece]:
         largest = max(members, key=lambda m: sizes[m])
         at = np.unravel_index(int(np.argmax(labels == largest)), labels.shape)
         share = float(sizes[members].sum() / sizes.sum())
-        out.append(Piece(share, tuple(int(v) for v in at), tuple(bool(v) for v in leads)))  # type: ignore[arg-type]
+        place, along = (int(at[0]), int(at[1]), int(at[2])), (bool(leads[0]), bool(leads[1]), bool(leads[2]))
+        out.append(Piece(share, place, along))
     return sorted(out, key=lambda piece: -piece.share)
