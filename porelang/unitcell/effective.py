@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from porelang.diagnostics import fail
 from porelang.parallel import parallel_for, workers
 from porelang.progress import tell
-from porelang.unitcell.hexahedron import Element, conducting, elastic
+from porelang.unitcell.hexahedron import Element, conducting, elastic, isotropic
 from porelang.unitcell.relaxing import TOLERANCE, Cell, Relaxed
 
 Floats = NDArray[np.float64]
@@ -62,7 +62,7 @@ def homogenized(
     True
     """
     values, sides = checked(density, cell)
-    return _effective(values, elastic(sides, checked_ratio(nu)), _STRAINS, sides, tolerance, threads)
+    return _effective(values, elastic(sides, isotropic(checked_ratio(nu))), _STRAINS, sides, tolerance, threads)
 
 
 def conducted(

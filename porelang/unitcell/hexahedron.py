@@ -58,18 +58,35 @@ def isotropic(nu: float) -> Floats:
     return out
 
 
-def elastic(sides: Floats, nu: float) -> Element:
-    """The element of an isotropic solid of unit Young's modulus; sides (3,) in any length."""
+def elastic(sides: Floats, stiffness: Floats) -> Element:
+    """The element of a solid with a stiffness (6, 6); sides (3,) in any length, MPa and mm give N/mm.
 
-    def strain(gradient: Floats) -> Floats:
-        out = np.zeros((6, 24))
-        for axis in range(3):
-            out[axis, axis::3] = gradient[axis]
-        for row, (a, b) in enumerate(SHEARS, 3):
-            out[row, a::3], out[row, b::3] = gradient[b], gradient[a]
-        return out
+    >>> k = elastic(np.ones(3), isotropic(0.3)).matrix
+    >>> bool(np.allclose(k, k.T)), bool(np.allclose(k.reshape(24, 8, 3).sum(1), 0))
+    (True, True)
+    """
+    return _element(sides, stiffness, _strains)
 
-    return _element(sides, isotropic(nu), strain)
+
+def strains(at: Floats, sides: Floats) -> Floats:
+    """The strains (6, 24) that unit displacements of the nodes make at a place of the voxel, (3,) from 0 to 1."""
+    return _strains(_slopes(2 * np.asarray(at) - 1, sides))
+
+
+def _strains(gradient: Floats) -> Floats:
+    out = np.zeros((6, 24))
+    for axis in range(3):
+        out[axis, axis::3] = gradient[axis]
+    for row, (a, b) in enumerate(SHEARS, 3):
+        out[row, a::3], out[row, b::3] = gradient[b], gradient[a]
+    return out
+
+
+def _slopes(at: Floats, sides: Floats) -> Floats:
+    """The slopes (3, 8) of the nodes' functions at a place, (3,) from -1 to 1."""
+    signs = 2 * CORNERS - 1
+    shape = 1 + signs * at
+    return np.stack([signs[:, a] * shape[:, (a + 1) % 3] * shape[:, (a + 2) % 3] / 4 / sides[a] for a in range(3)])
 
 
 def conducting(sides: Floats) -> Element:
@@ -78,14 +95,11 @@ def conducting(sides: Floats) -> Element:
 
 
 def _element(sides: Floats, uniform: Floats, made: Callable[[Floats], Floats]) -> Element:
-    volume, signs = float(np.prod(sides)), 2 * CORNERS - 1
+    volume = float(np.prod(sides))
     gauss = np.array([(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]) / np.sqrt(3)
     matrices, sources = [], []
     for at in gauss:
-        shape = 1 + signs * at
-        gradient = np.stack([signs[:, a] * shape[:, (a + 1) % 3] * shape[:, (a + 2) % 3] / 4 / sides[a]
-                             for a in range(3)])  # fmt: skip
-        b = made(gradient)
+        b = made(_slopes(at, sides))
         matrices.append(b.T @ uniform @ b)
         sources.append(b.T @ uniform)
     matrix = volume * np.mean(matrices, axis=0)
