@@ -219,8 +219,8 @@ _ROWS = (
        ("true and false", False), units="none", tolerance=Tolerance(0.0), facts=frozenset({"commutative"})),
     Op("or", BB, "bool", "Whether either holds.", np.logical_or, "({0} || {1})", iv.disjunction, _flat, "or",
        ("true or false", True), units="none", tolerance=Tolerance(0.0), facts=frozenset({"commutative"})),
-    Op("not", ("bool",), "bool", "Whether it does not hold.", np.logical_not, "(!{0})", iv.negation, _flat, "not",
-       ("not true", False), units="none", tolerance=Tolerance(0.0)),
+    Op("not", ("bool",), "bool", "Whether it does not hold.", np.logical_not, "pore_not({0})", iv.negation, _flat,
+       "not", ("not true", False), units="none", tolerance=Tolerance(0.0)),
     Op("select", ("bool", "any", "any"), "any", "a where the condition holds, else b.", forms.select,
        "({0} ? {1} : {2})", iv.select, _flat, "if",  # its slope is a choice, no sum: `rewrites/gradient.py`
        ("if 1 < 2 then 5 else 6", 5.0), tolerance=Tolerance(0.0),
