@@ -76,6 +76,7 @@ COMMANDS: dict[str, Command] = {
                 "averaged",
                 "damping",
                 "resume",
+                "anew",
                 "loop",
                 "json",
                 "quiet",
