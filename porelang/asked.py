@@ -81,7 +81,8 @@ def study(design: Design, name: str | None, refine: bool, within: str | None) ->
 def iterate(
     design: Design, name: str | None, until: float | str, most: int | str, rule: Any,
     limits: tuple[float, float] | str, porosity: float | str | None, adapt: str | None, study: str | None,
-    within: str | None, cell: Length | None, damping: float | str, folder: str | Path | None, resume: bool, force: bool,
+    within: str | None, cell: Length | None, damping: float | str, folder: str | Path | None, resume: bool,
+    force: bool, early: str | None,
 ) -> Optimized:  # fmt: skip
     """The loop from stress back to geometry; see `Program.iterate`."""
     from porelang.optimize.run import optimize
@@ -92,7 +93,7 @@ def iterate(
     if not isinstance(folder, str | Path | None):
         raise fail("E108", f"folder: {folder!r:.60} is no folder", hint='give its path: folder="part.loop"')
     found = optimize(design, name, change, whole("most", most), rule, densities, void, adapt, study, within,
-                     length("cell", cell), share, folder, resume, force=force)  # fmt: skip
+                     length("cell", cell), share, folder, resume, early, force=force)  # fmt: skip
     warn(found.told)
     return found
 

@@ -255,6 +255,7 @@ class Doors(ABC):
         folder: str | Path | None = None,
         resume: bool = False,
         force: bool = False,
+        early: str | None = None,
         settings: Settings | None = None,
         preset: str | None = None,
         **more: Setting,
@@ -263,15 +264,16 @@ class Doors(ABC):
         `best` of them, a `table`, a `plot()`, the `samples` of the param that adapts, the `design` with these bound.
 
         The study of the output is solved, what is borne becomes thickness, the porosity is restored, and again: until
-        the compliance changes by less than `until`, or `most` steps were made. `rule` is "energy" or "von_mises", or
-        one of `porelang.optimize.rules`; `limits` are of the density. `folder` keeps a record and the
-        best so far; `resume` goes on with it, `force` begins anew there. Shares may be texts: `until="0.5%"`,
-        `limits="0.2..0.8"`. What is doubtful is told as a `PoreWarning`. Errors: E108, E190-E195, those of the study.
+        the compliance changes by less than `until`, or `most` steps were made. `rule` is "energy", "von_mises" or
+        "optimum", or one of `porelang.optimize.rules`; `limits` are of the density. The optimum, and what is `early`
+        "homogenised", is first found on the homogenised lattice. `folder` keeps a record and the best so far; `resume`
+        goes on with it, `force` begins anew there. Shares may be texts: `until="0.5%"`, `limits="0.2..0.8"`. What is
+        doubtful is told as a `PoreWarning`. Errors: E108, E190-E195, those of the study and of the cell.
         """
         from porelang.asked import iterate
 
         return iterate(self.design(settings, preset=preset, **more), name, until, most, rule, limits, porosity, adapt,
-                       study, within, cell, damping, folder, resume, force)  # fmt: skip
+                       study, within, cell, damping, folder, resume, force, early)  # fmt: skip
 
     def slices(
         self,

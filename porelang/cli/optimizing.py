@@ -34,7 +34,7 @@ def optimize(options: Namespace) -> int:
         found = run(
             design, options.iterate, options.until, options.most, options.rule, options.limits, options.porosity,
             options.adapt, options.study, options.within, options.cell, options.damping, folder, options.resume,
-            seen, options.force,
+            options.early, seen, options.force,
         )  # fmt: skip
     except KeyboardInterrupt:
         if steps and not options.quiet:
@@ -45,6 +45,8 @@ def optimize(options: Namespace) -> int:
         report.put({"folder": str(folder), **found.report, **to_lists(found.told)})
     elif not options.quiet:
         print(found.table)
+        if found.promise:
+            print(found.promise)
         print(found.ended)
         print(f"{folder}: {found.param}.npz, {TABLE}, {PICTURE}, and the record")
         name = f"{found.param}={folder / found.param}.npz:{found.param}"

@@ -41,7 +41,9 @@ LOOPS = (
         "they are not, name them: --adapt, --study, --cell. The density of the part has to reach the limits.\n"
         "A study is loaded by forces, under which the stiffer of two parts takes less work, or by displacements,\n"
         "under which it takes more; under both at once no single number says which is stiffer. A cell is no larger\n"
-        "than the part.",
+        "than the part.\n"
+        "The optimum and early steps are found on the homogenised lattice. It takes forces and torques, or a test\n"
+        "between two ends; no pressure, weight or displacement that is prescribed, and one Poisson's ratio.",
         "",
         "param t: field = 1.5\n"
         "let lattice = gyroid(10mm) |> shell(t) & box([60mm, 20mm, 20mm])\n"
@@ -121,6 +123,15 @@ LOOPS = (
         "After each step the thickness is moved until the part has the porosity that is to be kept. It could not be\n"
         "reached within the limits of the density, so that this step is heavier or lighter than the start, and what\n"
         "it gains is not at equal mass. Widen the limits, or ask for a porosity farther from them.",
+        "",
+        "",
+    ),
+    Code(
+        "W271",
+        "a lattice that is not cubic",
+        "The law of a homogenised lattice has three constants, those of a cubic material along x, y and z. The cell\n"
+        "of this one resists otherwise, as when it is longer along one axis, and what is nearest to it was taken. So\n"
+        "the density that was found need not be the best; what its solution in tetrahedra says is of the real lattice.",
         "",
         "",
     ),

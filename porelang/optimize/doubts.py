@@ -22,8 +22,8 @@ def _gained(what: Adapting, found: loop.Outcome, cell: float) -> list[Diagnostic
         return [Diagnostic(
             "W268", f"what `{what.output}` bears is uniform: it varies by {first.spread:.1%} over cells of "
             f"{cell:.4g} mm, known to {known:.1%}", place, "there is nothing to adapt to", severity="warning",
-            hint="finer elements may tell more; and a dense core in a light skin may still be stiffer at the same "
-            "mass: docs/optimize.md")]  # fmt: skip
+            hint="finer elements may tell more; and a dense core in a light skin may still be stiffer: "
+            "--rule optimum looks for it")]  # fmt: skip
     if found.best == 0 and gained > 0:
         return [Diagnostic(
             "W270", f"the gain of {gained:.1%} in step {stiffest.number} is less than meshes of this part differ by, "

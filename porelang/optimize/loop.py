@@ -55,7 +55,7 @@ class Plan:
     """What a loop keeps to: the mean density, its limits, the size of a cell (mm) over which all is averaged.
 
     It ends where the compliance changes by less than `until` (a ratio), or after `most` steps. `damping` is the share
-    of each change that is made.
+    of each change that is made. There are `least` steps at any rate.
     """
 
     mean: float
@@ -65,6 +65,7 @@ class Plan:
     until: float = 0.005
     most: int = 15
     damping: float = 1.0
+    least: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,6 +253,8 @@ def noise_of(start: Step, step: Step) -> float:
 def _reason(steps: list[Step], plan: Plan) -> Reason | None:
     """Why to stop after these steps, or None."""
     last = steps[-1]
+    if last.number < min(plan.least, plan.most):
+        return None
     # whether there is anything to adapt to cannot be known better than the energies are
     known = max(UNIFORM, last.noise, (last.error or 0.0) if last.number == 0 else 0.0)
     if last.spread < known:

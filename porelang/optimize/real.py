@@ -102,7 +102,7 @@ class Real:
         mesh, fields = found.mesh, found.fields
         corners = mesh.vertices[mesh.tets]
         volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
-        there = self._voxels(corners.mean(axis=1))
+        there = self._grid.nearest(corners.mean(axis=1))
         solid = self._average(_gathered(there, volumes, self._grid) / self._grid.weights)
         energy, stress = (
             self._average(_gathered(there, volumes * values[mesh.tets].mean(axis=1), self._grid) / self._grid.weights)
@@ -128,17 +128,6 @@ class Real:
             hint = f"`{self.adapting.param}` does not reach it within the limits: widen them, as in --limits 0.1..0.9"
             more.append(Doubt("W278", said, "what is gained is not at equal mass", hint))
         return (*doubts_of(found), *more)
-
-    def _voxels(self, places: Array) -> NDArray[np.intp]:
-        """The voxel that counts (0..m-1) in or nearest to each place (n, 3)."""
-        grid = self._grid
-        at = np.floor((places - np.array(grid.origin)) / np.array(grid.spacing)).astype(np.intp)
-        at = np.clip(at, 0, np.array(grid.shape) - 1)
-        nearest = distance_transform_edt(~grid.mask, return_distances=False, return_indices=True)
-        number = np.zeros(grid.shape, np.intp)
-        number[grid.mask] = np.arange(len(grid.weights))
-        found: NDArray[np.intp] = number[tuple(nearest)][tuple(at.T)]
-        return found
 
 
 def study_of(design: Design, study: str) -> Solved:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,14 +24,19 @@ from porelang.optimize import history, loop
 from porelang.optimize.adapting import Adapting, adapting
 from porelang.optimize.doubts import doubts
 from porelang.optimize.grid import Grid
+from porelang.optimize.promise import Promise, promise
 from porelang.optimize.real import Real
 from porelang.optimize.record import Step
-from porelang.optimize.rules import Answer, Energy, Rule, VonMises
+from porelang.optimize.rules import Answer, Energy, Given, Optimum, Rule, VonMises
 from porelang.program import Design
 
-RULES: dict[str, Callable[[], Rule]] = {"energy": Energy, "von_mises": VonMises}
+RULES: dict[str, Callable[[], Rule]] = {"energy": Energy, "von_mises": VonMises, "optimum": Optimum}
 #: Voxels of the density: so many to a cell. A lattice follows nothing finer.
 _TO_A_CELL = 2
+#: Voxels of the homogenised part: so many to a cell and through the part at least, so many in all at most.
+_TO_SOLVE, _THROUGH, _MOST = 4, 8, 300_000
+#: Where early steps may go.
+EARLY = "homogenised"
 TABLE, PICTURE = "history.md", "history.png"
 
 
@@ -41,6 +46,7 @@ class Optimized:
 
     `reason` says why it ended; `design` has these samples bound, so that it can be meshed. `cell` is in mm, `told` what
     is to be said about it. `failed` is what was wrong with the step after the last, if that could not be solved.
+    `promise` is what the homogenised lattice promised, where it was asked.
     """
 
     output: str
@@ -55,6 +61,7 @@ class Optimized:
     design: Design
     told: tuple[Diagnostic, ...]
     failed: tuple[Diagnostic, ...] = ()
+    promise: Promise | None = None
 
     @property
     def gain(self) -> float:
@@ -98,9 +105,10 @@ class Optimized:
         """What `pore optimize --json` prints."""
         from dataclasses import asdict
 
+        promised = {} if self.promise is None else {"promise": self.promise.report}
         return {"output": self.output, "adapts": self.param, "study": self.study, "rule": self.rule, "cell": self.cell,
                 "steps": [asdict(s) for s in self.steps], "best": self.best, "gain": self.gain,
-                "ended": self.reason, "failed": [d.to_json() for d in self.failed]}  # fmt: skip
+                "ended": self.reason, "failed": [d.to_json() for d in self.failed], **promised}  # fmt: skip
 
 
 def optimize(
@@ -118,6 +126,7 @@ def optimize(
     damping: float = 1.0,
     folder: str | Path | None = None,
     resume: bool = False,
+    early: str | None = None,
     told: Callable[[Step], None] | None = None,
     force: bool = False,
 ) -> Optimized:
@@ -128,6 +137,9 @@ def optimize(
     to the envelope (`within`, as `measure` has it). `cell` (mm) is what all is averaged over, the period of the lattice
     unless given. In `folder` a record is kept, which `resume` goes on from; `force` begins anew where another is.
 
+    The rule "optimum", and any other that is `early` "homogenised", first goes its steps on voxels of the homogenised
+    lattice. What it finds there is step 1; the optimum ends with that, the others go on from it.
+
     Errors: those of `adapting`, of the study, and of the loop (E190-E195).
     """
     if resume and force:
@@ -135,8 +147,11 @@ def optimize(
     if resume and folder is None:
         raise fail("E108", "there is no record to go on with: no folder is given", hint='name it: folder="part.loop"')
     made = _rule(rule)
+    if early not in (None, EARLY):
+        raise fail("E193", f"early steps are not to be had on `{early}`", hint=f"on `{EARLY}`, or leave it out")
     what = adapting(design, output, adapt, study, within)
     size = what.cell() if cell is None else cell
+    _sized(what, size)
     low, high = limits
     target = 1 - (what.as_it_stands() if porosity is None else 1 - porosity)
     mean = 1 - target
@@ -144,10 +159,17 @@ def optimize(
         raise fail("E192", f"a porosity of {target:.1%} is no mean of densities between {low:g} and {high:g}",
                    hint="choose others, as in --limits 0.2..0.8, or a --porosity between")  # fmt: skip
     thickness, sign = what.law(low, high)
-    _sized(what, size)
-    grid = _grid(what, size)
-    analysis = Real(what, grid, thickness, sign, size, mean)
     plan = loop.Plan(mean, low, high, 0.0, until, most, damping)  # the analysis averages over a cell itself
+    promised = None
+    if isinstance(made, Optimum) or early is not None:
+        grid = _grid(what, size, solved=True)
+        promised = promise(what, thickness, sign, grid, size, plan, made)
+        after = None if isinstance(made, Optimum) else made
+        made = Given(promised.density, f"{made.name}, homogenised", after)
+        plan = replace(plan, least=1, most=most if after else min(1, most), damping=damping if after else 1.0)
+    else:
+        grid = _grid(what, size)
+    analysis = Real(what, grid, thickness, sign, size, mean)
     shown = f"{what.output}: {what.study}, {made.name}, {what.param}"
 
     def keep(steps: Sequence[Step], best: int, answer: Answer) -> None:
@@ -155,14 +177,16 @@ def optimize(
         if folder is not None:
             if best == steps[-1].number:
                 _save(Path(folder) / f"{what.param}.npz", answer.samples)
-            _show(Path(folder), steps, best, shown, f"not ended yet. The best so far is step {best}.")
+            _show(Path(folder), steps, best, shown, promised, f"not ended yet. The best so far is step {best}.")
 
     found = loop.iterate(analysis, made, plan, folder=folder, resume=resume, told=told, anew=force, seen=keep)
     samples, _ = analysis.samples(found.density)
+    made_real = promised and plan.most == 1 and found.reason == "most"
+    reason = "the optimum is real" if made_real else loop.REASONS[found.reason]
+    told_of = [*doubts(what, found, size), *(promised.doubts if promised else ())]
     result = Optimized(
-        what.output, what.param, what.study, made.name, size, found.steps, found.best, loop.REASONS[found.reason],
-        samples, what.with_samples(samples), tuple(doubts(what, found, size)),
-        found.failed,
+        what.output, what.param, what.study, made.name, size, found.steps, found.best, reason, samples,
+        what.with_samples(samples), tuple(told_of), found.failed, promised,
     )  # fmt: skip
     if folder is not None:
         _write(result, Path(folder))
@@ -177,8 +201,8 @@ def _rule(rule: str | Rule) -> Rule:
         return rule
     if rule not in RULES:
         near = suggest(rule, RULES)
-        raise fail("E193", f"`{rule}` is no rule of the loop",
-                   hint=f"did you mean `{near}`?" if near else "there are `energy` and `von_mises`")  # fmt: skip
+        hint = f"did you mean `{near}`?" if near else "there are `energy`, `von_mises` and `optimum`"
+        raise fail("E193", f"`{rule}` is no rule of the loop", hint=hint)
     return RULES[rule]()
 
 
@@ -193,9 +217,15 @@ def _sized(what: Adapting, cell: float) -> None:
                    hint="give the period of the lattice, or leave --cell out: it is found")  # fmt: skip
 
 
-def _grid(what: Adapting, cell: float) -> Grid:
+def _grid(what: Adapting, cell: float, solved: bool = False) -> Grid:
+    """Voxels of a density; finer ones where displacements are `solved` on them."""
     field = NumpyField(what.envelope, "f64")
-    return Grid.of(lambda p: np.asarray(field.at(p)), what.box.lo, what.box.hi, cell / _TO_A_CELL)
+    size = cell / _TO_A_CELL
+    if solved:
+        sides = np.subtract(what.box.hi, what.box.lo)
+        size = min(cell / _TO_SOLVE, float(sides.min()) / _THROUGH)
+        size = max(size, float(sides.prod() / _MOST) ** (1 / 3))
+    return Grid.of(lambda p: np.asarray(field.at(p)), what.box.lo, what.box.hi, size)
 
 
 def _write(result: Optimized, folder: Path) -> None:
@@ -207,7 +237,14 @@ def _write(result: Optimized, folder: Path) -> None:
     }
     _save(folder / f"{result.param}.npz", arrays)
     shown = f"{result.output}: {result.study}, {result.rule}, {result.param}"
-    _show(folder, result.steps, result.best, shown, f"ended: {result.reason}. The best is step {result.best}.")
+    _show(
+        folder,
+        result.steps,
+        result.best,
+        shown,
+        result.promise,
+        f"ended: {result.reason}. The best is step {result.best}.",
+    )
 
 
 def _save(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -217,11 +254,12 @@ def _save(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
         file.write(held.getvalue())
 
 
-def _show(folder: Path, steps: Sequence[Step], best: int, shown: str, end: str) -> None:
+def _show(folder: Path, steps: Sequence[Step], best: int, shown: str, promised: Promise | None, end: str) -> None:
     """The table and the picture of a history."""
     picture = io.BytesIO()
     history.plot(steps, best, shown).save(picture, "PNG")
     text = f"{history.table(steps, best)}\n\n{shown}; {end}\n"
+    text += f"\n{promised}\n" if promised else ""
     for name, data in ((PICTURE, picture.getvalue()), (TABLE, text.encode())):
         with replace_file(folder / name) as file:
             file.write(data)
