@@ -80,8 +80,8 @@ def test_a_solid_cylinder_between_frictionless_platens_has_one_stress() -> None:
 
 def test_the_stress_that_99_percent_of_a_hanging_bar_stay_below_is_99_percent_of_the_greatest() -> None:
     """Of a bar under its weight, with nu = 0, the stress is rho g (l - z) and nothing else."""
-    text = (f"let bar = box([6mm, 6mm, 30mm])\nlet s = study(bar, z < -14.9mm, weight([0, 0, -1000]), E={E:g}MPa, nu=0, "
-            "density=1, size=SIZE)\nlet most = s.max_von_mises\nlet nearly = s.von_mises_99\nbar")  # fmt: skip
+    text = (f"let bar = box([6mm, 6mm, 30mm])\nlet s = study(bar, z < -14.9mm, weight([0, 0, -1000]), E={E:g}MPa, "
+            "nu=0, density=1, size=SIZE)\nlet most = s.max_von_mises\nlet nearly = s.von_mises_99\nbar")  # fmt: skip
     greatest = 1e-6 * 1000 * 9.80665e3 * 1e-3 * 30  # g/cm3 is 1e-9 t/mm3; t mm/s2 are N
     for size in ("6mm", "3mm"):
         found = porelang.compile(text.replace("SIZE", size))

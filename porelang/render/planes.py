@@ -80,6 +80,20 @@ def cross(planes: Sequence[Plane], within: Box, camera: Camera, size: tuple[int,
     return out
 
 
+def only_in(seen: Cross, camera: Camera, size: tuple[int, int], part: Evaluate) -> None:
+    """Leave of planes what lies in a part, in place."""
+    for top in range(0, size[1], ROWS):
+        rows = slice(top, min(top + ROWS, size[1]))
+        hit = seen.which[rows] >= 0
+        if not hit.any():
+            continue
+        origin, way = camera.rays(size, rows)
+        place = origin[hit] + way[hit] * seen.distance[rows][hit][:, None].astype(np.float64)
+        out = np.zeros(hit.shape, np.bool_)
+        out[hit] = ~(np.asarray(part(place)) <= 0)
+        seen.which[rows][out], seen.value[rows][out], seen.distance[rows][out] = -1, np.nan, np.inf
+
+
 def reach(planes: Sequence[Plane], within: Box, field: Evaluate) -> Scale:
     """The scale that takes in what the field attains on planes, on either side of zero, in two digits."""
     found = []
