@@ -163,6 +163,20 @@ def test_a_plane_sees_all_of_its_sky_and_the_foot_of_a_wall_less() -> None:
     assert (sky[10:-10, :30] == 1).all()
 
 
+def test_planes_show_stress_where_the_part_is_and_nowhere_else() -> None:
+    """Of a bar that hangs: from 0 at its end on; what is behind another plane, beside the part, is seen."""
+    text = ("let bar = box([6mm, 6mm, 30mm])\nlet s = study(bar, z < -14.9mm, weight([0, 0, 1000]), E=100MPa, nu=0, "
+            "density=1, size=3mm)\nbar")  # fmt: skip
+    made = porelang.compile(text).render(
+        **PLAIN | {"view": (-80, 0), "size": (100, 300)}, field="s.von_mises", slice=["y=-2", "x=0"], solid="none"
+    )
+    assert made.scale.ends == pytest.approx((0, 0.2942), abs=3e-4)
+    assert extents(made)[1] == pytest.approx(30, abs=2 * made.pixel)
+    columns = np.flatnonzero((made.pixels[..., 3] > 0).any(axis=0))
+    assert (np.diff(columns) == 1).all()
+    assert (columns[-1] - columns[0]) * made.pixel == pytest.approx(6 * math.cos(math.radians(10)), abs=0.5)
+
+
 # ---- the command, and what it refuses
 
 

@@ -76,12 +76,12 @@ def render_output(
     backing: Backend = "auto" if wishes.deform is None else "numpy"
     field = make_field(shown_field, program.ranges, backing, "f32") if wishes.slices or painted else None
     if wishes.slices and field is not None:
-        seen = planes.cross(wishes.slices, stage, camera, size, field)
+        within = None
         if coloured is not None and coloured.dimension == STRESS:  # there is none beside the part
-            planes.only_in(seen, camera, size, make_field(part, program.ranges, "auto", "f32"))
-            scale = wishes.scale or fitting(seen.value[np.isfinite(seen.value)].astype(np.float64))
-        else:
-            scale = wishes.scale or planes.reach(wishes.slices, stage, field)
+            within = make_field(part, program.ranges, "auto", "f32")
+        seen = planes.cross(wishes.slices, stage, camera, size, field, within)
+        found = seen.value[np.isfinite(seen.value)].astype(np.float64)
+        scale = wishes.scale or (fitting(found) if within else planes.reach(wishes.slices, stage, field))
         on = seen.which >= 0
         over[on, :3] = planes.colours(seen, scale, 1.4 * samples)[on]
         over[on, 3] = 1.0

@@ -54,8 +54,12 @@ def stage(box: Box, planes: Sequence[Plane]) -> Box:
     return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
 
 
-def cross(planes: Sequence[Plane], within: Box, camera: Camera, size: tuple[int, int], field: Evaluate) -> Cross:
-    """Where the rays of a picture meet the nearest of the planes, and the field there."""
+def cross(
+    planes: Sequence[Plane], within: Box, camera: Camera, size: tuple[int, int], field: Evaluate,
+    part: Evaluate | None = None,
+) -> Cross:  # fmt: skip
+    """Where the rays of a picture meet the nearest of the planes, and the field there; or of what of them lies in a
+    `part`."""
     width, height = size
     out = Cross(np.full((height, width), np.inf, np.float32), np.full((height, width), np.nan, np.float32),
                 np.full((height, width), -1, np.int8))  # fmt: skip
@@ -72,26 +76,14 @@ def cross(planes: Sequence[Plane], within: Box, camera: Camera, size: tuple[int,
             there = np.isfinite(t) & (t > 0) & (t < nearest)
             for axis in {0, 1, 2} - {p.axis}:
                 there &= (place[..., axis] >= lo[axis]) & (place[..., axis] <= hi[axis])
+            if part is not None and there.any():
+                there[there] = np.asarray(part(place[there])) <= 0
             nearest[there], which[there] = t[there], i
         hit = which >= 0
         if hit.any():
             out.value[rows][hit] = field((origin + way * np.where(hit, nearest, 0.0)[..., None])[hit])
         out.distance[rows], out.which[rows] = nearest, which
     return out
-
-
-def only_in(seen: Cross, camera: Camera, size: tuple[int, int], part: Evaluate) -> None:
-    """Leave of planes what lies in a part, in place."""
-    for top in range(0, size[1], ROWS):
-        rows = slice(top, min(top + ROWS, size[1]))
-        hit = seen.which[rows] >= 0
-        if not hit.any():
-            continue
-        origin, way = camera.rays(size, rows)
-        place = origin[hit] + way[hit] * seen.distance[rows][hit][:, None].astype(np.float64)
-        out = np.zeros(hit.shape, np.bool_)
-        out[hit] = ~(np.asarray(part(place)) <= 0)
-        seen.which[rows][out], seen.value[rows][out], seen.distance[rows][out] = -1, np.nan, np.inf
 
 
 def reach(planes: Sequence[Plane], within: Box, field: Evaluate) -> Scale:
