@@ -190,6 +190,9 @@ def factor(text: str) -> float:
 
 def deform(text: str) -> tuple[float | None, str]:
     """`s`, `120`, `120 s`, `120 * s.displacement`, `auto`, `auto s`: by how much (None: it is found), and of what."""
+    turned = re.fullmatch(rf"([A-Za-z_][\w.]*)(?:\s*\*\s*|\s+(?:x\s*)?)({_NUMBER})", text.strip())
+    if turned is not None:  # `s 120`, `s.displacement * 120`
+        text = f"{turned[2]} {turned[1]}"
     match = re.fullmatch(r"(auto|[-+]?(?:[\d.][\d.eE+-]*|nan|inf\w*))(?:\s*[*x]\s*|\s+|$)([\w.]*)", text.strip())
     if match is None:
         return None, text.strip()

@@ -77,8 +77,9 @@ def test_the_tip_of_a_cantilever_is_where_beam_theory_has_it(projection: Any) ->
 
 def test_a_lattice_is_moved_by_a_study_of_the_solid_whatever_that_says_of_its_outside() -> None:
     lattice = BAR.removesuffix("bar").replace("size=5mm", "size=5mm, outside=0") + "gyroid(5mm) |> shell(0.9) & bar"
-    program = porelang.compile(lattice)
-    made = program.render(**PLAIN, deform="20 s.displacement", ghost=True)
+    made = porelang.compile(lattice).render(**PLAIN, deform="20 s.displacement", ghost=True)
+    other = porelang.compile(lattice.replace(", outside=0", "")).render(**PLAIN, deform=20, ghost=True)
+    assert np.array_equal(made.pixels, other.pixels)
     assert extents(made)[1] == pytest.approx(48, abs=2 * made.pixel)
     assert 0.1 < made.covered < 0.3
 
@@ -209,7 +210,8 @@ TWO = BAR.replace("\nbar", "\nlet t = compress(bar, force=1kN, axis=z, E=1GPa, n
         (BAR, ["--deform", "1e999 s"], "a number above 0"),
         (BAR, ["--deform", "s.von_mises"], "`s.von_mises` is no displacement: it is no vector, a stress"),
         (BAR, ["--deform", "s.direction1"], "a vector, a ratio"),
-        (BAR, ["--deform", "q"], "called `q`"),
+        (BAR, ["--deform", "q"], "no study called `q`"),
+        (BAR, ["--deform", "s -3"], "a number above 0"),
         (BAR, ["--deform", "s.displacment"], "displacement"),
         (BAR, ["--deform", "[0mm, 0mm, 0mm]"], "moves nothing"),
         (BAR, ["--deform", "[0mm, 0mm, log(z) * 1mm]"], "are no numbers at ("),
@@ -256,7 +258,9 @@ def test_a_compression_is_magnified_up_to_where_nothing_is_left_and_no_more() ->
     ("text", "read"),
     [
         ("s", (None, "s")), ("auto", (None, "")), ("auto s", (None, "s")), ("12.5", (12.5, "")), ("1e2 s", (100.0, "s")),
-        ("100 * s.displacement", (100.0, "s.displacement")), ("3x s", (3.0, "s")), ("auto_s", (None, "auto_s")),
+        ("100 * s.displacement", (100.0, "s.displacement")), ("3x s", (3.0, "s")), ("s 100", (100.0, "s")),
+        ("s.displacement * 100", (100.0, "s.displacement")), ("s x 2.5", (2.5, "s")), ("s2", (None, "s2")),
+        ("auto_s", (None, "auto_s")),
         ("2 * s.displacement + t.displacement", (None, "2 * s.displacement + t.displacement")),
     ],
 )  # fmt: skip

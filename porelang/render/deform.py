@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from porelang.backends.numpy import NumpyField
 from porelang.data import coordinates
-from porelang.diagnostics import fail
+from porelang.diagnostics import fail, suggest
 from porelang.elaborate.values import Vector
 from porelang.expression import expression
 from porelang.ir import Node, X, Y, Z, node
@@ -67,6 +67,10 @@ def displacement(program: Program, what: str) -> tuple[str, tuple[Node, ...]]:
     if name in studies:
         places = (COMPONENTS.index(c) for c in ("ux", "uy", "uz"))
         return name, tuple(node("lookup", studies[name], X, Y, Z, value=(i, 0, 0, 0)) for i in places)
+    if what.isidentifier() and what not in (*program.outputs, *program.elaborated.lets):
+        near = suggest(what, studies)
+        hint = f"did you mean `{near}`?" if near else f"its studies are {', '.join(studies) or 'none'}"
+        raise fail("E100", f"the program has no study called `{what}`", hint=hint)
     found = expression(program, what, OPTION)
     if not isinstance(found.value, Vector) or found.dimension not in (None, LENGTH):
         is_ = "a vector" if isinstance(found.value, Vector) else "no vector"
