@@ -1,4 +1,4 @@
-"""Deformed parts in pictures: lengths and places against closed forms, colours against the field, and what is refused."""
+"""Deformed parts in pictures: lengths and places against closed forms, colours against the field; what is refused."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_cuts_open_the_part_before_it_moves() -> None:
 
 
 def test_colours_are_those_of_the_field_at_the_place_that_has_moved_there() -> None:
-    """Of a bar that hangs, with nu = 0: the stress is g (l - z) and z moves by g (l z - z^2 / 2) / E, for g in N/mm3."""
+    """Of a bar that hangs, with nu = 0: the stress is g (l - z), and z moves by g (l z - z^2 / 2) / E; g in N/mm3."""
     load, long, young, factor = 9.80665e-3, 30.0, 100.0, 60.0
     text = ("let bar = box([6mm, 6mm, 30mm])\nlet s = study(bar, z < -14.9mm, weight([0, 0, 1000]), E=100MPa, nu=0, "
             "density=1, size=3mm)\nbar")  # fmt: skip
@@ -257,7 +257,8 @@ def test_a_compression_is_magnified_up_to_where_nothing_is_left_and_no_more() ->
 @pytest.mark.parametrize(
     ("text", "read"),
     [
-        ("s", (None, "s")), ("auto", (None, "")), ("auto s", (None, "s")), ("12.5", (12.5, "")), ("1e2 s", (100.0, "s")),
+        ("s", (None, "s")), ("auto", (None, "")), ("auto s", (None, "s")), ("12.5", (12.5, "")),
+        ("1e2 s", (100.0, "s")),
         ("100 * s.displacement", (100.0, "s.displacement")), ("3x s", (3.0, "s")), ("s 100", (100.0, "s")),
         ("s.displacement * 100", (100.0, "s.displacement")), ("s x 2.5", (2.5, "s")), ("s2", (None, "s2")),
         ("auto_s", (None, "auto_s")),

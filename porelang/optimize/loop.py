@@ -84,11 +84,11 @@ class Homogenised:
     def __init__(self, problem: Problem, law: Law, tolerance: float = elasticity.TOLERANCE) -> None:
         self._model = elasticity.prepare(problem)
         self._law, self._tolerance = law, tolerance
-        sample = np.linspace(0.01, 1, 100)
+        count, sample = len(problem.grid.weights), np.linspace(*law.range, 20)
         self._key = digest(
             problem.grid.fill, np.array([problem.grid.origin, problem.grid.spacing]), self._model.fixed,
             self._model.forces, np.array(self._model.pushed[2] if self._model.pushed else 0.0), law.bases,
-            law.weights(sample), np.array(tolerance),
+            sample, np.array([law.weights(np.full(count, s)) for s in sample]), np.array(tolerance),
         )  # fmt: skip
 
     @property
