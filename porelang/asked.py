@@ -81,13 +81,13 @@ def study(design: Design, name: str | None, refine: bool, within: str | None) ->
 def iterate(
     design: Design, name: str | None, until: float, most: int, rule: Any, limits: tuple[float, float],
     porosity: float | None, adapt: str | None, study: str | None, within: str | None, cell: Length | None,
-    damping: float, folder: str | Path | None, resume: bool,
+    damping: float, folder: str | Path | None, resume: bool, early: str | None,
 ) -> Optimized:  # fmt: skip
     """The loop from stress back to geometry; see `Program.iterate`."""
     from porelang.optimize.run import optimize
 
     found = optimize(design, name, until, most, rule, limits, porosity, adapt, study, within, length("cell", cell),
-                     damping, folder, resume)  # fmt: skip
+                     damping, folder, resume, early)  # fmt: skip
     warn(found.told)
     return found
 

@@ -254,6 +254,7 @@ class Doors(ABC):
         damping: float = 1.0,
         folder: str | Path | None = None,
         resume: bool = False,
+        early: str | None = None,
         settings: Settings | None = None,
         preset: str | None = None,
         **more: Setting,
@@ -262,14 +263,15 @@ class Doors(ABC):
         `best` of them, a `table`, a `plot()`, the `samples` of the param that adapts, the `design` with these bound.
 
         The study of the output is solved, what is borne becomes thickness, the porosity is restored, and again: until
-        the compliance changes by less than `until`, or `most` steps were made. `rule` is "energy" or "von_mises", or
-        one of `porelang.optimize.rules`; `limits` are of the density. `folder` keeps a record, and `resume` goes on
-        with it. What is doubtful is told as a `PoreWarning`. Errors: E190-E195, those of the study.
+        the compliance changes by less than `until`, or `most` steps were made. `rule` is "energy", "von_mises" or
+        "optimum", or one of `porelang.optimize.rules`; `limits` are of the density. The optimum, and what is `early`
+        "homogenised", is first found on the homogenised lattice. `folder` keeps a record, and `resume` goes on
+        with it. What is doubtful is told as a `PoreWarning`. Errors: E190-E195, those of the study and of the cell.
         """
         from porelang.asked import iterate
 
         return iterate(self.design(settings, preset=preset, **more), name, until, most, rule, limits, porosity, adapt,
-                       study, within, cell, damping, folder, resume)  # fmt: skip
+                       study, within, cell, damping, folder, resume, early)  # fmt: skip
 
     def slices(
         self,

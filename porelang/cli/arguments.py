@@ -68,6 +68,7 @@ COMMANDS: dict[str, Command] = {
                 "until",
                 "most",
                 "rule",
+                "early",
                 "limits",
                 "porosity",
                 "adapt",

@@ -190,9 +190,18 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         ("--rule",),
         {
             "metavar": "RULE",
-            "choices": ("energy", "von_mises"),
+            "choices": ("energy", "von_mises", "optimum"),
             "default": "energy",
-            "help": "energy, the strain energy of the solid (default), or von_mises, the designer's",
+            "help": "energy, the strain energy of the solid (default), von_mises, the designer's, or optimum, found on "
+            "the homogenised lattice by its own law and then made real",
+        },
+    ),
+    "early": (
+        ("--early",),
+        {
+            "metavar": "WHERE",
+            "choices": ("homogenised",),
+            "help": "homogenised: go the first steps on voxels of the homogenised lattice, the last ones in tetrahedra",
         },
     ),
     "limits": (

@@ -51,7 +51,7 @@ class Plan:
     """What a loop keeps to: the mean density, its limits, the size of a cell (mm) over which all is averaged.
 
     It ends where the compliance changes by less than `until` (a ratio), or after `most` steps. `damping` is the share
-    of each change that is made.
+    of each change that is made. There are `least` steps at any rate.
     """
 
     mean: float
@@ -61,6 +61,7 @@ class Plan:
     until: float = 0.005
     most: int = 15
     damping: float = 1.0
+    least: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,6 +208,8 @@ def _best(steps: list[Step]) -> int:
 def _reason(steps: list[Step], plan: Plan) -> Reason | None:
     """Why to stop after these steps, or None."""
     last = steps[-1]
+    if last.number < min(plan.least, plan.most):
+        return None
     if last.spread < max(UNIFORM, last.noise):
         return "uniform"
     if last.change is not None and abs(last.change) < plan.until:
