@@ -154,6 +154,8 @@ COMMANDS: dict[str, Command] = {
                 "field",
                 "range",
                 "legend",
+                "deform",
+                "ghost",
                 "solid",
                 "background",
                 "samples",
