@@ -13,7 +13,8 @@ from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 from porelang import values
-from porelang.cli.arguments import COMMANDS, OPTIONS, Command
+from porelang.cli.arguments import COMMANDS, Command
+from porelang.cli.options import OPTIONS
 from porelang.diagnostics import PoreError, fail, suggest
 
 #: What other programs call our options.

@@ -16,6 +16,8 @@ _CURVES = (
     ("stress per density", "stress_per_density", (0, 130, 90)),
     ("max von Mises", "max_von_mises", (150, 50, 120)),
 )
+#: What is called compliance under forces is, under displacements, the work that they take.
+WORK = "work N mm (more is stiffer)"
 _COLUMNS = (
     "step", "compliance N mm", "known to", "/ start", "max von Mises MPa", "stress/density MPa",
     "max displacement mm", "porosity", "change", "spread",
@@ -25,6 +27,7 @@ _COLUMNS = (
 def table(steps: Sequence[Step], best: int) -> str:
     """A table in Markdown, a line for each step; the best has a star."""
     start = steps[0].compliance
+    columns = [c if steps[0].under == "forces" else c.replace("compliance N mm", WORK) for c in _COLUMNS]
     rows = [
         (
             f"{s.number}{' *' if s.number == best else ''}", f"{s.compliance:.5g}",
@@ -34,17 +37,15 @@ def table(steps: Sequence[Step], best: int) -> str:
         )
         for s in steps
     ]  # fmt: skip
-    widths = [max(len(row[i]) for row in [_COLUMNS, *rows]) for i in range(len(_COLUMNS))]
-    lines = [
-        "| " + " | ".join(t.rjust(w) for t, w in zip(row, widths, strict=True)) + " |" for row in [_COLUMNS, *rows]
-    ]
+    widths = [max(len(row[i]) for row in [columns, *rows]) for i in range(len(columns))]
+    lines = ["| " + " | ".join(t.rjust(w) for t, w in zip(row, widths, strict=True)) + " |" for row in [columns, *rows]]
     lines.insert(1, "|" + "|".join("-" * (w + 1) + ":" for w in widths) + "|")
     return "\n".join(lines)
 
 
 def plot(steps: Sequence[Step], best: int, title: str = "") -> Image.Image:
     """A picture: compliance, displacement and stresses of each step, relative to those of the start."""
-    width, height, left, right, top, bottom = 1200, 720, 90, 60, 110, 70
+    width, height, left, right, top, bottom = 1200, 720, 110, 40, 110, 70
     page = Image.new("RGB", (width, height), (255, 255, 255))
     pen = ImageDraw.Draw(page)
     small, large = ImageFont.load_default(22), ImageFont.load_default(26)
@@ -77,11 +78,15 @@ def plot(steps: Sequence[Step], best: int, title: str = "") -> Image.Image:
             pen.ellipse((px - 5, py - 5, px + 5, py + 5), colour)
     x = float(left)
     for name, _, colour in curves:
+        name = "work" if name == "compliance" and steps[0].under == "displacements" else name
         pen.line((x, 72, x + 34, 72), colour, 4)
         pen.text((x + 42, 72), name, INK, small, anchor="lm")
         x += 42 + small.getlength(name) + 36
     bx, by = at(best, curves[0][1][best])
     pen.ellipse((bx - 12, by - 12, bx + 12, by + 12), outline=_CURVES[0][2], width=3)
+    side = Image.new("L", (height - top - bottom, 28))  # a text along the axis: drawn flat, and turned
+    ImageDraw.Draw(side).text((side.width / 2, 14), "over step 0", 255, small, anchor="mm")
+    page.paste(INK, (4, top), side.rotate(90, expand=True))
     pen.text((left, 36), title or "relative to the start", INK, large, anchor="lm")
     return page
 

@@ -23,11 +23,15 @@ from porelang.optimize.spread import averaged
 from porelang.program import Design
 from porelang.tasks.resolve import named
 from porelang.tasks.study.asked import question
+from porelang.tasks.study.found import doubts_of
 from porelang.tasks.study.solved import Solved, solved
+from porelang.tasks.told import Doubt
 
 Array = NDArray[np.float64]
 #: By how much a porosity may miss its target, and how often thickness is moved for it at most.
 POROSITY, _MOVES = 2e-4, 12
+#: What the solver doubts of loads and elements, and a study does not say itself: a force on a point, locking.
+_OF_THE_SOLVER = frozenset({"W258", "W259"})
 
 
 class Real:
@@ -38,7 +42,7 @@ class Real:
         self, adapting: Adapting, grid: Grid, thickness: Thickness, sign: float, cell: float, mean: float
     ) -> None:
         self.adapting, self._grid, self._thickness, self._sign = adapting, grid, thickness, sign
-        self._mean = mean
+        self._mean, self._cell = mean, cell
         self._average: Callable[[Array], Array] = averaged(grid, cell)
         self._key = digest(
             np.frombuffer(_identity(adapting).encode(), np.uint8), grid.fill, np.array([grid.origin, grid.spacing]),
@@ -52,6 +56,10 @@ class Real:
     @property
     def key(self) -> str:
         return self._key
+
+    @property
+    def cell(self) -> float:
+        return self._cell
 
     def solve(self, density: Array, state: Array | None) -> Answer:
         """Errors: those of the study."""
@@ -94,7 +102,7 @@ class Real:
         mesh, fields = found.mesh, found.fields
         corners = mesh.vertices[mesh.tets]
         volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
-        there = self._voxels(corners.mean(axis=1))
+        there = self._grid.nearest(corners.mean(axis=1))
         solid = self._average(_gathered(there, volumes, self._grid) / self._grid.weights)
         energy, stress = (
             self._average(_gathered(there, volumes * values[mesh.tets].mean(axis=1), self._grid) / self._grid.weights)
@@ -110,18 +118,16 @@ class Real:
             numbers["max_von_mises"].value, 1 - share,
             {self.adapting.param: samples.values[..., 0].astype(np.float64), "origin": np.array(samples.origin),
              "spacing": np.array(samples.spacing)},
+            self.adapting.under, self._doubts(found, share),
         )  # fmt: skip
 
-    def _voxels(self, places: Array) -> NDArray[np.intp]:
-        """The voxel that counts (0..m-1) in or nearest to each place (n, 3)."""
-        grid = self._grid
-        at = np.floor((places - np.array(grid.origin)) / np.array(grid.spacing)).astype(np.intp)
-        at = np.clip(at, 0, np.array(grid.shape) - 1)
-        nearest = distance_transform_edt(~grid.mask, return_distances=False, return_indices=True)
-        number = np.zeros(grid.shape, np.intp)
-        number[grid.mask] = np.arange(len(grid.weights))
-        found: NDArray[np.intp] = number[tuple(nearest)][tuple(at.T)]
-        return found
+    def _doubts(self, found: Solved, share: float) -> tuple[Doubt, ...]:
+        more = [Doubt(d.code, d.message, d.label, d.hint) for d in found.solution.doubts if d.code in _OF_THE_SOLVER]
+        if abs(share - self._mean) >= POROSITY:
+            said = f"the porosity is {1 - share:.2%}, where {1 - self._mean:.2%} was to be kept"
+            hint = f"`{self.adapting.param}` does not reach it within the limits: widen them, as in --limits 0.1..0.9"
+            more.append(Doubt("W278", said, "what is gained is not at equal mass", hint))
+        return (*doubts_of(found), *more)
 
 
 def study_of(design: Design, study: str) -> Solved:

@@ -13,7 +13,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.optimize.record import Under
 from porelang.optimize.spread import restored
+from porelang.tasks.told import Doubt
 
 Array = NDArray[np.float64]
 #: Averages values (m,) over a cell.
@@ -29,7 +31,8 @@ class Answer:
     of the energies, `state` what a next solution begins from, if anything.
 
     Of the real lattice there is more: the relative `error` of the compliance, the `peak` of von Mises' stress in its
-    solid (MPa), its `porosity` as it was measured, and the `samples` that made it, arrays for the record.
+    solid (MPa), its `porosity` as it was measured, the `samples` that made it, arrays for the record, and the `doubts`
+    of its study. `under` says what loads it: of `displacements` the compliance is the work that they take.
     """
 
     compliance: float
@@ -43,6 +46,8 @@ class Answer:
     peak: float | None = None
     porosity: float | None = None
     samples: Mapping[str, Array] = field(default_factory=dict)
+    under: Under = "forces"
+    doubts: tuple[Doubt, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +135,28 @@ class Optimum:
         grown = density * _relative(self.driver(density, answer, frame), frame) ** self.exponent
         low, high = np.maximum(frame.low, density - self.move), np.minimum(frame.high, density + self.move)
         return _scaled(grown, low, high, frame)
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """A density (m,) that was found elsewhere takes the place of the uniform one; from there on goes the rule `after`,
+    or none."""
+
+    density: Array
+    found: str
+    after: Rule | None = None
+
+    @property
+    def name(self) -> str:
+        return self.found if self.after is None else f"{self.found}, then {self.after.name}"
+
+    def driver(self, density: Array, answer: Answer, frame: Frame) -> Array:
+        return (self.after or Energy()).driver(density, answer, frame)
+
+    def next(self, density: Array, answer: Answer, frame: Frame) -> Array:
+        if np.ptp(density) < 1e-12 or self.after is None:
+            return self.density
+        return self.after.next(density, answer, frame)
 
 
 def spread_of(values: Array, weights: Array) -> float:
