@@ -344,9 +344,7 @@ def test_tongues_at_an_envelope_are_not_lost() -> None:
     depth = -value / np.linalg.norm(slope, axis=1)
     deep = (depth > 0.25) & (depth < 0.6)
     assert deep.sum() > 2000
-    assert not (
-        ~within(mesh, points[deep])
-    ).any()
+    assert not (~within(mesh, points[deep])).any()
     assert not within(mesh, points[(depth < -0.25) & (depth > -0.6)]).any()
     assert facts["missing"] + facts["extra"] < 2e-3 * facts["volume"]
     assert 8.2 < facts["min_dihedral"] < facts["max_dihedral"] < 168.5

@@ -47,7 +47,8 @@ class Grading:
     def large(self, lattice: Lattice, some: Ints) -> Ints:
         """Those of some of a lattice's cubes that may be parted."""
         level = lattice.cells.level[some].astype(np.int64)
-        return some[float(self.frame.edges.min()) * (1 << level) > self.least / 2**TIMES * (1 + 1e-9)]
+        found: Ints = some[float(self.frame.edges.min()) * (1 << level) > self.least / 2**TIMES * (1 + 1e-9)]
+        return found
 
     def parting(self, lattice: Lattice, some: Ints) -> Grading:
         """The same with some more of a lattice's cubes parted."""
