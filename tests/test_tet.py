@@ -386,7 +386,7 @@ def test_a_solid_that_touches_itself_is_told() -> None:
 
 
 def test_what_is_too_coarse_for_a_part_is_told() -> None:
-    _, facts = meshed("gyroid(10) & cylinder(10, 20)", 3.3, keep_islands=True)
+    _, facts = meshed("gyroid(10) & cylinder(10, 20)", 6.0, keep_islands=True)
     told = {d.code: d.message for d in facts["told"]}
     assert "lacks" in told["W253"]
 
