@@ -15,6 +15,7 @@ from porelang.diagnostics import PoreError, fail
 from porelang.optimize.adapting import adapting
 from porelang.optimize.grid import Grid
 from porelang.optimize.real import Real
+from porelang.optimize.rules import Optimum
 
 TEXT = """param t: field = 0 "offset of the network"
 param other: field = 1
@@ -198,6 +199,7 @@ def test_a_loop_that_is_stopped_leaves_the_best_so_far(
         ({"most": 1.5}, "E108", "whole"),
         ({"folder": 123}, "E108", "folder"),
         ({"rule": 3}, "E193", "no rule"),
+        ({"rule": Optimum}, "E193", "no rule"),
         ({"rule": "energi"}, "E193", "did you mean `energy`"),
         ({"study": "zz"}, "E100", "`s`, `solid`"),
         ({"cell": "1m"}, "E193", "larger than the part"),
