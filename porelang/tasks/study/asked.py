@@ -115,6 +115,12 @@ def _checked(act: Acts) -> None:
         raise fail("E186", f"{what} of 0 does nothing", hint="give it a value, or leave it out")
 
 
+#: What a number of the material is, its unit, between which it lies, and what is said where it does not.
+YOUNG = "Young's modulus", "MPa", 0.0, np.inf, "it is above 0, and finite, in all of a part"
+POISSON = "Poisson's ratio", "", -1.0, 0.5, "it lies between -1 and 0.5: 0.49 at most"
+DENSITY = "the density", "g/cm3", -1e-300, np.inf, "it is 0 or more in all of a part"
+
+
 def valued(field: Formula, points: Floats, what: str, unit: str, least: float, most: float, hint: str) -> Floats:
     """A number of the material at points (n, 3) mm, in a unit, between two others. Errors: E185 where it is not, and
     where."""

@@ -17,7 +17,7 @@ from porelang.progress import activity
 from porelang.solid import Solid
 from porelang.tasks.readers.cells import Cells
 from porelang.tasks.readers.raster import gridded, spacing_of
-from porelang.tasks.study.asked import Question, solid_of, valued
+from porelang.tasks.study.asked import DENSITY, POISSON, YOUNG, Question, solid_of, valued
 from porelang.tasks.study.ends import Setting, Side, setting
 from porelang.tasks.study.numbers import Measured, numbers_of, surface_error
 from porelang.tasks.study.samples import NODES
@@ -35,10 +35,6 @@ _CUBE = 2.0 ** (1 / 6)
 _LOST = 0.05
 #: Elements of a graded mesh that may be finer, or coarser, than the sizes that are said of it.
 _FEW = 0.05
-#: What a number of the material is, its unit, between which it lies, and what is said where it does not.
-_YOUNG = "Young's modulus", "MPa", 0.0, np.inf, "it is above 0, and finite, in all of a part"
-_POISSON = "Poisson's ratio", "", -1.0, 0.5, "it lies between -1 and 0.5: 0.49 at most"
-_DENSITY = "the density", "g/cm3", -1e-300, np.inf, "it is 0 or more in all of a part"
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +121,7 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
     middles = mesh.vertices[mesh.tets].mean(axis=1)
     young, poisson, density = (
         valued(field, middles, *words)
-        for field, words in ((asked.young, _YOUNG), (asked.poisson, _POISSON), (asked.density, _DENSITY))
+        for field, words in ((asked.young, YOUNG), (asked.poisson, POISSON), (asked.density, DENSITY))
     )
     problem = Problem(mesh, young, poisson, density, acting.supports, acting.loads, 1 if asked.order == 1 else 2,
                       acting.balanced)  # fmt: skip
