@@ -63,10 +63,10 @@ def fineness(design: Design, part: Solid, size: float | str | None, mesher: str,
             raise fail("E108", "fTetWild takes one size", hint="give a length, or use --mesher direct")
         try:
             roots = design.program.field_roots(size)
-        except PoreError as error:
+        except PoreError as unknown:
             said = f"`{size}` is no length, as `3mm`, and "
             raise PoreError([replace(d, message=said + d.message) if d.code == "E100" else d
-                             for d in error.diagnostics]) from None  # fmt: skip
+                             for d in unknown.diagnostics]) from None  # fmt: skip
         return Fineness(design.formula(*roots), wanted, wall, False)
     if isinstance(size, int | float):
         return Fineness(float(size), wanted, wall, False)
