@@ -40,8 +40,9 @@ class Real:
         self.adapting, self._grid, self._thickness, self._sign = adapting, grid, thickness, sign
         self._mean = mean
         self._average: Callable[[Array], Array] = averaged(grid, cell)
+        uniform = sign * float(thickness.thickness(np.array([mean]))[0])
         self._key = digest(
-            np.frombuffer(_identity(adapting).encode(), np.uint8), grid.fill, np.array([grid.origin, grid.spacing]),
+            np.frombuffer(_identity(adapting, uniform).encode(), np.uint8), grid.fill, np.array([grid.origin, grid.spacing]),
             thickness.densities, thickness.values, np.array([sign, cell, mean]),
         )  # fmt: skip
 
@@ -123,8 +124,8 @@ def _gathered(there: NDArray[np.intp], values: Array, grid: Grid) -> Array:
     return np.asarray(np.bincount(there, values, len(grid.weights)), np.float64)
 
 
-def _identity(adapting: Adapting) -> str:
+def _identity(adapting: Adapting, value: float) -> str:
     """What the study of a design is, by content: renaming changes nothing of it, another force does."""
-    design = adapting.with_samples(adapting.same_all_over(0.0))
+    design = adapting.with_samples(adapting.same_all_over(value))
     task = design.program.studies[adapting.study]
     return named(task, design.formula(*task.args).bindings)
