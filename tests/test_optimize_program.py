@@ -120,6 +120,10 @@ def test_the_loop_of_a_program_stiffens_its_part(tmp_path: Path, capsys: pytest.
     replayed = porelang.compile(path=str(file)).bind(t=f"{folder / 'step-001.npz'}:t").study("s")
     assert replayed.numbers["compliance"].value == pytest.approx(found["steps"][1]["compliance"], rel=1e-6)
 
+    rho = porelang.compile(f'let r = load("{folder / "t.npz"}", "density")\nout rho = r').design().field("rho")
+    middles = np.stack(np.meshgrid(np.arange(-25, 30, 10), [-5, 5], [-5, 5], indexing="ij"), -1).reshape(-1, 3)
+    assert np.asarray(rho(middles.astype(float))).mean() == pytest.approx(0.5, abs=0.02)
+
     assert main([*words, "--rule", "von_mises", "--resume"]) == 1
     assert "E195" in capsys.readouterr().err
 

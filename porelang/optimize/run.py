@@ -21,7 +21,7 @@ from porelang.optimize import history, loop
 from porelang.optimize.adapting import Adapting, adapting
 from porelang.optimize.grid import Grid
 from porelang.optimize.promise import Promise, promise
-from porelang.optimize.real import Real
+from porelang.optimize.real import Real, sampled
 from porelang.optimize.record import Step
 from porelang.optimize.rules import Energy, Given, Optimum, Rule, VonMises
 from porelang.program import Design
@@ -33,12 +33,15 @@ _TO_A_CELL = 2
 _TO_SOLVE, _THROUGH, _MOST = 4, 8, 300_000
 #: Where early steps may go.
 EARLY = "homogenised"
+#: The name of the density in the file of the samples, unless the param has that name.
+DENSITY = "density"
 TABLE, PICTURE = "history.md", "history.png"
 
 
 @dataclass(frozen=True, eq=False)
 class Optimized:
-    """How the loop of a program went: its steps, the best of them, and the `samples` of the param that adapts there.
+    """How the loop of a program went: its steps, the best of them, and the `samples` of the param that adapts there,
+    with the `density` that they make.
 
     `reason` says why it ended; `design` has these samples bound, so that it can be meshed. `cell` is in mm, `told` what
     is to be said about it. `promise` is what the homogenised lattice promised, where it was asked.
@@ -53,6 +56,7 @@ class Optimized:
     best: int
     reason: str
     samples: SampledField
+    density: SampledField
     design: Design
     told: tuple[Diagnostic, ...]
     promise: Promise | None = None
@@ -141,7 +145,7 @@ def optimize(
     doubts = (*_doubts(what, found), *(promised.doubts if promised else ()))
     result = Optimized(
         what.output, what.param, what.study, made.name, size, found.steps, found.best, reason, samples,
-        what.with_samples(samples), doubts, promised,
+        sampled(grid, found.density), what.with_samples(samples), doubts, promised,
     )  # fmt: skip
     if folder is not None:
         _write(result, Path(folder))
@@ -199,6 +203,7 @@ def _write(result: Optimized, folder: Path) -> None:
     samples = result.samples
     held = io.BytesIO()
     arrays = {
+        DENSITY: result.density.values[..., 0],
         result.param: samples.values[..., 0],
         "origin": np.array(samples.origin),
         "spacing": np.array(samples.spacing),
