@@ -325,6 +325,8 @@ class Doors(ABC):
         field: str | None = None,
         range: str | tuple[float, float] | None = None,
         legend: bool | str = False,
+        deform: bool | str | float = False,
+        ghost: bool = False,
         solid: Literal["none", "opaque", "glass"] | None = None,
         background: Literal["white", "transparent"] = "white",
         samples: int = 3,
@@ -341,8 +343,9 @@ class Doors(ABC):
 
         The options are those of `pore render` (docs/render.md), as there or as values: `view="front"` or degrees
         `(azimuth, elevation)`, `size="800x600"` or pixels, `cut="y<0"` or several, `slice="z=1cm"`, `field="heat"` on
-        the slices or else on the surface, `range=(0, 1)`, `legend=True` or a text. Errors: those of bounds; E068 where
-        a `check` fails, unless `check` is False; E107, E108 for wishes that cannot be; E120-E122 about OpenGL.
+        the slices or else on the surface, `range=(0, 1)`, `legend=True` or a text, `deform="s"` or `"120 s"`, a number
+        or True where there is one study. Errors: those of bounds; E068 where a `check` fails, unless `check` is False;
+        E107, E108 for wishes that cannot be; E120-E122 about OpenGL; E179 about a deformation.
         """
         from porelang.asked import render
 
@@ -359,6 +362,8 @@ class Doors(ABC):
             field=field,
             range=range,
             legend=legend,
+            deform=deform,
+            ghost=ghost,
             solid=solid,
             background=background,
             samples=samples,

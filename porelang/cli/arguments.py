@@ -153,6 +153,8 @@ COMMANDS: dict[str, Command] = {
                 "field",
                 "range",
                 "legend",
+                "deform",
+                "ghost",
                 "solid",
                 "background",
                 "samples",
