@@ -10,7 +10,7 @@ import numpy as np
 from porelang.diagnostics import PoreError, fail
 from porelang.fea.elements import TRIANGLE_EDGES, shape_values, triangle_rule
 from porelang.fea.nodes import Nodes
-from porelang.fea.problem import Floats, Mask, Where
+from porelang.fea.problem import Floats, Mask, OnSurface, Where
 
 #: Exact for quadratic tractions on quadratic shapes, and nine points to see where a selection cuts through.
 _DEGREE = 4
@@ -124,6 +124,8 @@ def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats) -> 
     it holds there, its end is bisected; round the nearest of these, finer grids find where it is nearer still.
     """
     low, high = box
+    if isinstance(where, OnSurface):
+        where = where.anywhere
     held = _held_on_grid(where, (low + high) / 2, high - low, 41, what)
     extent = f"the part reaches from {place(low)} to {place(high)}"
     if not len(held):
