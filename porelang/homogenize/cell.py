@@ -122,6 +122,18 @@ def _cut_by(part: Formula, low: Floats, sides: Floats) -> Floats | None:
     return np.array([axis[i] for axis, i in zip(axes, outside[0], strict=True)]) if len(outside) else None
 
 
+def lattice_of(part: Formula) -> Formula:
+    """The lattice of a part without the envelope that cuts it: of an intersection what has waves, else the part."""
+    members = _members(part.root)
+    lattice = [n for n in members if _waves(n)]
+    if not lattice or len(lattice) == len(members):
+        return part
+    whole = lattice[0]
+    for n in lattice[1:]:
+        whole = node("max", whole, n)
+    return part.with_roots(whole)
+
+
 def _members(n: Node) -> list[Node]:
     """What a solid is the intersection of."""
     return [m for a in n.args for m in _members(a)] if n.op == "max" else [n]

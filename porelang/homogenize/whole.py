@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.diagnostics import Diagnostic, fail
+from porelang.formula import Formula
 from porelang.homogenize.cell import cell_of, corner_of, period_doubts, place, sampled
 from porelang.homogenize.found import Homogenized, Level, sizes_of
 from porelang.program import Design
@@ -44,14 +45,20 @@ def homogenize(
     cell is not known, E181 where it is no period, E182 where it is empty or an envelope cuts it, E183 for a Poisson's
     ratio that no solid has.
     """
-    begun = time.perf_counter()
     name = design.program.output(name)
+    part = design.of(name)
+    return material(part, name, cell_of(design, name, part, cell), nu, finest, threads)
+
+
+def material(
+    part: Formula, name: str, sides: Floats, nu: float = 0.3, finest: int = FINEST, threads: int | None = None
+) -> Homogenized:
+    """A period of a part as a material; `sides` (3,) are its lengths in mm. See `homogenize`, also for errors."""
+    begun = time.perf_counter()
     checked_ratio(nu)
     if not isinstance(finest, int | np.integer) or isinstance(finest, bool) or not FEWEST <= finest <= MOST:
         raise fail("E180", f"a finest grid of {finest!r:.40} voxels is not to be had",
                    hint=f"take from {FEWEST} to {MOST} along the longest side, as by --resolution 64")  # fmt: skip
-    part = design.of(name)
-    sides = cell_of(design, name, part, cell)
     low = corner_of(part, sides)
     doubts = period_doubts(part, low, sides)
     levels: list[Level] = []
