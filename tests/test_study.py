@@ -489,7 +489,9 @@ def test_fea_says_what_loads_and_supports_found(tmp_path: Path, capsys: pytest.C
     lines = dict(line.strip().split("  ", 1) for line in capsys.readouterr().out.splitlines() if "  " in line.strip())
     assert lines["torque at the end"].strip().startswith("(0, 0, 0) N and (0, 0, 5000) N mm on 10")
     assert lines["held end"].strip() == "(0, 0, 0) N and (0, 0, -5000) N mm on 100 mm2"
-    file.write_text(f"{BAR}let s = study(bar, z < -19.9mm, force(z > 19.9mm, [3N, 0N, 0N]), {MATERIAL}, size=5mm)\nbar")
+    file.write_text(
+        f"{BAR}let s = study(bar, z < -19.9mm, force(z > 19.999mm, [3N, 0N, 0N]), {MATERIAL}, size=5mm)\nbar"
+    )
     assert main(["fea", str(file)]) == 0
     out = capsys.readouterr().out
     assert "(-3, 0, 0) N and (0, -120, 0) N mm on 100 mm2" in out

@@ -24,6 +24,8 @@ Flags = NDArray[np.bool_]
 #: Nodes of the grid in the box of a part: so many for each element, no fewer than this and no more than that; and of a
 #: slab of it that is asked at once.
 _FOR_EACH, _FEWEST, _MOST, _AT_ONCE = 100, 100_000, 1_000_000, 200_000
+#: Of an element and of the box of all, how far beyond that the part is looked for.
+_MARGIN = 0.1
 #: Where between the sides of the box nodes begin, in steps: in no plane in which parts or elements have faces.
 _BESIDE = np.array([0.381966, 0.271828, 0.577216])
 #: Nodes that lie so little outside of a tetrahedron, in barycentric coordinates, lie on a face of it.
@@ -74,9 +76,10 @@ class Missed:
 
 def missed(part: Solid, mesh: TetMesh, size: float) -> Missed:
     """Compare elements of a size (mm) with the field that they stand for."""
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    margin = 0.25 * size + 0.02 * (high - low)
-    low, high = np.maximum(low - margin, part.lo), np.minimum(high + margin, part.hi)
+    least, most = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    margin = _MARGIN * (size + most - least)
+    low = np.minimum(least, np.maximum(least - margin, part.lo))
+    high = np.maximum(most, np.minimum(most + margin, part.hi))
     nodes = min(max(_FOR_EACH * len(mesh.tets), _FEWEST), _MOST)
     step = float((np.prod(high - low) / nodes) ** (1 / 3))
     counts = np.maximum(np.ceil((high - low) / step).astype(int), 8)

@@ -15,7 +15,7 @@ from porelang.tet.tetmesh import TetMesh, volumes
 
 Floats = NDArray[np.float64]
 #: How much of what elements miss of a part is that of a stiffness. In bending it goes by the third power of a
-#: thickness; measured, of gyroids and IWPs cut by cylinders, of hollow spheres: 1 to 4.
+#: thickness; measured, of gyroids and IWPs cut by cylinders that lose no hole, of hollow spheres: 1 to 4.
 _SECTIONS = 4.0
 #: Of what hangs on each of n holes, 1/n of the load in the mean; a neck that elements lose is thinner than that.
 _HANDLES = 0.5
