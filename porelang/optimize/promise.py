@@ -90,6 +90,9 @@ def promise(
     uniform = np.full(len(grid.weights), plan.mean)
     with activity("adapting the homogenised part"):
         runs = [loop.iterate(analysis, rule, inner, start) for start in starts]
+    for run in runs:
+        if run.failed:  # half a promise is none
+            raise PoreError(run.failed)
     best = min(runs, key=lambda run: run.steps[run.best].compliance)
     first, last = runs[0].steps[0].compliance, best.steps[best.best].compliance
     rough = _coarser(asked, grid, found, (uniform, best.density), plan)
