@@ -1,4 +1,4 @@
-"""E170-E178, W255-W259, W273-W274: parts under load."""
+"""E170-E178, W255-W259, W280-W281: parts under load."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ ELASTICITY = (
     Code(
         "E171",
         "a motion that nothing holds",
-        "A part that can move as a rigid body has no displacement that could be found. The message names each such\n"
-        "motion: translations, rotations about an axis through a point, and rotations with a shift along their\n"
-        "axis. Add a support against it. Where loads do not drive the motion, as between frictionless platens, the\n"
-        "problem may be `balanced`: then the motion is taken out of the result. Loads that do drive it are refused\n"
-        "all the same.",
+        "A part that can move as a rigid body has no displacement that could be found. The message names each\n"
+        "such motion: translations, rotations about an axis through a point, and rotations with a shift along\n"
+        "their axis. Add a support against it. Where loads do not drive the motion, as between frictionless\n"
+        "platens, the problem may be balanced, `balanced=true`: then the motion is taken out of the result, with\n"
+        "no mean displacement along it. Loads that do drive it are refused all the same.",
         "",
         "",
     ),
@@ -46,8 +46,10 @@ ELASTICITY = (
     Code(
         "E174",
         "a field of a study that gives no numbers",
-        "What selects nodes and area gives True or False for each point, what gives forces and displacements three\n"
-        "finite numbers.",
+        "What selects nodes and area gives True or False for each point, what gives forces and displacements\n"
+        "three finite numbers. A condition in a program has no answer where it compares what is not a number: the\n"
+        "message says at which place of the surface. `and` and `or` have one where the other side decides: x > 0\n"
+        "and sqrt(x) < 1.",
         "",
         "",
     ),
@@ -63,7 +65,7 @@ ELASTICITY = (
         "a solve that does not converge",
         "The conjugate gradients made no progress. Very flat tetrahedra, moduli that differ by more than a million\n"
         "and a Poisson's ratio next to 0.5 are the common reasons; the hint says which of them are there. Where\n"
-        "displacements are found and forces balance all the same, to a millionth, the result is given, with W274.",
+        "displacements are found and forces balance all the same, to a millionth, the result is given, with W281.",
         "",
         "",
     ),
@@ -122,7 +124,7 @@ ELASTICITY = (
         "",
     ),
     Code(
-        "W273",
+        "W280",
         "a pressure on a ragged area",
         "A pressure acts on the area that its condition selects. Where the condition follows the surface itself, as\n"
         "`length(p) < 10mm` inside a hollow sphere of that radius, the faces of elements lie on both sides of it,\n"
@@ -132,7 +134,7 @@ ELASTICITY = (
         "",
     ),
     Code(
-        "W274",
+        "W281",
         "an equilibrium that rounding ends early",
         "Forces on nodes balance to what is said, and no further in this arithmetic: where moduli differ by orders,\n"
         "stiff parts move as a whole, and small forces are the difference of large ones. Displacements are sure to\n"

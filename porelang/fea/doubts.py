@@ -25,7 +25,7 @@ _LOCKS = {1: 0.45, 2: 0.495}
 
 def of(found: Solution, system: System, tolerance: float) -> tuple[Diagnostic, ...]:
     """Warnings: W255 for several pieces, W256 for walls of one element, W257 for a large error, W258 for a force that
-    stands on a point, W259 where elements lock, W273 for a pressure on a ragged area, W274 for an equilibrium that
+    stands on a point, W259 where elements lock, W280 for a pressure on a ragged area, W281 for an equilibrium that
     rounding ends early.
     """
     told = [_pieces(system.bodies), _thin(found.nodes), _coarse(found), *_points(found), _locking(found)]
@@ -144,7 +144,7 @@ def _ragged(found: Solution, system: System) -> list[Diagnostic]:
             at = system.boundary.points[np.argmax(np.where(torn, whole, 0.0))].mean(axis=0)
             told.append(
                 _warn(
-                    "W273",
+                    "W280",
                     f"{acting.name} acts on a ragged area: {come_to.area:.4g} mm2, in triangles of the boundary that "
                     f"have {touched:.4g}, as at {place(at)}",
                     "the boundary lies on both sides of where its condition ends: give that some room",
@@ -157,7 +157,7 @@ def _unsettled(found: Solution, tolerance: float) -> Diagnostic | None:
     if found.residual <= tolerance:
         return None
     return _warn(
-        "W274",
+        "W281",
         f"forces balance to {found.residual:.2g} of those that act, where {tolerance:.2g} is wanted: rounding ends "
         f"there",
         "moduli that differ by orders do that, flat tetrahedra, a Poisson's ratio next to 0.5; displacements are surer",

@@ -165,7 +165,15 @@ def _held_on_grid(where: Where, middle: Floats, half: Floats, count: int, what: 
     """The points of a grid that are selected, (n, 3)."""
     axes = [np.linspace(m - h, m + h, count) for m, h in zip(middle, half, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    return grid[asked(where, grid, what)]
+    return grid[_anywhere(where, grid, what)]
+
+
+def _anywhere(where: Where, points: Floats, what: str) -> Mask:
+    """Which points are selected; none where it has no answer, as it may away from the boundary."""
+    try:
+        return asked(where, points, what)
+    except PoreError:
+        return np.zeros(len(points), bool)
 
 
 def _bisected(where: Where, out: Floats, held: Floats, what: str) -> Floats:
@@ -173,7 +181,7 @@ def _bisected(where: Where, out: Floats, held: Floats, what: str) -> Floats:
     low, high = np.zeros(len(out)), np.ones(len(out))
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2
-        inside = asked(where, out + middle[:, None] * (held - out), what)
+        inside = _anywhere(where, out + middle[:, None] * (held - out), what)
         low, high = np.where(inside, low, middle), np.where(inside, middle, high)
     return np.asarray(out + high[:, None] * (held - out))
 

@@ -95,7 +95,8 @@ def _held_still(
         raise fail(
             "E171",
             f"nothing holds the part against {_listed(free.words)}",
-            hint="add a support there: where loads balance each other, it holds the part in three points without force",
+            hint="add a support there; or say `balanced=true` if the loads do not drive it, as between frictionless "
+            "platens",
         )
     works = np.einsum("rkd,kd->r", free.fields, forces) / np.abs(free.fields).max(axis=(1, 2))
     if (np.abs(works) > _BALANCED * np.abs(forces).sum()).any():

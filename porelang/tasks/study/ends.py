@@ -53,7 +53,7 @@ def setting(asked: Question, mesh: TetMesh, size: float) -> Setting:
     that no platen can press."""
     whole = asked.whole
     if whole is None:
-        return _listed(asked.acts, OnPart(solid_of(asked), size))
+        return _listed(asked.acts, OnPart(solid_of(asked), size), asked.balanced)
     ends = Ends(mesh, size)
     if whole.name == "compress":
         return _compressed(ends, *whole.numbers)
@@ -85,7 +85,7 @@ class OnPart:
         return np.where(moves[:, None], at, points)
 
 
-def _listed(acts: Sequence[Acts], on: OnPart) -> Setting:
+def _listed(acts: Sequence[Acts], on: OnPart, balanced: bool) -> Setting:
     supports: list[Support] = []
     loads: list[Load] = []
     names = [a.name for a in acts]
@@ -105,7 +105,7 @@ def _listed(acts: Sequence[Acts], on: OnPart) -> Setting:
                 loads.append(Moment(where, (x, y, z), name))
             case "weight", (x, y, z):
                 loads.append(Weight((x * GRAVITY, y * GRAVITY, z * GRAVITY)))
-    return Setting(tuple(supports), tuple(loads))
+    return Setting(tuple(supports), tuple(loads), balanced=balanced)
 
 
 class Ends:
