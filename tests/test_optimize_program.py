@@ -15,6 +15,7 @@ from porelang.diagnostics import PoreError, fail
 from porelang.optimize.adapting import adapting
 from porelang.optimize.grid import Grid
 from porelang.optimize.real import Real
+from porelang.optimize.rules import Optimum
 
 TEXT = """param t: field = 0 "offset of the network"
 param other: field = 1
@@ -51,6 +52,26 @@ def test_a_param_may_thin() -> None:
     law, sign = adapting(design(TEXT.replace("gyroid(20mm) - t", "gyroid(20mm) + t"))).law(0.3, 0.7)
     assert sign == -1
     assert law.thickness(np.array([0.5]))[0] == pytest.approx(0, abs=0.02)
+
+
+def test_a_param_may_be_the_size_of_the_cells() -> None:
+    """Walls that are as thick everywhere: the density of a sheet goes as one over the period, of `phase` as of a
+    number."""
+    text = TEXT.replace("param t: field = 0", "param t: field = 20mm").replace("0.1 * t", "9mm")
+    by = [
+        adapting(design(text.replace("gyroid(20mm) - t", f"{lattice} |> shell(24mm / t)")))
+        for lattice in ("gyroid(t)", "gyroid(phase=phase(t, bar))")
+    ]
+    law, sign = by[0].law(0.33, 0.5)
+    assert sign == -1
+    sizes = -law.thickness(np.array([0.35, 0.48]))
+    # few cells are cut as they come, so that the density of 20 mm cells is known to some percent
+    assert sizes[0] / sizes[1] == pytest.approx(0.48 / 0.35, rel=0.12)
+    for found in by:
+        assert found.cell() == pytest.approx(20)
+        part = found.part(found.same_all_over(31.0))
+        assert found.cell(part) == pytest.approx(31)
+    assert by[1].density(by[1].same_all_over(31.0)) == pytest.approx(by[0].density(by[0].same_all_over(31.0)), abs=0.02)
 
 
 @pytest.mark.parametrize(
@@ -163,6 +184,26 @@ def test_a_porosity_that_is_missed_is_told(monkeypatch: pytest.MonkeyPatch) -> N
         assert answer.porosity == pytest.approx(1 - min(mean, 0.7), abs=0.05)
 
 
+def test_a_loop_that_is_stopped_leaves_the_best_so_far(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, folder = tmp_path / "bar.pore", tmp_path / "loop"
+    file.write_text(TEXT.replace("size=3mm", "size=5mm"))
+    whole = Real.solve
+
+    def solve(self: Real, density: Any, state: Any) -> Any:
+        if np.ptp(density) > 0:
+            raise KeyboardInterrupt
+        return whole(self, density, state)
+
+    monkeypatch.setattr(Real, "solve", solve)
+    assert main(["optimize", str(file), "--iterate", "part", "--limits", "0.3..0.7", "-o", str(folder)]) == 130
+    assert f"stopped after step 0: {folder} has the best so far; --resume goes on" in capsys.readouterr().err
+    assert "not ended yet" in (folder / "history.md").read_text()
+    with np.load(folder / "t.npz") as file_of_best, np.load(folder / "step-000.npz") as first:
+        assert np.array_equal(file_of_best["t"], first["t"])
+
+
 @pytest.mark.parametrize(
     ("more", "code", "word"),
     [
@@ -178,6 +219,7 @@ def test_a_porosity_that_is_missed_is_told(monkeypatch: pytest.MonkeyPatch) -> N
         ({"most": 1.5}, "E108", "whole"),
         ({"folder": 123}, "E108", "folder"),
         ({"rule": 3}, "E193", "no rule"),
+        ({"rule": Optimum}, "E193", "no rule"),
         ({"rule": "energi"}, "E193", "did you mean `energy`"),
         ({"study": "zz"}, "E100", "`s`, `solid`"),
         ({"cell": "1m"}, "E193", "larger than the part"),
@@ -212,6 +254,10 @@ def test_the_loop_of_a_program_stiffens_its_part(tmp_path: Path, capsys: pytest.
     assert solved.numbers["volume"].value / 24000 == pytest.approx(1 - best["porosity"], abs=0.03)
     replayed = porelang.compile(path=str(file)).bind(t=f"{folder / 'step-001.npz'}:t").study("s")
     assert replayed.numbers["compliance"].value == pytest.approx(found["steps"][1]["compliance"], rel=1e-6)
+
+    rho = porelang.compile(f'let r = load("{folder / "t.npz"}", "density")\nout rho = r').design().field("rho")
+    middles = np.stack(np.meshgrid(np.arange(-25, 30, 10), [-5, 5], [-5, 5], indexing="ij"), -1).reshape(-1, 3)
+    assert np.asarray(rho(middles.astype(float))).mean() == pytest.approx(0.5, abs=0.02)
 
     assert main([*words, "--rule", "von_mises", "--resume"]) == 1
     assert "E195" in capsys.readouterr().err

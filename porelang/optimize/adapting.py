@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from porelang.analysis.box import Box
 from porelang.backends.numpy import NumpyField
 from porelang.data import SampledField
-from porelang.diagnostics import fail, suggest
+from porelang.diagnostics import PoreError, fail, suggest
 from porelang.formula import Formula
 from porelang.ir import TASKS, Node, node, order, within
 from porelang.measure import envelope_of
@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 PLACES = 200_000
 #: How many thicknesses make the table of a lattice; the least that is tried, and how often it is made four times that.
 _TABLE, _LEAST, _STEPS, _TIMES = 13, 0.01, 7, 4.0
+#: A param whose default is not 0 is a size first: so many times a factor either way.
+_OUTWARD, _APART = 9, 1.4
 #: Of the places, every so many make the table: thickness is moved after it until all of them have the porosity.
 _FEW = 8
 _WAVES = ("sin_turns", "cos_turns", "sin", "cos")
@@ -86,19 +88,18 @@ class Adapting:
         """The share of solid of the program without the loop, with what is bound to it already, if anything is."""
         return _solid(self.design.formula(self.design.program.solid(self.output)), self.places)
 
-    def cell(self) -> float:
-        """The period of the lattice in mm: the longest of its waves, in the middle of the places.
-
-        Errors: E193 where it has none.
-        """
-        root = self.design.formula(self.design.program.solid(self.output)).root
+    def cell(self, part: Formula | None = None) -> float:
+        """The period of the lattice in mm, as the program stands or of the `part` that samples make: the longest of its
+        waves, in the middle of the places. Errors: E193 where it has none."""
+        part = part or self.design.formula(self.design.program.solid(self.output))
+        root = part.root
         turned = [n.args[0] for n in order([root], within) if n.op in _WAVES and n.args[0].axes]
         found = []
         for u in turned:
             slopes = flatten(*(node("d", u, value=a) for a in range(3)))
             rates = np.zeros(len(self.places[::500]))
             for slope in slopes:
-                field = NumpyField(self.design.formula(slope), "f64")
+                field = NumpyField(part.with_roots(slope), "f64")
                 rates = rates + np.asarray(field.at(self.places[::500])) ** 2
             rate = float(np.sqrt(np.median(rates)))
             if rate > 0:
@@ -114,10 +115,12 @@ class Adapting:
         With it comes 1, or -1 where more of the param is less of the solid: then the thickness is minus the param.
         Errors: E193 where these densities are not reached, E192 where the density does not rise all along.
         """
-        ladder = np.array([-(_LEAST * _TIMES**k) for k in range(_STEPS, -1, -1)])
-        ladder = np.concatenate([ladder, [0.0], -ladder[::-1]])
-        shares = np.array([self._share(v) for v in ladder])
-        found = _climb(ladder, shares, low, high)
+        found, shares = self._outward(low, high)
+        if found is None:
+            ladder = np.array([-(_LEAST * _TIMES**k) for k in range(_STEPS, -1, -1)])
+            ladder = np.concatenate([ladder, [0.0], -ladder[::-1]])
+            shares = np.array([self._share(v) for v in ladder])
+            found = _climb(ladder, shares, low, high)
         if found is None:
             raise fail("E193", f"`{self.param}` takes the density of `{self.output}` from {shares.min():.3f} to "
                        f"{shares.max():.3f}, and nowhere from {low:g} to {high:g}",
@@ -136,6 +139,25 @@ class Adapting:
                        f"{sign * float(values[used][flat[0]]):.4g}",
                        hint="narrow the limits to where it does, as in --limits 0.3..0.6")  # fmt: skip
         return Thickness(shares[used], values[used]), sign
+
+    def _outward(self, low: float, high: float) -> tuple[tuple[float, float, float] | None, Array]:
+        """The way up among multiples of the default of the param, as of a size, which is never 0: up and down from that
+        until the densities pass the limits, or have no such part."""
+        root = self.design.program.data[self.param].default[0]
+        middle = 0.0 if root.axes else float(self.design.formula(*flatten(root)).numbers[0])
+        shares = {0: self.as_it_stands()}
+        for side in (1, -1) if middle else ():
+            for k in range(side, side * (_OUTWARD + 1), side):
+                try:
+                    shares[k] = self._share(middle * _APART**k)
+                except PoreError:
+                    break
+                if not low < shares[k] < high:
+                    break
+        values = np.array([middle * _APART**k for k in sorted(shares)])
+        known = np.array([shares[k] for k in sorted(shares)])
+        rising = np.argsort(values)
+        return _climb(values[rising], known[rising], low, high), known
 
 
 def _solid(part: Formula, places: Array) -> float:

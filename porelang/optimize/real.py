@@ -44,9 +44,10 @@ class Real:
         self.adapting, self._grid, self._thickness, self._sign = adapting, grid, thickness, sign
         self._mean, self._cell = mean, cell
         self._average: Callable[[Array], Array] = averaged(grid, cell)
+        uniform = sign * float(thickness.thickness(np.array([mean]))[0])
         self._key = digest(
-            np.frombuffer(_identity(adapting).encode(), np.uint8), grid.fill, np.array([grid.origin, grid.spacing]),
-            thickness.densities, thickness.values, np.array([sign, cell, mean]),
+            np.frombuffer(_identity(adapting, uniform).encode(), np.uint8), grid.fill,
+            np.array([grid.origin, grid.spacing]), thickness.densities, thickness.values, np.array([sign, cell, mean]),
         )  # fmt: skip
 
     @property
@@ -86,17 +87,7 @@ class Real:
         return samples, share
 
     def _sampled(self, density: Array) -> SampledField:
-        grid = self._grid
-        values = np.zeros(grid.shape)
-        values[grid.mask] = self._sign * self._thickness.thickness(density)
-        nearest = distance_transform_edt(~grid.mask, return_distances=False, return_indices=True)
-        values = values[tuple(nearest)]  # outside of the part it goes on as at the nearest voxel
-        origin = np.array(grid.origin) + np.array(grid.spacing) / 2
-        for axis in range(3):  # samples have two nodes at least
-            if values.shape[axis] == 1:
-                values = np.repeat(values, 2, axis)
-                origin[axis] -= grid.spacing[axis] / 2
-        return SampledField.from_array(values, origin.tolist(), grid.spacing)
+        return sampled(self._grid, self._sign * self._thickness.thickness(density))
 
     def _answer(self, density: Array, found: Solved, samples: SampledField, share: float) -> Answer:
         mesh, fields = found.mesh, found.fields
@@ -130,6 +121,20 @@ class Real:
         return (*doubts_of(found), *more)
 
 
+def sampled(grid: Grid, values: Array) -> SampledField:
+    """Values (m,) of the voxels that count as samples in their middles; outside they go on as at the nearest voxel."""
+    whole = np.zeros(grid.shape)
+    whole[grid.mask] = values
+    nearest = distance_transform_edt(~grid.mask, return_distances=False, return_indices=True)
+    whole = whole[tuple(nearest)]
+    origin = np.array(grid.origin) + np.array(grid.spacing) / 2
+    for axis in range(3):  # samples have two nodes at least
+        if whole.shape[axis] == 1:
+            whole = np.repeat(whole, 2, axis)
+            origin[axis] -= grid.spacing[axis] / 2
+    return SampledField.from_array(whole, origin.tolist(), grid.spacing)
+
+
 def study_of(design: Design, study: str) -> Solved:
     """A study of a design that a `let` names, solved."""
     task = design.program.studies[study]
@@ -140,8 +145,8 @@ def _gathered(there: NDArray[np.intp], values: Array, grid: Grid) -> Array:
     return np.asarray(np.bincount(there, values, len(grid.weights)), np.float64)
 
 
-def _identity(adapting: Adapting) -> str:
+def _identity(adapting: Adapting, value: float) -> str:
     """What the study of a design is, by content: renaming changes nothing of it, another force does."""
-    design = adapting.with_samples(adapting.same_all_over(0.0))
+    design = adapting.with_samples(adapting.same_all_over(value))
     task = design.program.studies[adapting.study]
     return named(task, design.formula(*task.args).bindings)

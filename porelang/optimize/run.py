@@ -25,7 +25,7 @@ from porelang.optimize.adapting import Adapting, adapting
 from porelang.optimize.doubts import doubts
 from porelang.optimize.grid import Grid
 from porelang.optimize.promise import Promise, promise
-from porelang.optimize.real import Real
+from porelang.optimize.real import Real, sampled
 from porelang.optimize.record import Step
 from porelang.optimize.rules import Answer, Energy, Given, Optimum, Rule, VonMises
 from porelang.program import Design
@@ -37,12 +37,15 @@ _TO_A_CELL = 2
 _TO_SOLVE, _THROUGH, _MOST = 4, 8, 300_000
 #: Where early steps may go.
 EARLY = "homogenised"
+#: The name of the density in the file of the samples, unless the param has that name.
+DENSITY = "density"
 TABLE, PICTURE = "history.md", "history.png"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Optimized:
-    """How the loop of a program went: its steps, the best of them, and the `samples` of the param that adapts there.
+    """How the loop of a program went: its steps, the best of them, and the `samples` of the param that adapts there,
+    with the `density` that they make.
 
     `reason` says why it ended; `design` has these samples bound, so that it can be meshed. `cell` is in mm, `told` what
     is to be said about it. `failed` is what was wrong with the step after the last, if that could not be solved.
@@ -58,6 +61,7 @@ class Optimized:
     best: int
     reason: str
     samples: SampledField
+    density: SampledField
     design: Design
     told: tuple[Diagnostic, ...]
     failed: tuple[Diagnostic, ...] = ()
@@ -186,7 +190,7 @@ def optimize(
     told_of = [*doubts(what, found, size), *(promised.doubts if promised else ())]
     result = Optimized(
         what.output, what.param, what.study, made.name, size, found.steps, found.best, reason, samples,
-        what.with_samples(samples), tuple(told_of), found.failed, promised,
+        sampled(grid, found.density), what.with_samples(samples), tuple(told_of), found.failed, promised,
     )  # fmt: skip
     if folder is not None:
         _write(result, Path(folder))
@@ -195,7 +199,7 @@ def optimize(
 
 def _rule(rule: str | Rule) -> Rule:
     if not isinstance(rule, str):
-        if not all(hasattr(rule, name) for name in ("name", "driver", "next")):
+        if isinstance(rule, type) or not all(hasattr(rule, name) for name in ("name", "driver", "next")):
             raise fail("E193", f"{rule!r:.60} is no rule of the loop",
                        hint=f"name one: {', '.join(RULES)}; or make one of porelang.optimize.rules")  # fmt: skip
         return rule
@@ -231,6 +235,7 @@ def _grid(what: Adapting, cell: float, solved: bool = False) -> Grid:
 def _write(result: Optimized, folder: Path) -> None:
     samples = result.samples
     arrays = {
+        DENSITY: result.density.values[..., 0],
         result.param: samples.values[..., 0],
         "origin": np.array(samples.origin),
         "spacing": np.array(samples.spacing),
