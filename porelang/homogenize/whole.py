@@ -51,15 +51,17 @@ def homogenize(
 
 
 def material(
-    part: Formula, name: str, sides: Floats, nu: float = 0.3, finest: int = FINEST, threads: int | None = None
-) -> Homogenized:
-    """A period of a part as a material; `sides` (3,) are its lengths in mm. See `homogenize`, also for errors."""
+    part: Formula, name: str, sides: Floats, nu: float = 0.3, finest: int = FINEST, threads: int | None = None,
+    middle: Sequence[float] = (0.0, 0.0, 0.0),
+) -> Homogenized:  # fmt: skip
+    """A period of a part as a material; `sides` (3,) are its lengths in mm, and it lies round `middle` unless the part
+    is as large as that. See `homogenize`, also for errors."""
     begun = time.perf_counter()
     checked_ratio(nu)
     if not isinstance(finest, int | np.integer) or isinstance(finest, bool) or not FEWEST <= finest <= MOST:
         raise fail("E180", f"a finest grid of {finest!r:.40} voxels is not to be had",
                    hint=f"take from {FEWEST} to {MOST} along the longest side, as by --resolution 64")  # fmt: skip
-    low = corner_of(part, sides)
+    low = corner_of(part, sides, middle)
     doubts = period_doubts(part, low, sides)
     levels: list[Level] = []
     pieces: list[Piece] = []
