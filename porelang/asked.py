@@ -86,6 +86,19 @@ def iterate(
     """The loop from stress back to geometry; see `Program.iterate`."""
     from porelang.optimize.run import optimize
 
+    until, limits = read("until", until, values.until), read("limits", limits, values.limits)
+    porosity, damping = read("porosity", porosity, values.share), read("damping", damping, values.share)
+    numbers = (("until", until), ("damping", damping), *(() if porosity is None else (("porosity", porosity),)))
+    for what, given in numbers:
+        if not isinstance(given, int | float | np.number) or isinstance(given, bool) or not 0 < given <= 1:
+            hint = f'as in {what}=0.5, or {what}="50%"'
+            raise fail("E108", f"{what}={given!r:.60} is no share above 0 and at most 1", hint=hint)
+    if not (isinstance(limits, tuple | list) and len(limits) == 2 and all(isinstance(v, int | float) for v in limits)):
+        hint = 'as in limits=(0.2, 0.8), or limits="0.2..0.8"'
+        raise fail("E108", f"limits={limits!r:.60} are no two densities", hint=hint)
+    if resume and folder is None:
+        raise fail("E108", "there is no folder to go on from", hint='name the one that has the record: folder="a.loop"')
+
     found = optimize(design, name, until, most, rule, limits, porosity, adapt, study, within, length("cell", cell),
                      damping, folder, resume, early)  # fmt: skip
     warn(found.told)
@@ -184,15 +197,23 @@ def homogenize(
     from porelang import homogenize as work
 
     sides = read("cell", cell, values.cell)
-    ratio = float(read("nu", nu, values.number))
+    ratio = read("nu", nu, values.number)
+    if isinstance(resolution, str) and resolution.isdigit():
+        resolution = int(resolution)
+    if isinstance(sides, int | float | np.number):
+        sides = (sides,) * 3
+    if isinstance(sides, tuple | list) and len(sides) == 3:
+        sides = tuple(length("cell", side) for side in sides)
+    if not isinstance(ratio, int | float | np.number) or isinstance(ratio, bool):
+        raise fail("E108", f"nu={nu!r:.60} is no number", hint="as in nu=0.3")
     if check:
         keep_checks(design)
     found: Any
     if sweep is None:
-        found = work.homogenize(design, name, sides, ratio, resolution)
+        found = work.homogenize(design, name, sides, float(ratio), resolution)
     else:
         param, low, high, count = read("sweep", sweep, values.swept)
-        found = work.sweep(design, param, low, high, count, name, sides, ratio, resolution)
+        found = work.sweep(design, param, low, high, count, name, sides, float(ratio), resolution)
     warn([*found.doubts, *design.told(*design.program.roots(name))])
     return found
 

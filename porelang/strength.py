@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from porelang.analysis.box import Box
 from porelang.atomic import destination, draft_in, save, unwritable
 from porelang.compiler import try_compile
-from porelang.data import Reduced
+from porelang.data import Reduced, figures
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
 from porelang.ir import Node, X, node
 from porelang.measure import BOUNDS, envelope_of
@@ -35,11 +35,25 @@ Floats = NDArray[np.float64]
 _ERROR = "error"
 #: What the solver doubts of loads and elements, and a study does not say itself: a force on a point, locking.
 _OF_THE_SOLVER = frozenset({"W258", "W259"})
+_UNITS = {
+    "compliance": "N mm",
+    "max_von_mises": "MPa",
+    "von_mises_99": "MPa",
+    "max_displacement": "mm",
+    "mean_displacement": "mm",
+    "volume": "mm3",
+    "mass": "g",
+}
+
+#: What would not be understood by its name in the language.
+_CALLED = {"von_mises_99": "von Mises, 99 %"}
+#: Components of a force below this share of its largest are what the solver leaves.
+_RESIDUAL = 1e-7
 #: A part without an envelope of its own that fills so much of its bounds is a solid, and no lattice in them.
 _FILLS = 0.5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Strength:
     """A study in elements: the mesh with what was found on it (`solved`), and what it comes to.
 
@@ -56,8 +70,8 @@ class Strength:
 
     @property
     def numbers(self) -> Mapping[str, Reduced]:
-        """The numbers by name."""
-        return self.solved.numbers
+        """The numbers by name, of those that there are: stiffness of one load, mass where the density is known."""
+        return {name: number for name, number in self.solved.numbers.items() if not self._lacks(name)}
 
     @property
     def report(self) -> dict[str, Any]:
@@ -100,7 +114,31 @@ class Strength:
         return total
 
     def _lacks(self, name: str) -> bool:
-        return name in ("mass", "stiffness") and not self.numbers[name].value
+        return name in ("mass", "stiffness") and not self.solved.numbers[name].value
+
+    def lines(self, more: Mapping[str, str] | None = None) -> list[str]:
+        """The report as lines of a table, with some `more` at its end."""
+        solved = self.solved
+        turns = solved.asked.whole is not None and solved.asked.whole.name == "twist_load"
+        told = {
+            "study": self.name,
+            "elements": f"{len(solved.mesh.tets):,} of {solved.sized.span} mm, {solved.unknowns:,} unknowns",
+            "solver": f"{solved.iterations} iterations to a residual of {solved.residual:.1g}",
+        }
+        for name, number in self.numbers.items():
+            if name != _ERROR:
+                unit = _UNITS.get(name, "N mm/rad" if turns else "N/mm")
+                told[_CALLED.get(name, name.replace("_", " "))] = f"{figures(number.value, number.error)} {unit}"
+        if (modulus := self.effective_modulus) is not None:
+            told["modulus"] = f"{figures(modulus.value, modulus.error)} MPa, of {self.envelope}"
+        for name, force in solved.reactions.items():
+            least = _RESIDUAL * float(np.abs(force).max())
+            told[name] = f"({', '.join(f'{v if abs(v) > least else 0.0:.5g}' for v in force)}) N"
+        told["stresses err"] = f"{self.numbers[_ERROR].value:.2%} in energy (Zienkiewicz and Zhu)"
+        return [f"  {name:<18} {value}" for name, value in (told | dict(more or {})).items()]
+
+    def __repr__(self) -> str:
+        return "\n".join(["a study in elements", *self.lines()])
 
     def write(self, path: str | Path) -> None:
         """Write the elements with what was found on them as .vtu, whole or not at all.

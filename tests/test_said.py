@@ -1,17 +1,21 @@
-"""What commands say of tetrahedra that are too coarse, of sizes that are none, and when they are interrupted."""
+"""What commands and Python say: of tetrahedra too coarse, of wishes that are none, when they are interrupted."""
 
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import porelang
 from porelang.cli import main
+from porelang.diagnostics import PoreError
 
 ROOT = Path(__file__).resolve().parent.parent
 SHEET = "metric(gyroid(10mm)) |> shell(0.75mm) & cube(20mm)\n"
@@ -51,3 +55,35 @@ def test_who_is_interrupted_says_so(number: signal.Signals, word: str, tmp_path:
     out, err = running.communicate(timeout=60)
     assert running.returncode == 128 + number
     assert (out, err) == ("", f"{word}: nothing is left half-written\n")
+
+
+def test_python_takes_what_its_hints_propose() -> None:
+    lattice = porelang.compile("gyroid(10)")
+    with pytest.warns(porelang.PoreWarning, match="resolution=32"):
+        one = lattice.homogenize(resolution=16, cell="10")
+    with pytest.warns(porelang.PoreWarning):
+        other = lattice.homogenize(resolution="16", cell=["1cm", 10, "10mm"])
+    assert one.numbers["E.100"] == other.numbers["E.100"]
+    for wrong in ({"nu": None}, {"cell": [1, 2]}):
+        with pytest.raises(PoreError):
+            lattice.homogenize(resolution=16, **wrong)
+
+
+@pytest.mark.parametrize(
+    "wish", [{"damping": 2}, {"damping": "x"}, {"until": -1}, {"until": float("nan")}, {"porosity": "150%"},
+             {"limits": 0.5}, {"limits": "0.7..0.3"}, {"resume": True}],
+)  # fmt: skip
+def test_a_loop_is_asked_for_in_numbers_or_as_its_command_is(wish: dict[str, Any]) -> None:
+    with pytest.raises(PoreError, match="E108"):
+        porelang.compile("sphere(9)").iterate(**wish)
+    with pytest.raises(PoreError, match=r"E100|E19\d"):  # it got as far as the program, which has no study
+        porelang.compile("sphere(9)").iterate(damping="50%", until="change<1%", limits="0.3..0.7", porosity="50%")
+
+
+def test_a_study_prints_as_its_report() -> None:
+    loads = "[force(z > 4mm, [0, 0, -9N]), force(z > 4mm, [0, 9N, 0])]"
+    text = f"let s = study(cube(9mm), fix=z < -4mm, load={loads}, E=1GPa, nu=0.3, size=3mm)\nout part = cube(9mm)"
+    found = porelang.compile(text).study()
+    assert re.search(r"held +\(0, -9, 9\) N", repr(found))
+    assert len(repr(found)) < 1000
+    assert {"stiffness", "mass"}.isdisjoint(found.numbers)

@@ -9,22 +9,8 @@ from porelang.atomic import destination
 from porelang.checks import broken_checks
 from porelang.cli import report
 from porelang.cli.loading import bound
-from porelang.data import Reduced, figures
 from porelang.diagnostics import PoreError, fail, to_lists
-from porelang.strength import Strength, carry_out
-
-_UNITS = {
-    "compliance": "N mm",
-    "max_von_mises": "MPa",
-    "von_mises_99": "MPa",
-    "max_displacement": "mm",
-    "mean_displacement": "mm",
-    "volume": "mm3",
-    "mass": "g",
-}
-
-#: What would not be understood by its name in the language.
-_CALLED = {"von_mises_99": "von Mises, 99 %"}
+from porelang.strength import carry_out
 
 
 def fea(options: Namespace) -> int:
@@ -50,30 +36,6 @@ def fea(options: Namespace) -> int:
         written = {"file": options.output} if options.output else {}
         report.put(written | found.report | {"seconds": seconds} | to_lists(list(found.told)))
     elif not (options.quiet and options.output):  # without a file the report is the result
-        print(_text(options.output or design.program.source.name, found, seconds))
+        name = options.output or design.program.source.name
+        print("\n".join([name, *found.lines({"time": f"{seconds:.2f} s"})]))
     return 0
-
-
-def _text(path: str, found: Strength, seconds: float) -> str:
-    solved = found.solved
-    turns = solved.asked.whole is not None and solved.asked.whole.name == "twist_load"
-    lines = {
-        "study": found.name,
-        "elements": f"{len(solved.mesh.tets):,} of {solved.sized.span} mm, {solved.unknowns:,} unknowns",
-        "solver": f"{solved.iterations} iterations to a residual of {solved.residual:.1g}",
-    }
-    for name, number in found.numbers.items():
-        if name in found.report and name != "error":
-            unit = _UNITS.get(name, "N mm/rad" if turns else "N/mm")
-            lines[_CALLED.get(name, name.replace("_", " "))] = f"{_shown(number)} {unit}"
-    if found.effective_modulus is not None:
-        lines["modulus"] = f"{_shown(found.effective_modulus)} MPa, of {found.envelope}"
-    for name, force in solved.reactions.items():
-        lines[name] = f"({', '.join(f'{v + 0.0:.5g}' for v in force)}) N"
-    lines["stresses err"] = f"{found.numbers['error'].value:.2%} in energy (Zienkiewicz and Zhu)"
-    lines["time"] = f"{seconds:.2f} s"
-    return "\n".join([path, *(f"  {name:<18} {value}" for name, value in lines.items())])
-
-
-def _shown(number: Reduced) -> str:
-    return figures(number.value, number.error)
