@@ -79,28 +79,21 @@ def study(design: Design, name: str | None, refine: bool, within: str | None) ->
 
 
 def iterate(
-    design: Design, name: str | None, until: float, most: int, rule: Any, limits: tuple[float, float],
-    porosity: float | None, adapt: str | None, study: str | None, within: str | None, cell: Length | None,
-    damping: float, folder: str | Path | None, resume: bool, early: str | None,
+    design: Design, name: str | None, until: float | str, most: int | str, rule: Any,
+    limits: tuple[float, float] | str, porosity: float | str | None, adapt: str | None, study: str | None,
+    within: str | None, cell: Length | None, damping: float | str, folder: str | Path | None, resume: bool,
+    force: bool, early: str | None,
 ) -> Optimized:  # fmt: skip
     """The loop from stress back to geometry; see `Program.iterate`."""
     from porelang.optimize.run import optimize
 
-    until, limits = read("until", until, values.until), read("limits", limits, values.limits)
-    porosity, damping = read("porosity", porosity, values.share), read("damping", damping, values.share)
-    numbers = (("until", until), ("damping", damping), *(() if porosity is None else (("porosity", porosity),)))
-    for what, given in numbers:
-        if not isinstance(given, int | float | np.number) or isinstance(given, bool) or not 0 < given <= 1:
-            hint = f'as in {what}=0.5, or {what}="50%"'
-            raise fail("E108", f"{what}={given!r:.60} is no share above 0 and at most 1", hint=hint)
-    if not (isinstance(limits, tuple | list) and len(limits) == 2 and all(isinstance(v, int | float) for v in limits)):
-        hint = 'as in limits=(0.2, 0.8), or limits="0.2..0.8"'
-        raise fail("E108", f"limits={limits!r:.60} are no two densities", hint=hint)
-    if resume and folder is None:
-        raise fail("E108", "there is no folder to go on from", hint='name the one that has the record: folder="a.loop"')
-
-    found = optimize(design, name, until, most, rule, limits, porosity, adapt, study, within, length("cell", cell),
-                     damping, folder, resume, early)  # fmt: skip
+    change, share = number("until", until, values.until), number("damping", damping, values.share)
+    void = None if porosity is None else number("porosity", porosity, values.share)
+    densities = pair("limits", read("limits", limits, values.limits))
+    if not isinstance(folder, str | Path | None):
+        raise fail("E108", f"folder: {folder!r:.60} is no folder", hint='give its path: folder="part.loop"')
+    found = optimize(design, name, change, whole("most", most), rule, densities, void, adapt, study, within,
+                     length("cell", cell), share, folder, resume, early, force=force)  # fmt: skip
     warn(found.told)
     return found
 
@@ -197,23 +190,19 @@ def homogenize(
     from porelang import homogenize as work
 
     sides = read("cell", cell, values.cell)
-    ratio = read("nu", nu, values.number)
-    if isinstance(resolution, str) and resolution.isdigit():
-        resolution = int(resolution)
     if isinstance(sides, int | float | np.number):
         sides = (sides,) * 3
     if isinstance(sides, tuple | list) and len(sides) == 3:
         sides = tuple(length("cell", side) for side in sides)
-    if not isinstance(ratio, int | float | np.number) or isinstance(ratio, bool):
-        raise fail("E108", f"nu={nu!r:.60} is no number", hint="as in nu=0.3")
+    ratio, resolution = number("nu", nu, values.number), whole("resolution", resolution)
     if check:
         keep_checks(design)
     found: Any
     if sweep is None:
-        found = work.homogenize(design, name, sides, float(ratio), resolution)
+        found = work.homogenize(design, name, sides, ratio, resolution)
     else:
         param, low, high, count = read("sweep", sweep, values.swept)
-        found = work.sweep(design, param, low, high, count, name, sides, float(ratio), resolution)
+        found = work.sweep(design, param, low, high, count, name, sides, ratio, resolution)
     warn([*found.doubts, *design.told(*design.program.roots(name))])
     return found
 
@@ -249,6 +238,32 @@ def read(what: str, given: Any, reader: Callable[[str], Some]) -> Any:
         return reader(given)
     except values.Unreadable as no:
         raise fail("E108", f"{what}: {no.text}", hint=no.hint) from None
+
+
+def number(what: str, given: Any, reader: Callable[[str], float]) -> float:
+    """A number, or a text that says one. Errors: E108 for what is none."""
+    value = read(what, given, reader)
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+        raise fail("E108", f"{what}: {given!r:.60} is no number", hint=f"as in {what}=0.5")
+    return float(value)
+
+
+def whole(what: str, given: Any) -> int:
+    """A count. Errors: E108 for what is none."""
+    value = read(what, given, values.count)
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise fail("E108", f"{what}: {given!r:.60} is no whole number", hint=f"as in {what}=15")
+    return int(value)
+
+
+def pair(what: str, given: Any) -> tuple[float, float]:
+    """Two numbers. Errors: E108 for what is not that."""
+    try:
+        low, high = given
+        return float(low), float(high)
+    except (TypeError, ValueError):
+        hint = f'as in {what}=(0.2, 0.8), or {what}="0.2..0.8"'
+        raise fail("E108", f"{what}: {given!r:.60} is no pair of numbers", hint=hint) from None
 
 
 def length(what: str, given: Length | None, reader: Callable[[str], Any] = values.length) -> Any:

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -67,17 +66,6 @@ def test_python_takes_what_its_hints_propose() -> None:
     for wrong in ({"nu": None}, {"cell": [1, 2]}):
         with pytest.raises(PoreError):
             lattice.homogenize(resolution=16, **wrong)
-
-
-@pytest.mark.parametrize(
-    "wish", [{"damping": 2}, {"damping": "x"}, {"until": -1}, {"until": float("nan")}, {"porosity": "150%"},
-             {"limits": 0.5}, {"limits": "0.7..0.3"}, {"resume": True}],
-)  # fmt: skip
-def test_a_loop_is_asked_for_in_numbers_or_as_its_command_is(wish: dict[str, Any]) -> None:
-    with pytest.raises(PoreError, match="E108"):
-        porelang.compile("sphere(9)").iterate(**wish)
-    with pytest.raises(PoreError, match=r"E100|E19\d"):  # it got as far as the program, which has no study
-        porelang.compile("sphere(9)").iterate(damping="50%", until="change<1%", limits="0.3..0.7", porosity="50%")
 
 
 def test_a_study_prints_as_its_report() -> None:

@@ -90,6 +90,9 @@ def promise(
     uniform = np.full(len(grid.weights), plan.mean)
     with activity("adapting the homogenised part"):
         runs = [loop.iterate(analysis, rule, inner, start) for start in starts]
+    for run in runs:
+        if run.failed:  # half a promise is none
+            raise PoreError(run.failed)
     best = min(runs, key=lambda run: run.steps[run.best].compliance)
     first, last = runs[0].steps[0].compliance, best.steps[best.best].compliance
     rough = _coarser(asked, grid, found, (uniform, best.density), plan)
@@ -104,12 +107,15 @@ def law_of(
     """The law of a design's lattice between the limits of its density, and what is doubtful of it."""
     low, high = thickness.limits
     found = []
+    own = abs(what.cell() / cell - 1) < 1e-6
     with activity("homogenising the lattice"):
         for i, value in enumerate(thickness.thickness(np.linspace(low, high, DENSITIES))):
             tell(i, DENSITIES)
             part = what.part(what.same_all_over(sign * float(value)))
+            # where the param is the size of the cells, each has its own
+            period = what.cell(part) if own else cell
             try:
-                found.append(material(lattice_of(part), what.output, np.full(3, cell), nu, VOXELS))
+                found.append(material(lattice_of(part), what.output, np.full(3, period), nu, VOXELS))
             except PoreError as error:
                 told = f"with {what.param} = {sign * float(value):.4g}, for the law of the lattice"
                 raise PoreError([replace(d, message=f"{d.message}, {told}") for d in error.diagnostics]) from None

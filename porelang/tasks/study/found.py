@@ -12,9 +12,10 @@ from porelang.ir import Stage
 from porelang.ops.studies import NUMBERS
 from porelang.progress import activity
 from porelang.tasks.study.asked import question
-from porelang.tasks.study.got import Got
+from porelang.tasks.study.got import Got, told
 from porelang.tasks.study.samples import sampled
 from porelang.tasks.study.solved import Solved, solved
+from porelang.tasks.told import Doubt
 from porelang.tet.tetmesh import volumes
 
 #: Elements beside a place that are looked at for their size.
@@ -32,6 +33,17 @@ def kept(study: Solved) -> SampledField:
     values = np.column_stack([fields.von_mises, fields.energy, fields.displacement, fields.stress])
     with activity("sampling a study"):
         samples, voxel, off = sampled(fields.mesh, values)
+    return _known(study, samples, voxel, off)
+
+
+def doubts_of(study: Solved) -> tuple[Doubt, ...]:
+    """What is doubtful of a study that is solved, whoever reads it: of its samples nothing is said."""
+    none = SampledField.from_array(np.zeros((2, 2, 2)), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    return told(_known(study, none, 0.0, 0.0)).doubts
+
+
+def _known(study: Solved, samples: SampledField, voxel: float, off: float) -> SampledField:
+    """Samples, with what is known of their study."""
     wall = study.sized.wall
     x, y, z = (0.0, 0.0, 0.0) if wall is None else map(float, wall.at)
     got = Got(
