@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from porelang.analysis.box import Box
 from porelang.atomic import destination, draft_in, save, unwritable
 from porelang.compiler import try_compile
-from porelang.data import Reduced, figures
+from porelang.data import Reduced, SampledField, figures
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
 from porelang.ir import Node, X, node
 from porelang.measure import BOUNDS, envelope_of
@@ -25,6 +25,7 @@ from porelang.ops.principal import RESULTS, principal
 from porelang.ops.studies import NUMBERS
 from porelang.program import Design
 from porelang.source import Source
+from porelang.tasks.resolve import leave
 from porelang.tasks.study.asked import question
 from porelang.tasks.study.found import kept
 from porelang.tasks.study.solved import Solved, refined, solved
@@ -179,12 +180,16 @@ def carry_out(
         name, n = chosen(design, name)
     place = design.program.places.get(n)
     try:
-        found = solved(question(design.formula(*n.args).taken))
+        asked = design.formula(*n.args)
+        found = solved(question(asked.taken))
         if refine:
             found = refined(found)
+        samples = kept(found)
+        if not refine:  # a mesh that reads the study has it from here
+            leave(n, asked.bindings, design.program.places, samples)
     except PoreError as error:
         raise PoreError([replace(d, span=d.span or place) for d in error.diagnostics]) from None
-    return _result(design, name, n, found, within)
+    return _result(design, name, n, found, samples, within)
 
 
 def chosen(design: Design, name: str | None) -> tuple[str, Node]:
@@ -222,9 +227,9 @@ def described(design: Design, call: str, out: str | None = None) -> Node:
     return node("study", design.program.solid(out), *n.args[1:])
 
 
-def _result(design: Design, name: str, n: Node, found: Solved, within: str | None) -> Strength:
+def _result(design: Design, name: str, n: Node, found: Solved, samples: SampledField, within: str | None) -> Strength:
     place = design.program.places.get(n)
-    doubts = told(n, kept(found), place)
+    doubts = told(n, samples, place)
     doubts += [replace(d, span=d.span or place) for d in found.solution.doubts if d.code in _OF_THE_SOLVER]
     whole = found.asked.whole
     modulus, called = None, ""
