@@ -19,6 +19,7 @@ from porelang.atomic import destination, draft_in, save, unwritable
 from porelang.compiler import try_compile
 from porelang.data import Reduced, SampledField, figures
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
+from porelang.fea import Resultant
 from porelang.ir import Node, X, node
 from porelang.measure import BOUNDS, envelope_of
 from porelang.ops.principal import RESULTS, principal
@@ -34,22 +35,9 @@ from porelang.tasks.telling import told
 Floats = NDArray[np.float64]
 #: What is no number of its own in a report: it is told under `error`.
 _ERROR = "error"
-#: What the solver doubts of loads and elements, and a study does not say itself: a force on a point, locking.
-_OF_THE_SOLVER = frozenset({"W258", "W259"})
-_UNITS = {
-    "compliance": "N mm",
-    "max_von_mises": "MPa",
-    "von_mises_99": "MPa",
-    "max_displacement": "mm",
-    "mean_displacement": "mm",
-    "volume": "mm3",
-    "mass": "g",
-}
-
-#: What would not be understood by its name in the language.
-_CALLED = {"von_mises_99": "von Mises, 99 %"}
-#: Components of a force below this share of its largest are what the solver leaves.
-_RESIDUAL = 1e-7
+#: What the solver doubts of loads and elements, and a study does not say itself: a force on a point, locking, a ragged
+#: area, an equilibrium that rounding ends early.
+_OF_THE_SOLVER = frozenset({"W258", "W259", "W280", "W281"})
 #: A part without an envelope of its own that fills so much of its bounds is a solid, and no lattice in them.
 _FILLS = 0.5
 
@@ -94,6 +82,8 @@ class Strength:
             **shown,
             "reaction": self.reaction.tolist(),
             "reactions": {name: force.tolist() for name, force in solved.reactions.items()},
+            "supports": {r.name: _resultant(r) for r in solved.supports},
+            "loads": {r.name: _resultant(r) for r in solved.loads},
             "left_out": solved.lost,
             "error": {"energy": numbers[_ERROR].value, **errors},
         }
@@ -117,36 +107,17 @@ class Strength:
     def _lacks(self, name: str) -> bool:
         return name in ("mass", "stiffness") and not self.solved.numbers[name].value
 
-    def lines(self, more: Mapping[str, str] | None = None) -> list[str]:
-        """The report as lines of a table, with some `more` at its end."""
-        solved = self.solved
-        turns = solved.asked.whole is not None and solved.asked.whole.name == "twist_load"
-        told = {
-            "study": self.name,
-            "elements": f"{len(solved.mesh.tets):,} of {solved.sized.span} mm, {solved.unknowns:,} unknowns",
-            "solver": f"{solved.iterations} iterations to a residual of {solved.residual:.1g}",
-        }
-        for name, number in self.numbers.items():
-            if name != _ERROR:
-                unit = _UNITS.get(name, "N mm/rad" if turns else "N/mm")
-                told[_CALLED.get(name, name.replace("_", " "))] = f"{figures(number.value, number.error)} {unit}"
-        if (modulus := self.effective_modulus) is not None:
-            told["modulus"] = f"{figures(modulus.value, modulus.error)} MPa, of {self.envelope}"
-        for name, force in solved.reactions.items():
-            least = _RESIDUAL * float(np.abs(force).max())
-            told[name] = f"({', '.join(f'{v if abs(v) > least else 0.0:.5g}' for v in force)}) N"
-        told["stresses err"] = f"{self.numbers[_ERROR].value:.2%} in energy (Zienkiewicz and Zhu)"
-        return [f"  {name:<18} {value}" for name, value in (told | dict(more or {})).items()]
-
     def __repr__(self) -> str:
-        return "\n".join(["a study in elements", *self.lines()])
+        numbers = ("stiffness", "max_von_mises", "max_displacement")
+        told = (f"{name} {figures(n.value, n.error)}" for name, n in self.numbers.items() if name in numbers)
+        return f"<study {self.name} of {len(self.solved.mesh.tets):,} elements: {', '.join(told)}>"
 
     def write(self, path: str | Path) -> None:
         """Write the elements with what was found on them as .vtu, whole or not at all.
 
-        At points: displacement (mm), stress (MPa, VTK's order xx yy zz xy yz xz), von Mises' stress, principal stresses
-        and their directions, energy density (N/mm2). In cells: Young's modulus (MPa), and by which share the stress of
-        each errs. Errors: E112 for another ending, E113.
+        At points: displacement (mm), stress (MPa, VTK's order xx yy zz xy yz xz), strain (likewise; shear is half of
+        the engineers'), von Mises' stress, principal stresses and their directions, energy density (N/mm2). In cells:
+        Young's modulus (MPa), and by which share the stress of each errs. Errors: E112 for another ending, E113.
         """
         if Path(path).suffix.lower() != ".vtu":
             raise fail("E112", f"{path}: results of a study are written as .vtu", hint="end the name with .vtu")
@@ -156,6 +127,11 @@ class Strength:
             except OSError as error:
                 raise unwritable(path, error) from error
             save(path, lambda file: shutil.copyfileobj(draft.open("rb"), file))
+
+
+def _resultant(of: Resultant) -> dict[str, Any]:
+    """What acts in one place: area (mm2), its middle (mm), force (N), moment about that middle (N mm)."""
+    return {"area": of.area, "centre": of.centre.tolist(), "force": of.force.tolist(), "moment": of.couple.tolist()}
 
 
 def carry_out(
@@ -263,6 +239,7 @@ def _write_vtu(found: Solved, path: Path) -> None:
     points: dict[str, Floats] = {
         "displacement": fields.displacement,
         "stress": fields.stress,
+        "strain": fields.strain,
         "von_mises": fields.von_mises,
         "energy": fields.energy,
         **{f"principal{k}": way[RESULTS.index(f"v{k}")] for k in (1, 2, 3)},

@@ -68,10 +68,9 @@ def test_python_takes_what_its_hints_propose() -> None:
             lattice.homogenize(resolution=16, **wrong)
 
 
-def test_a_study_prints_as_its_report() -> None:
+def test_a_study_is_a_line_in_python() -> None:
     loads = "[force(z > 4mm, [0, 0, -9N]), force(z > 4mm, [0, 9N, 0])]"
     text = f"let s = study(cube(9mm), fix=z < -4mm, load={loads}, E=1GPa, nu=0.3, size=3mm)\nout part = cube(9mm)"
     found = porelang.compile(text).study()
-    assert re.search(r"held +\(0, -9, 9\) N", repr(found))
-    assert len(repr(found)) < 1000
+    assert re.fullmatch(r"<study s of [\d,]+ elements: max_von_mises .* \+- .*, max_displacement .*>", repr(found))
     assert {"stiffness", "mass"}.isdisjoint(found.numbers)
