@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.diagnostics import fail
-from porelang.unitcell.moduli import cubic, cubic_matrix
+from porelang.unitcell.moduli import CUBIC, away_from_cubic, cubic, cubic_matrix
 
 Floats = NDArray[np.float64]
 
@@ -143,20 +143,24 @@ class Law:
 def law(density: Sequence[float], stiffness: Any, errors: Any = None, nu: float = 0.3) -> Law:
     """The law through stiffnesses (k, 6, 6) at densities (k,), with their errors (k, 6, 6).
 
-    Errors: E183 for fewer than two densities, or two that are the same.
+    Errors: E183 for fewer than two densities, or two that are the same, and for a stiffness that is more than a per
+    cent away from a cubic one: three constants do not tell it.
 
     >>> from porelang.unitcell.hexahedron import isotropic
     >>> found = law([0.5, 1.0], [0.2 * isotropic(0.3), isotropic(0.3)])
     >>> found.young([0.5, 1.0]).round(9).tolist()
     [0.2, 1.0]
     """
-    from porelang.unitcell.moduli import away_from_cubic
-
     rho = np.asarray(density, np.float64)
     order = np.argsort(rho)
     if len(rho) < 2 or np.diff(rho[order]).min() < 1e-6:
         raise fail("E183", "a law needs two different densities at least", hint="sweep over a param that changes it")
     matrices = np.asarray(stiffness, np.float64)[order]
     wrong = np.zeros_like(matrices) if errors is None else np.asarray(errors, np.float64)[order]
-    return Law(rho[order], np.array([cubic(c) for c in matrices]), np.array([cubic(e) for e in wrong]), nu,
-               max(map(away_from_cubic, matrices)))  # fmt: skip
+    away = [away_from_cubic(c) for c in matrices]
+    if max(away) > CUBIC:
+        worst = int(np.argmax(away))
+        raise fail("E183", f"at a density of {rho[order][worst]:.3g} the stiffness is {away[worst]:.1%} away from a "
+                   "cubic one, and a law has the three constants of that alone",
+                   hint="read what is wanted from the cells of the sweep: E along 100, 010, 001, ...")  # fmt: skip
+    return Law(rho[order], np.array([cubic(c) for c in matrices]), np.array([cubic(e) for e in wrong]), nu, max(away))
