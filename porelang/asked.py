@@ -81,13 +81,13 @@ def study(design: Design, name: str | None, refine: bool, within: str | None) ->
 def iterate(
     design: Design, name: str | None, until: float, most: int, rule: Any, limits: tuple[float, float],
     porosity: float | None, adapt: str | None, study: str | None, within: str | None, cell: Length | None,
-    damping: float, folder: str | Path | None, resume: bool,
+    damping: float, folder: str | Path | None, resume: bool, early: str | None,
 ) -> Optimized:  # fmt: skip
     """The loop from stress back to geometry; see `Program.iterate`."""
     from porelang.optimize.run import optimize
 
     found = optimize(design, name, until, most, rule, limits, porosity, adapt, study, within, length("cell", cell),
-                     damping, folder, resume)  # fmt: skip
+                     damping, folder, resume, early)  # fmt: skip
     warn(found.told)
     return found
 
@@ -139,7 +139,8 @@ def slices(
 def render(
     design: Design, name: str | Sequence[str] | None, *, bodies: bool, view: str | tuple[float, float],
     size: str | tuple[int, int], cut: str | Sequence[str], slice: str | Sequence[str], field: str | None,
-    range: str | tuple[float, float] | None, legend: bool | str, bounds: Bounds | str | None, check: bool, **more: Any,
+    range: str | tuple[float, float] | None, legend: bool | str, deform: bool | str | float,
+    bounds: Bounds | str | None, check: bool, **more: Any,
 ) -> Picture:  # fmt: skip
     """A picture of an output, or of several; see `Program.render`."""
     from porelang.render.picture import bodies_of, render_output, roots_shown
@@ -163,6 +164,8 @@ def render(
         range=None if range is None else read("range", range if isinstance(range, str) else _joined(range, ".."),
                                               values.value_range),
         legend="" if legend is True else legend or None,
+        deform=None if deform is False or deform is None else read(
+            "deform", "auto" if deform is True else str(deform), values.deform),
         several=not isinstance(names, str | None) and len(set(names)) > 1,
         **more,
     )  # fmt: skip

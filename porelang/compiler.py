@@ -109,8 +109,12 @@ def _again(
     structure: Mapping[str, float],
     bound: Mapping[str, Bound],
     held: Mapping[Node, SampledField],
+    more: str = "",
 ) -> Program:
-    """A program from its texts, as they were when it was compiled: also where its files are not."""
+    """A program from its texts, as they were when it was compiled: also where its files are not. `more` is read before
+    its own text, whose last expression is its part."""
+    if more:
+        source = Source(source.name, more + source.text)
     with room_to_compile():
         load = partial(_kept, used)
         program, found = _compiled(source, load, used, folder, structure, bound, held)

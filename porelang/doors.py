@@ -254,6 +254,7 @@ class Doors(ABC):
         damping: float = 1.0,
         folder: str | Path | None = None,
         resume: bool = False,
+        early: str | None = None,
         settings: Settings | None = None,
         preset: str | None = None,
         **more: Setting,
@@ -262,14 +263,15 @@ class Doors(ABC):
         `best` of them, a `table`, a `plot()`, the `samples` of the param that adapts, the `design` with these bound.
 
         The study of the output is solved, what is borne becomes thickness, the porosity is restored, and again: until
-        the compliance changes by less than `until`, or `most` steps were made. `rule` is "energy" or "von_mises", or
-        one of `porelang.optimize.rules`; `limits` are of the density. `folder` keeps a record, and `resume` goes on
-        with it. What is doubtful is told as a `PoreWarning`. Errors: E190-E195, those of the study.
+        the compliance changes by less than `until`, or `most` steps were made. `rule` is "energy", "von_mises" or
+        "optimum", or one of `porelang.optimize.rules`; `limits` are of the density. The optimum, and what is `early`
+        "homogenised", is first found on the homogenised lattice. `folder` keeps a record, and `resume` goes on
+        with it. What is doubtful is told as a `PoreWarning`. Errors: E190-E195, those of the study and of the cell.
         """
         from porelang.asked import iterate
 
         return iterate(self.design(settings, preset=preset, **more), name, until, most, rule, limits, porosity, adapt,
-                       study, within, cell, damping, folder, resume)  # fmt: skip
+                       study, within, cell, damping, folder, resume, early)  # fmt: skip
 
     def slices(
         self,
@@ -323,6 +325,8 @@ class Doors(ABC):
         field: str | None = None,
         range: str | tuple[float, float] | None = None,
         legend: bool | str = False,
+        deform: bool | str | float = False,
+        ghost: bool = False,
         solid: Literal["none", "opaque", "glass"] | None = None,
         background: Literal["white", "transparent"] = "white",
         samples: int = 3,
@@ -339,8 +343,9 @@ class Doors(ABC):
 
         The options are those of `pore render` (docs/render.md), as there or as values: `view="front"` or degrees
         `(azimuth, elevation)`, `size="800x600"` or pixels, `cut="y<0"` or several, `slice="z=1cm"`, `field="heat"` on
-        the slices or else on the surface, `range=(0, 1)`, `legend=True` or a text. Errors: those of bounds; E068 where
-        a `check` fails, unless `check` is False; E107, E108 for wishes that cannot be; E120-E122 about OpenGL.
+        the slices or else on the surface, `range=(0, 1)`, `legend=True` or a text, `deform="s"` or `"120 s"`, a number
+        or True where there is one study. Errors: those of bounds; E068 where a `check` fails, unless `check` is False;
+        E107, E108 for wishes that cannot be; E120-E122 about OpenGL; E179 about a deformation.
         """
         from porelang.asked import render
 
@@ -357,6 +362,8 @@ class Doors(ABC):
             field=field,
             range=range,
             legend=legend,
+            deform=deform,
+            ghost=ghost,
             solid=solid,
             background=background,
             samples=samples,

@@ -19,7 +19,7 @@ class Picture:
 
     `pixel` is the size of one in mm at the middle of the part, `covered` the share of the picture where the part is
     seen, `steps` the samples of the field for a ray on average, `scale` that of the field's colours, `colours` that of
-    each output where there are several.
+    each output where there are several, `deformed` by how much displacements are magnified where they are drawn.
     """
 
     pixels: NDArray[np.uint8]
@@ -32,6 +32,7 @@ class Picture:
     seconds: float
     transparent: bool = False
     colours: tuple[tuple[str, tuple[int, int, int]], ...] = ()
+    deformed: Any = None  # a `porelang.render.deform.Deformed`, or None
 
     def __repr__(self) -> str:
         height, width = self.pixels.shape[:2]

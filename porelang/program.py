@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -45,6 +45,19 @@ from porelang.tasks.run import LOOKERS, READERS, within_of
 from porelang.tasks.telling import TELL, told
 
 
+class Again(Protocol):
+    """Makes a program anew from its texts: with params fixed, data bound, what is held of it, `more` text before it."""
+
+    def __call__(
+        self,
+        structure: Mapping[str, float],
+        bound: Mapping[str, Bound],
+        held: Mapping[Node, SampledField],
+        more: str = "",
+        /,
+    ) -> Program: ...
+
+
 @dataclass(frozen=True, eq=False)
 class Program(Doors):
     """A program without errors. `warnings` says what is doubtful; `graph` is what the rewrites make of `written`.
@@ -62,7 +75,7 @@ class Program(Doors):
     graph: Graph
     elaborated: Elaborated
     structure: Mapping[str, float]
-    again: Callable[[Mapping[str, float], Mapping[str, Bound], Mapping[Node, SampledField]], Program]
+    again: Again
     used: Mapping[str, Source]
     bound: Mapping[str, Bound]
     held: Mapping[Node, SampledField]
@@ -179,6 +192,10 @@ class Program(Doors):
         no_idle_options(self.data, given, voxel, within)
         read = {node("bound", value=tuple(payload)) for op, *payload in bound.values() if op == "bound"}
         return self.again(self.structure, bound, {n: held[n] for n in held if n in read})
+
+    def also(self, text: str) -> Program:
+        """The program with more text before its own. Errors: what is wrong with that."""
+        return self.again(self.structure, self.bound, self.held, text)
 
     def _box(self, name: str) -> tuple[Triple, Triple]:
         """The corners of the box of an output, or of a `let` that is a solid."""

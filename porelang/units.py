@@ -29,12 +29,21 @@ class Dimension:
         return NAMES.get(self) or f"a quantity in {self.unit}"
 
     @property
+    def called(self) -> str:
+        """The unit as engineers call it: `MPa`, where `unit` is `N/mm^2`."""
+        return _CALLED.get(self.unit, self.unit)
+
+    @property
     def unit(self) -> str:
         """The dimension in base units: `mm`, `N/mm^2`."""
         parts = (("mm", self.length), ("rad", self.angle), ("N", self.force))
         above = [_power(u, e) for u, e in parts if e > 0]
         below = [_power(u, -e) for u, e in parts if e < 0]
         return ("*".join(above) or "1") + "".join(f"/{b}" for b in below)
+
+
+#: Of base units, what has a name of its own.
+_CALLED = {"N/mm^2": "MPa"}
 
 
 def _power(unit: str, exponent: Fraction) -> str:

@@ -218,6 +218,23 @@ def factor(text: str) -> float:
     return value
 
 
+def deform(text: str) -> tuple[float | None, str]:
+    """`s`, `120`, `120 s`, `120 * s.displacement`, `auto`, `auto s`: by how much (None: it is found), and of what."""
+    turned = re.fullmatch(rf"([A-Za-z_][\w.]*)(?:\s*\*\s*|\s+(?:x\s*)?)({_NUMBER})", text.strip())
+    if turned is not None:  # `s 120`, `s.displacement * 120`
+        text = f"{turned[2]} {turned[1]}"
+    match = re.fullmatch(r"(auto|[-+]?(?:[\d.][\d.eE+-]*|nan|inf\w*))(?:\s*[*x]\s*|\s+|$)([\w.]*)", text.strip())
+    if match is None:
+        return None, text.strip()
+    if match[1] == "auto":
+        return None, match[2]
+    value = float(match[1]) if re.fullmatch(_NUMBER, match[1]) else math.nan
+    if not 0 < value < math.inf:
+        raise Unreadable(f"displacements cannot be drawn {match[1]} times as large",
+                         "write a number above 0 (1 as they are), as in --deform 100, or leave it out")  # fmt: skip
+    return value, match[2]
+
+
 def share(text: str) -> float:
     """`50%` or `0.5`: above 0 and at most 1."""
     number, percent = (text.strip()[:-1], 100) if text.strip().endswith("%") else (text.strip(), 1)

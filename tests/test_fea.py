@@ -12,6 +12,7 @@ from porelang.fea import BodyForce, Force, Moment, Pressure, Problem, Solution, 
 from porelang.fea.assemble import lame, stiffness
 from porelang.fea.elements import shape_values, slopes_at, terms, tet_rule
 from porelang.fea.nodes import EDGES, number
+from porelang.fea.shares import percentile, share_below
 from porelang.fea.stress import TWICE, strains_at, stresses, von_mises
 
 YOUNG, POISSON = 100.0, 0.3
@@ -340,3 +341,15 @@ def test_results_scale_and_agree() -> None:
     assert von_mises(np.array([0, 0, 0, 1.0, 0, 0])) == pytest.approx(np.sqrt(3))
     assert found.max_displacement >= 0.01
     assert 0.003 < found.mean_displacement < 0.007
+
+
+def test_the_share_of_a_tetrahedron_below_a_level_is_that_of_points_in_it() -> None:
+    values = np.random.default_rng(1).random((6, 4))
+    values[0, 1] = values[0, 0]
+    values[1] = 0.5, 0.5, 0.5, 0.9
+    values[2] = 0.4, 0.4, 0.6, 0.6
+    points = np.random.default_rng(2).dirichlet([1.0] * 4, 100_000)  # even in a tetrahedron
+    for level in (0.2, 0.4, 0.55, 0.8):
+        counted = (points @ values.T < level).mean(axis=0)
+        np.testing.assert_allclose(share_below(values, level), counted, atol=0.006)
+    assert percentile(np.arange(4.0), np.array([[0, 1, 2, 3]]), np.array([2.0]), 100) == pytest.approx(3, rel=1e-4)

@@ -26,7 +26,7 @@ STOREYS = {
     "materials": 0,
     "solid": 4, "walls": 4, "children": 4, "tet": 4, "fea": 4, "unitcell": 4, "tasks": 4, "gpu": 4, "files": 4,
     "settings": 5, "program": 5, "field": 5, "doors": 5, "contracts": 5, "doubts": 5, "checks": 5, "refusals": 5,
-    "compiler": 5, "extents": 5, "outputs": 5,
+    "compiler": 5, "extents": 5, "outputs": 5, "expression": 5,
     "mesh": 6, "measure": 6, "pieces": 6, "render": 6, "slices": 6, "notation": 6,
     "tetrahedra": 6, "strength": 6, "homogenize": 6, "optimize": 6,
     "conformance": 6, "cli": 7, "__main__": 7,

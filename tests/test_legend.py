@@ -12,8 +12,10 @@ from PIL import Image
 
 import porelang
 from porelang.cli import main
+from porelang.expression import expression
 from porelang.render import Wishes, render_output
 from porelang.render.camera import VIEWS
+from porelang.render.picture import legend_of
 from porelang.render.planes import Plane
 from porelang.render.scale import COLOURS, Scale, numbers
 
@@ -54,10 +56,10 @@ def test_the_bar_has_the_colours_of_the_plane_and_the_picture_its_size() -> None
 
 
 def test_the_unit_is_that_of_the_field_where_it_is_known() -> None:
-    from porelang.render.picture import _unit_of
-
     program = porelang.compile("let load = 3MPa + x\nlet d = sphere(3)\nlet a = 5deg + x\nout part = sphere(9)")
-    assert [_unit_of(program, name) for name in ("load", "d", "a", "part")] == ["N/mm^2", "", "rad", ""]
+    asked = ("load", "d", "a", "part", "2 * load", "load / 2MPa", "load * 1mm")
+    found = [legend_of(expression(program, text, "--field")) for text in asked]
+    assert found == ["MPa", "", "rad", "", "MPa", "", "N/mm"]
 
 
 def test_the_command_draws_a_legend_of_the_range_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

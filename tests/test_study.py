@@ -78,6 +78,19 @@ def test_a_solid_cylinder_between_frictionless_platens_has_one_stress() -> None:
     np.testing.assert_allclose(moved[:, 2], [-force / stiffness, 0], atol=0.03 * force / stiffness)
 
 
+def test_the_stress_that_99_percent_of_a_hanging_bar_stay_below_is_99_percent_of_the_greatest() -> None:
+    """Of a bar under its weight, with nu = 0, the stress is rho g (l - z) and nothing else."""
+    text = (f"let bar = box([6mm, 6mm, 30mm])\nlet s = study(bar, z < -14.9mm, weight([0, 0, -1000]), E={E:g}MPa, "
+            "nu=0, density=1, size=SIZE)\nlet most = s.max_von_mises\nlet nearly = s.von_mises_99\nbar")  # fmt: skip
+    greatest = 1e-6 * 1000 * 9.80665e3 * 1e-3 * 30  # g/cm3 is 1e-9 t/mm3; t mm/s2 are N
+    for size in ("6mm", "3mm"):
+        found = porelang.compile(text.replace("SIZE", size))
+        assert found.number("most").value == pytest.approx(greatest, rel=1e-6)
+        got = found.number("nearly")
+        assert got.value == pytest.approx(0.99 * greatest, rel=1e-6)
+        assert abs(got.value - 0.99 * greatest) <= got.error < 1e-5 * greatest, size
+
+
 def stiffness(call: str, before: str = "") -> porelang.data.Reduced:
     found = porelang.compile(f"{before}{BAR}let s = {call}\nlet k = s.stiffness\nout part = bar")
     return found.number("k")
@@ -323,7 +336,7 @@ def test_fea_writes_elements_and_says_what_they_come_to(tmp_path: Path, capsys: 
     assert main(["fea", str(file), "-o", str(out), "--json", "-q"]) == 0
     found = json.loads(capsys.readouterr().out)
     keys = {"unknowns", "iterations", "residual", "compliance", "max_displacement", "mean_displacement",
-            "max_von_mises", "reaction", "effective_modulus", "mass", "error"}  # fmt: skip
+            "max_von_mises", "von_mises_99", "reaction", "effective_modulus", "mass", "error"}  # fmt: skip
     assert keys <= found.keys()
     assert found["effective_modulus"] == pytest.approx(E, rel=1e-3)
     assert found["max_von_mises"] == pytest.approx(10, rel=1e-6)
@@ -337,6 +350,7 @@ def test_fea_writes_elements_and_says_what_they_come_to(tmp_path: Path, capsys: 
     text = capsys.readouterr().out
     assert "stiffness" in text
     assert "N/mm" in text
+    assert "von Mises, 99 %" in text
 
 
 def test_a_study_can_be_described_for_a_program_that_has_none(

@@ -526,10 +526,12 @@ def test_what_was_solved_is_kept(lattice: Path, monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_law_of_what_is_not_cubic_is_refused() -> None:
-    long = np.array([moduli.cubic_matrix(1.0, 0.4, 0.3) * r for r in (0.2, 0.5)])
-    long[1, 0, 0] *= 1.1
-    with pytest.raises(PoreError, match="at a density of 0.5 the stiffness is .* away from a cubic"):
-        law([0.2, 0.5], long)
+    text = "param t = 0.5 in 0.3..1.2\ngyroid([10, 12, 15]) |> shell(t)"
+    swept = porelang.compile(text).homogenize(cell="10,12,15", sweep="t=0.6..1.2:2", resolution=8)
+    with pytest.raises(PoreError, match="E183.*away from a cubic"):
+        _ = swept.law
+    assert "E 010" in str(swept)
+    assert "nu xz" in str(swept.found[0])
 
 
 def test_numbers_that_some_grids_lack_have_no_known_error() -> None:

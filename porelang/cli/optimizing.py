@@ -26,13 +26,15 @@ def optimize(options: Namespace) -> int:
     found = run(
         design, options.iterate, options.until, options.most, options.rule, options.limits, options.porosity,
         options.adapt, options.study, options.within, options.cell, options.damping, folder, options.resume,
-        None if options.quiet else _tell,
+        options.early, None if options.quiet else _tell,
     )  # fmt: skip
     report.say([] if options.quiet else found.told)
     if options.json:
         report.put({"folder": str(folder), **found.report, **to_lists(found.told)})
     elif not options.quiet:
         print(found.table)
+        if found.promise:
+            print(found.promise)
         print(f"ended: {found.reason}; step {found.best} has {found.gain:.3f} of the uniform compliance")
         print(f"{folder}: {found.param}.npz, {TABLE}, {PICTURE}, and the record")
         name = f"{found.param}={folder / found.param}.npz:{found.param}"

@@ -195,9 +195,18 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         ("--rule",),
         {
             "metavar": "RULE",
-            "choices": ("energy", "von_mises"),
+            "choices": ("energy", "von_mises", "optimum"),
             "default": "energy",
-            "help": "energy, the strain energy of the solid (default), or von_mises, the designer's",
+            "help": "energy, the strain energy of the solid (default), von_mises, the designer's, or optimum, found on "
+            "the homogenised lattice by its own law and then made real",
+        },
+    ),
+    "early": (
+        ("--early",),
+        {
+            "metavar": "WHERE",
+            "choices": ("homogenised",),
+            "help": "homogenised: go the first steps on voxels of the homogenised lattice, the last ones in tetrahedra",
         },
     ),
     "limits": (
@@ -413,7 +422,8 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         ("--field",),
         {
             "metavar": "NAME",
-            "help": "which output or `let` the planes show (default: the part); without planes, the surface does",
+            "help": "which output, `let` or expression of these (s.von_mises) the planes show (default: the part); "
+            "without planes, the surface does",
         },
     ),
     "range": (
@@ -433,6 +443,21 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
             "help": "draw the scale of the colours with its numbers, and TEXT above it (default: the field's unit); "
             "of several outputs their names",
         },
+    ),
+    "deform": (
+        ("--deform",),
+        {
+            "metavar": "[N] [STUDY]",
+            "nargs": "?",
+            "const": "auto",
+            "type": values.deform,
+            "help": "draw the part as a study deforms it (default: the only study), displacements N times as large "
+            "(default: the greatest a tenth of the part): --deform s, --deform 100, --deform '100 s'",
+        },
+    ),
+    "ghost": (
+        ("--ghost",),
+        {"action": "store_true", "help": "with --deform: draw the edges of the undeformed part too"},
     ),
     "solid": (
         ("--solid",),

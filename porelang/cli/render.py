@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import time
 from argparse import Namespace
+from typing import Any
 
 from porelang.atomic import destination
 from porelang.checks import broken_checks
 from porelang.cli import report
 from porelang.cli.loading import bound
 from porelang.diagnostics import PoreError, fail, to_lists
+from porelang.picture import Picture
 
 #: Options that say what the picture shows.
 _WISHES = ("view", "projection", "size", "zoom", "cut", "slice", "field", "range", "legend", "solid", "background",
-           "samples", "axes", "scale_bar", "frame")  # fmt: skip
+           "samples", "axes", "scale_bar", "frame", "deform", "ghost")  # fmt: skip
+
+
+def _deformed(made: Picture) -> dict[str, Any]:
+    """What is said of displacements, where they are drawn."""
+    d = made.deformed
+    return {} if d is None else {"deform": {"of": d.what, "factor": d.factor, "greatest": d.greatest}}
 
 
 def render(options: Namespace) -> int:
@@ -57,6 +65,7 @@ def render(options: Namespace) -> int:
                 "pixel": made.pixel,
                 "slice_range": None if made.scale is None else list(made.scale.ends),
                 "colours": {name: "#{:02x}{:02x}{:02x}".format(*colour) for name, colour in made.colours},
+                **_deformed(made),
                 "backend": made.backend,
                 **to_lists(told),
             }
@@ -65,6 +74,8 @@ def render(options: Namespace) -> int:
         lines = {"size": f"{width} x {height} pixels of {made.pixel:.3g} mm"}
         if made.scale is not None:
             lines["planes" if options.slice else "colours"] = str(made.scale)
+        if made.deformed is not None:
+            lines["deformed"] = f"{made.deformed}, of {made.deformed.greatest:.4g} mm at most ({made.deformed.what})"
         for name, colour in made.colours:
             lines[name] = "#{:02x}{:02x}{:02x}".format(*colour)
         lines["time"] = f"{seconds:.2f} s ({made.backend})"

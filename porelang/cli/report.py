@@ -15,7 +15,7 @@ from porelang.diagnostics import Diagnostic, render
 from porelang.progress import Report
 
 #: Wrong usage, wherever it is found: the request does not fit the program, or its files are not there.
-_USAGE = frozenset({"E088", "E100", "E104", "E105", "E107", "E108", "E112", "E113", "E114", "E117", "E123"})
+_USAGE = frozenset({"E088", "E100", "E104", "E105", "E107", "E108", "E112", "E113", "E114", "E117", "E123", "E179"})
 #: A piece of this machine that is missing.
 _MISSING = frozenset({"E163"})
 _SETTINGS = frozenset({"E083", "E084", "E085"})

@@ -16,11 +16,15 @@ from porelang.strength import Strength, carry_out
 _UNITS = {
     "compliance": "N mm",
     "max_von_mises": "MPa",
+    "von_mises_99": "MPa",
     "max_displacement": "mm",
     "mean_displacement": "mm",
     "volume": "mm3",
     "mass": "g",
 }
+
+#: What would not be understood by its name in the language.
+_CALLED = {"von_mises_99": "von Mises, 99 %"}
 
 
 def fea(options: Namespace) -> int:
@@ -61,7 +65,7 @@ def _text(path: str, found: Strength, seconds: float) -> str:
     for name, number in found.numbers.items():
         if name in found.report and name != "error":
             unit = _UNITS.get(name, "N mm/rad" if turns else "N/mm")
-            lines[name.replace("_", " ")] = f"{_shown(number)} {unit}"
+            lines[_CALLED.get(name, name.replace("_", " "))] = f"{_shown(number)} {unit}"
     if found.effective_modulus is not None:
         lines["modulus"] = f"{_shown(found.effective_modulus)} MPa, of {found.envelope}"
     for name, force in solved.reactions.items():

@@ -2,8 +2,9 @@
 
 E001-E029 syntax, E030- names, E060- kinds and units, E080- params and contracts, E090- numbers found from fields,
 E100- requests, E120- the machine, E130- files of data, E140- meshes, E145- raw lattices, E147- phases, E150- sampling
-and binding, E160- and W250- tetrahedra, E170- and W255- elasticity, E180- and W260- unit cells, E184- studies, E190-
-loops, W200- warnings, W210- doubts. A code keeps its meaning for ever; one that is no longer given keeps its page.
+and binding, E160- and W250- tetrahedra, E170- and W255- elasticity, E179 deformed parts in pictures, E180- and W260-
+unit cells, E184- studies, E190- loops, W200- warnings, W210- doubts. A code keeps its meaning for ever; one that is
+no longer given keeps its page.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from porelang.error_codes.names import NAMES
 from porelang.error_codes.page import Code
 from porelang.error_codes.params import PARAMS
 from porelang.error_codes.phases import PHASES
+from porelang.error_codes.pictures import PICTURES
 from porelang.error_codes.requests import REQUESTS
 from porelang.error_codes.shapes import SHAPES
 from porelang.error_codes.studies import STUDIES
@@ -44,7 +46,7 @@ THEMES: tuple[tuple[Code, ...], ...] = (
     STUDIES,
     FTETWILD,
     ELASTICITY,
-    STUDIES,
+    PICTURES,
     LOOPS,
     CELLS,
     DOUBTS,

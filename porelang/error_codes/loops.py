@@ -1,4 +1,4 @@
-"""E190-E195, W268-W270: the loop from stress back to geometry."""
+"""E190-E195, W268-W271: the loop from stress back to geometry."""
 
 from __future__ import annotations
 
@@ -38,7 +38,9 @@ LOOPS = (
         "A loop hands samples to a param that takes data, `param t: field = 1.5`, which makes the output thicker or\n"
         "thinner, and solves a study of that output: the study is of what is iterated, not of the solid round it.\n"
         "The param is found if the output reads one alone, and so are the study and the period of the lattice; where\n"
-        "they are not, name them: --adapt, --study, --cell. The density of the part has to reach the limits.",
+        "they are not, name them: --adapt, --study, --cell. The density of the part has to reach the limits.\n"
+        "The optimum and early steps are found on the homogenised lattice. It takes forces and torques, or a test\n"
+        "between two ends; no pressure, weight or displacement that is prescribed, and one Poisson's ratio.",
         "",
         "param t: field = 1.5\n"
         "let lattice = gyroid(10mm) |> shell(t) & box([60mm, 20mm, 20mm])\n"
@@ -87,6 +89,15 @@ LOOPS = (
         "a gain within the error",
         "The best step is stiffer than the uniform part by less than either stiffness is known to. The two meshes err\n"
         "alike, so that the gain may be real; finer elements, or elements of the second order, would tell.",
+        "",
+        "",
+    ),
+    Code(
+        "W271",
+        "a lattice that is not cubic",
+        "The law of a homogenised lattice has three constants, those of a cubic material along x, y and z. The cell\n"
+        "of this one resists otherwise, as when it is longer along one axis, and what is nearest to it was taken. So\n"
+        "the density that was found need not be the best; what its solution in tetrahedra says is of the real lattice.",
         "",
         "",
     ),

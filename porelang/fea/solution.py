@@ -11,6 +11,7 @@ from porelang.fea.error import Error
 from porelang.fea.nodes import Nodes
 from porelang.fea.patches import Sites
 from porelang.fea.problem import Floats, Ints, Problem
+from porelang.fea.shares import percentile
 from porelang.fea.stress import energy_density, principal, strains_of, von_mises
 
 
@@ -104,18 +105,10 @@ class Solution:
         lengths = np.linalg.norm(self.at_vertices, axis=1)[self.nodes.corners].mean(axis=1)
         return float(lengths @ self.nodes.volumes / self.nodes.volumes.sum())
 
-    def site_weights(self) -> Floats:
-        """The volume (p,) mm3 that each site stands for: a quarter of each tetrahedron at it."""
-        return np.asarray(
-            np.bincount(self.sites.corners.ravel(), np.repeat(self.nodes.volumes / 4, 4), len(self.sites.vertex))
-        )
-
     def percentile(self, values: Floats, share: float) -> float:
-        """The value (of values (p,) at sites) that `share` per cent of the volume stay below:
+        """The value that `share` per cent of the volume stay below, of values (p,) at sites, linear between them:
         `percentile(s.von_mises, 99)`."""
-        order = np.argsort(values)
-        below = np.cumsum(self.site_weights()[order])
-        return float(values[order[np.searchsorted(below, share / 100 * below[-1]).clip(0, len(order) - 1)]])
+        return percentile(values, self.sites.corners, self.nodes.volumes, share)
 
     def scaled(self, factor: float) -> Solution:
         """The same part under loads and prescribed displacements that are `factor` times those of `problem`.

@@ -144,10 +144,10 @@ def place(point: Any) -> str:
 def _apart(part: Formula) -> tuple[Formula | None, Formula | None]:
     """The envelope of a part, which is what of an intersection has no waves in it, and its lattice, which has."""
     members = _members(part.root)
-    waves = [n for n in members if _waves(n)]
+    if not any(map(_waves, members)):
+        return None, None
     plain = [n for n in members if n.axes and n.op != "neg" and kind(n) == "real" and not _waves(n)]
-    both = [(part.with_roots(_met(nodes)) if nodes else None) for nodes in (plain, waves)]
-    return (both[0] if waves else None), both[1]
+    return (part.with_roots(_met(plain)) if plain else None), lattice_of(part)
 
 
 def _met(nodes: list[Node]) -> Node:
@@ -167,6 +167,12 @@ def _cut_by(envelope: Formula | None, low: Floats, sides: Floats) -> Floats | No
     with np.errstate(all="ignore"):
         outside = np.argwhere(np.asarray(NumpyField(envelope, "f64").on_grid(axes).all()) > 0)
     return np.array([axis[i] for axis, i in zip(axes, outside[0], strict=True)]) if len(outside) else None
+
+
+def lattice_of(part: Formula) -> Formula:
+    """The lattice of a part without the envelope that cuts it: of an intersection what has waves, else the part."""
+    lattice = [n for n in _members(part.root) if _waves(n)]
+    return part.with_roots(_met(lattice)) if lattice else part
 
 
 def _members(n: Node) -> list[Node]:

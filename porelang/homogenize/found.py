@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from porelang.data import figures
 from porelang.diagnostics import Diagnostic
+from porelang.homogenize.table import AXES_KEYS, CUBIC_KEYS, lines_of
 from porelang.picture import Picture
 from porelang.unitcell import moduli
 from porelang.unitcell.effective import Effective
@@ -24,8 +25,6 @@ Floats = NDArray[np.float64]
 #: The least relative error of walls of one voxel, less by the cube of how many there are, and of a ratio of moduli in
 #: units of theirs: what grids that agree by chance were off by, in 13 lattices (docs/decisions/0018).
 THIN, OF_RATIOS = 0.03, 0.1
-#: The directions that are told of a cubic cell, and of others.
-CUBIC_KEYS, AXES_KEYS = ("100", "110", "111"), ("100", "010", "001", "110", "111")
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +63,6 @@ class Homogenized:
     seconds: float = field(repr=False)
 
     def __str__(self) -> str:
-        from porelang.homogenize.table import lines_of
-
         return "\n".join(lines_of(self))
 
     @property

@@ -11,6 +11,7 @@ import numpy as np
 
 from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.homogenize.found import Homogenized
+from porelang.homogenize.table import table_of
 from porelang.homogenize.whole import RESOLUTION, homogenize
 from porelang.picture import Picture
 from porelang.program import Design
@@ -41,9 +42,15 @@ class Swept:
 
     @cached_property
     def law(self) -> Law:
-        """Its cubic stiffness as a function of the density. Errors: E183 where densities do not differ."""
-        return law(self.density, [one.stiffness for one in self.found], [one.stiffness_error for one in self.found],
-                   self.found[0].nu)  # fmt: skip
+        """Its cubic stiffness as a function of the density. Errors: E183 where densities do not differ, or a stiffness
+        is more than a per cent away from a cubic one."""
+        found = law(self.density, [one.stiffness for one in self.found], [one.stiffness_error for one in self.found],
+                    self.found[0].nu)  # fmt: skip
+        if found.away > moduli.CUBIC:
+            raise fail("E183", f"a stiffness of this sweep is {found.away:.1%} away from a cubic one, and a law has "
+                       "the three constants of that alone",
+                       hint="read what is wanted from the cells, `.found`: E along 100, 010, 001, ...")  # fmt: skip
+        return found
 
     @cached_property
     def fits(self) -> dict[str, Power]:
@@ -58,8 +65,6 @@ class Swept:
                 for text, one in zip(self.shown, self.found, strict=True) for d in one.doubts]  # fmt: skip
 
     def __str__(self) -> str:
-        from porelang.homogenize.table import table_of
-
         return "\n".join(table_of(self))
 
     def picture(self) -> Picture:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 from porelang.data import figures
 from porelang.unitcell import moduli
 
-if TYPE_CHECKING:
-    from porelang.homogenize.found import Homogenized
-    from porelang.homogenize.sweep import Swept
-
+#: The directions that are told of a cubic cell, and of others.
+CUBIC_KEYS, AXES_KEYS = ("100", "110", "111"), ("100", "010", "001", "110", "111")
 #: Errors below this are rounding.
 _LEAST = 1e-12
 
@@ -27,10 +25,8 @@ def told(value: float, error: float) -> str:
     return figures(value, max(error, _LEAST, 1e-7 * abs(value)))
 
 
-def lines_of(found: Homogenized) -> list[str]:
-    """The moduli of a period with their errors: what `pore homogenize` prints, and what Python shows."""
-    from porelang.homogenize.found import AXES_KEYS, CUBIC_KEYS
-
+def lines_of(found: Any) -> list[str]:
+    """The moduli of a period (`Homogenized`) with their errors, as `pore homogenize` prints them."""
     numbers, errors = found.numbers, found.errors
     mean = moduli.averages(found.stiffness)
     bounds = moduli.upper_bounds(found.density, found.nu)
@@ -67,8 +63,8 @@ def lines_of(found: Homogenized) -> list[str]:
     return out
 
 
-def table_of(swept: Swept) -> list[str]:
-    """The table of a sweep, each column as wide as it must be, and the powers through it."""
+def table_of(swept: Any) -> list[str]:
+    """The table of a sweep (`Swept`), each column as wide as it must be, and the powers through it."""
     along = ["E"] if all(one.is_cubic for one in swept.found) else ["E", "E.010", "E.001"]
     keys = ["density", *along, "shear", "bulk", "conductivity", "zener"]
     heads = [

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.diagnostics import fail
+from porelang.formula import Formula
 from porelang.homogenize.cell import corner_of, period_doubts, place, sampled, sides_of
 from porelang.homogenize.doubts import doubts_of
 from porelang.homogenize.found import Homogenized
@@ -45,15 +46,21 @@ def homogenize(
     the output; E180 where the cell is not known, E181 where it is no period, E182 where it is empty or an envelope cuts
     it, E183 for a Poisson's ratio that no solid has.
     """
-    begun = time.perf_counter()
     name = design.program.output(name)
+    sides = sides_of(design, name, cell)
+    return material(design.of(name), name, sides, nu, resolution, threads)
+
+
+def material(
+    part: Formula, name: str, sides: Floats, nu: float = 0.3, resolution: int = RESOLUTION, threads: int | None = None
+) -> Homogenized:
+    """A period of a part as a material; `sides` (3,) are its lengths in mm. See `homogenize`, also for errors."""
+    begun = time.perf_counter()
     nu = checked_ratio(nu)
     whole = isinstance(resolution, int | np.integer) and not isinstance(resolution, bool)
     if not whole or not FEWEST <= resolution <= MOST:
         raise fail("E180", f"a finest grid of {resolution!r:.40} voxels is not to be had",
                    hint=f"take from {FEWEST} to {MOST} along the longest side, as by --resolution 64")  # fmt: skip
-    sides = sides_of(design, name, cell)
-    part = design.of(name)
     low = corner_of(part, sides)
     doubts = period_doubts(part, low, sides)
     # a little beyond the cell, or a wall that its face halves would count as half as thick

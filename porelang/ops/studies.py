@@ -53,6 +53,7 @@ NUMBERS: dict[str, Dimension | None] = {
     "stiffness": FORCE / LENGTH,
     "compliance": FORCE * LENGTH,
     "max_von_mises": STRESS,
+    "von_mises_99": STRESS,
     "max_displacement": LENGTH,
     "mean_displacement": LENGTH,
     "volume": LENGTH * LENGTH * LENGTH,

@@ -93,7 +93,8 @@ _ROWS = (
          "The stresses and displacements of a linear elastic part that is held where `fix` holds and loaded by `load`: "
          "`study(part, fix=z < 0mm, load=force(z > 9mm, [0, 0, -1kN]), material=\"PA12\")`. Fields: `.von_mises`, "
          "`.principal1` to `3`, `.direction1` to `3`, `.displacement`, `.stress`, `.energy`; numbers: `.stiffness`, "
-         "`.compliance`, `.max_von_mises`, `.max_displacement`, `.mean_displacement`, `.volume`, `.mass`, `.error`.",
+         "`.compliance`, `.max_von_mises`, `.von_mises_99`, `.max_displacement`, `.mean_displacement`, `.volume`, "
+         "`.mass`, `.error`.",
          8, "solving for stresses"),
     Task("of_study", (), "real", None, "seconds", "A number that a study gives.", 0, "solving for stresses"),
 )  # fmt: skip

@@ -53,13 +53,13 @@ class Adapting:
 
     def density(self, samples: SampledField) -> float:
         """The share of the envelope that is solid with samples for the param."""
-        return _solid(self._with(samples), self.places)
+        return _solid(self.part(samples), self.places)
 
     def _share(self, value: float) -> float:
-        return _solid(self._with(self.same_all_over(value)), self.places[::_FEW])
+        return _solid(self.part(self.same_all_over(value)), self.places[::_FEW])
 
-    def _with(self, samples: SampledField) -> Formula:
-        """The output with samples for the param."""
+    def part(self, samples: SampledField) -> Formula:
+        """The output as a formula with samples for the param."""
         if self._open is not None:
             return self._open[0].bind({self._open[1]: samples})
         design = self.with_samples(samples)

@@ -10,7 +10,7 @@ from scipy.ndimage import label
 
 from porelang.diagnostics import fail
 from porelang.optimize import element, loops, multigrid
-from porelang.optimize.grid import AXES, Grid, Platen, Problem, Support
+from porelang.optimize.grid import AXES, Force, Grid, Moment, Platen, Problem, Support
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -99,9 +99,9 @@ def prepare(problem: Problem) -> Model:
             pushed = nodes, load.axis, load.force
         else:
             faces, areas = grid.surface_faces(load.where, load.name)
-            share = areas / areas.sum() / 4
-            for corner in range(4):
-                np.add.at(forces, _moved(faces[:, corner], grid.shape, cells), share[:, None] * np.array(load.total))
+            corners = np.stack([_moved(faces[:, c], grid.shape, cells) for c in range(4)], axis=1)
+            push = _pushed(load, grid, faces, areas / areas.sum() / 4)
+            np.add.at(forces, corners.ravel(), push.reshape(-1, 3))
     if not (pushed and pushed[2]) and not forces.any():
         raise fail("E191", "nothing loads the part: all forces are 0 N", hint="give a force that is not zero")
     _held(grid, cells, fixed)
@@ -157,6 +157,18 @@ def solve(
     held = product * model.fixed - model.forces * model.fixed
     return Solution(shown, energy, shares, stress, compliance, float(np.linalg.norm(u[corners], axis=-1).max()),
                     held.sum(0), noise, found.residual, found.iterations, found.u)  # fmt: skip
+
+
+def _pushed(load: Force | Moment, grid: Grid, faces: NDArray[np.intp], share: Array) -> Array:
+    """The forces (f, 4, 3) N of a load on the nodes of faces (f, 4), each of which has so much of the area (f,)."""
+    if isinstance(load, Force):
+        return np.broadcast_to(share[:, None, None] * np.array(load.total), (*faces.shape, 3))
+    # forces a x r of places r about their middle are a couple J a and no net force
+    place = grid.node_places(faces.ravel()).reshape(*faces.shape, 3)
+    arm = place - np.einsum("f,fcd->d", share, place)
+    inertia = np.einsum("f,fcd,fcd->", share, arm, arm) * np.eye(3) - np.einsum("f,fcd,fce->de", share, arm, arm)
+    turning = np.linalg.lstsq(inertia, np.array(load.total), rcond=1e-9)[0]
+    return np.asarray(share[:, None, None] * np.cross(turning, arm))
 
 
 def _moved(nodes: NDArray[np.intp], shape: tuple[int, int, int], cells: tuple[int, int, int]) -> NDArray[np.int64]:

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
 
 from porelang.diagnostics import PoreError, fail
 
@@ -81,6 +82,16 @@ class Grid:
         """The middles (m, 3) of the voxels that count, mm."""
         places: Array = np.array(self.origin) + (np.argwhere(self.mask) + 0.5) * np.array(self.spacing)
         return places
+
+    def nearest(self, places: Array) -> NDArray[np.intp]:
+        """The voxel that counts (0..m-1) in or nearest to each place (n, 3) mm."""
+        at = np.floor((places - np.array(self.origin)) / np.array(self.spacing)).astype(np.intp)
+        at = np.clip(at, 0, np.array(self.shape) - 1)
+        number = np.zeros(self.shape, np.intp)
+        number[self.mask] = np.arange(len(self.weights))
+        index = distance_transform_edt(~self.mask, return_distances=False, return_indices=True)
+        found: NDArray[np.intp] = number[tuple(index)][tuple(at.T)]
+        return found
 
     def node_places(self, nodes: NDArray[np.intp]) -> Array:
         """The places (n, 3) mm of nodes, given by their numbers in the grid (nx+1, ny+1, nz+1)."""
@@ -161,6 +172,16 @@ class Force:
 
 
 @dataclass(frozen=True, slots=True)
+class Moment:
+    """A couple (3,) N mm in all about the middle of the faces of the surface where `where` holds: forces that grow with
+    the distance from it, and add up to none."""
+
+    where: Where
+    total: tuple[float, float, float]
+    name: str = "a torque"
+
+
+@dataclass(frozen=True, slots=True)
 class Platen:
     """A stiff plate that pushes with `force` N along `axis`: the nodes under it move alike along that axis.
 
@@ -176,8 +197,8 @@ class Platen:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """A grid, what holds it, and what loads it: forces, or one platen."""
+    """A grid, what holds it, and what loads it: forces and couples, or one platen."""
 
     grid: Grid
     supports: tuple[Support, ...]
-    loads: tuple[Force | Platen, ...]
+    loads: tuple[Force | Moment | Platen, ...]

@@ -44,7 +44,7 @@ def table(steps: Sequence[Step], best: int) -> str:
 
 def plot(steps: Sequence[Step], best: int, title: str = "") -> Image.Image:
     """A picture: compliance, displacement and stresses of each step, relative to those of the start."""
-    width, height, left, right, top, bottom = 1200, 720, 90, 60, 110, 70
+    width, height, left, right, top, bottom = 1200, 720, 110, 40, 110, 70
     page = Image.new("RGB", (width, height), (255, 255, 255))
     pen = ImageDraw.Draw(page)
     small, large = ImageFont.load_default(22), ImageFont.load_default(26)
@@ -82,6 +82,9 @@ def plot(steps: Sequence[Step], best: int, title: str = "") -> Image.Image:
         x += 42 + small.getlength(name) + 36
     bx, by = at(best, curves[0][1][best])
     pen.ellipse((bx - 12, by - 12, bx + 12, by + 12), outline=_CURVES[0][2], width=3)
+    side = Image.new("L", (height - top - bottom, 28))  # a text along the axis: drawn flat, and turned
+    ImageDraw.Draw(side).text((side.width / 2, 14), "over step 0", 255, small, anchor="mm")
+    page.paste(INK, (4, top), side.rotate(90, expand=True))
     pen.text((left, 36), title or "relative to the start", INK, large, anchor="lm")
     return page
 

@@ -15,13 +15,18 @@ from scipy.interpolate import PchipInterpolator
 
 from porelang.diagnostics import fail
 from porelang.optimize.element import cubic
+from porelang.unitcell import law as cells
+from porelang.unitcell.moduli import turned
 
 Array = NDArray[np.float64]
 
 
 class Law(Protocol):
-    """The stiffness of a lattice: `bases` (k, 6, 6) MPa, and for densities (m,) their weights (m, k) and slopes."""
+    """The stiffness of a lattice: `bases` (k, 6, 6) MPa, and for densities (m,) of its `range` their weights (m, k) and
+    slopes."""
 
+    @property
+    def range(self) -> tuple[float, float]: ...
     @property
     def bases(self) -> Array: ...
     def weights(self, density: Array) -> Array: ...
@@ -43,6 +48,10 @@ class Power:
     exponent: float = 1.0
 
     @property
+    def range(self) -> tuple[float, float]:
+        return 0.01, 1.0
+
+    @property
     def bases(self) -> Array:
         return self.solid[None]
 
@@ -54,71 +63,39 @@ class Power:
 
 
 @dataclass(frozen=True, eq=False)
-class Cubic:
-    """The three constants of a cubic lattice, interpolated: `densities` (n,), rising, and `constants` (n, 3) MPa.
+class Lattice:
+    """The law of a lattice that was homogenised, of a solid of Young's modulus `young`: a number or (m,), MPa.
 
-    The constants are c11, c12, c44. Between the densities monotone cubics go (Fritsch and Carlson, 1980), beyond them
-    their logarithms go on straight over the logarithm of the density, as a power law does. Errors: E192.
+    `turn` (3, 3) brings the axes of its cells to where they are in the part. Errors: E192 for what is no material.
     """
 
-    densities: Array
-    constants: Array
+    law: cells.Law
+    young: float | Array
+    turn: Array | None = None
 
     def __post_init__(self) -> None:
-        c11, c12, c44 = self.constants.T
-        if len(self.densities) < 3 or (np.diff(self.densities) <= 0).any():
-            raise fail("E192", "a law needs three densities or more, each above the one before",
-                       hint="homogenise the lattice at more densities")  # fmt: skip
-        sound = (c11 > np.abs(c12)) & (c11 + 2 * c12 > 0) & (c44 > 0) & (self.densities > 0)
+        c11, c12, c44 = self.law.constants.T
+        sound = (c11 > np.abs(c12)) & (c11 + 2 * c12 > 0) & (c44 > 0) & (self.law.density > 0)
         if not sound.all():
-            at = float(self.densities[~sound][0])
+            at = float(self.law.density[~sound][0])
             raise fail("E192", f"the stiffness at the density {at:.4g} is that of no material: c11 > |c12|, "
                        "c11 + 2 c12 > 0 and c44 > 0 must hold",
                        hint="the lattice may be in pieces there: begin at a higher density")  # fmt: skip
 
     @property
+    def range(self) -> tuple[float, float]:
+        return self.law.range
+
+    @property
     def bases(self) -> Array:
-        return np.array([cubic(*row) for row in np.eye(3)])
+        upright = np.array([cubic(*row) for row in np.eye(3)])
+        return upright if self.turn is None else np.array([turned(base, self.turn) for base in upright])
 
     def weights(self, density: Array) -> Array:
-        return self._curve(density)[0]
+        return np.reshape(self.young, (-1, 1)) * self.law.cubic(density)
 
     def slopes(self, density: Array) -> Array:
-        return self._curve(density)[1]
-
-    def _curve(self, density: Array) -> tuple[Array, Array]:
-        # c12 may be near 0 where others are not: bulk and shear moduli are positive, so these are what is interpolated
-        c11, c12, c44 = self.constants.T
-        x = np.log(density)
-        known = np.log(self.densities)
-        near = np.clip(x, known[0], known[-1])
-        values, rates = [], []
-        for moduli in (c11 + 2 * c12, c11 - c12, c44):
-            curve = PchipInterpolator(known, np.log(moduli))
-            rate = curve(near, 1)
-            value = np.exp(curve(near) + (x - near) * rate)
-            values.append(value)
-            rates.append(value * rate / density)
-        (bulk, shear, c44), (bulk_, shear_, c44_) = values, rates
-        return (
-            np.stack([(bulk + 2 * shear) / 3, (bulk - shear) / 3, c44], 1),
-            np.stack([(bulk_ + 2 * shear_) / 3, (bulk_ - shear_) / 3, c44_], 1),
-        )
-
-
-def fitted(densities: Array, moduli: Array) -> tuple[float, float, float]:
-    """(coefficient, exponent, error): coefficient * density^exponent nearest to relative moduli, and its largest miss.
-
-    By least squares of the logarithms; the miss is relative. A fit is worth what its range is: of a gyroid sheet one on
-    .2 to .5 alone is a quarter too low at .8.
-
-    >>> c, n, e = fitted(np.array([.2, .4, .8]), .7 * np.array([.2, .4, .8]) ** 1.5)
-    >>> round(c, 9), round(n, 9), e < 1e-12
-    (0.7, 1.5, True)
-    """
-    exponent, constant = np.polyfit(np.log(densities), np.log(moduli), 1)
-    miss = np.exp(constant) * densities**exponent / moduli - 1
-    return float(np.exp(constant)), float(exponent), float(np.abs(miss).max())
+        return np.reshape(self.young, (-1, 1)) * self.law.slope(density)
 
 
 @dataclass(frozen=True, eq=False)

@@ -51,7 +51,7 @@ class Plan:
     """What a loop keeps to: the mean density, its limits, the size of a cell (mm) over which all is averaged.
 
     It ends where the compliance changes by less than `until` (a ratio), or after `most` steps. `damping` is the share
-    of each change that is made.
+    of each change that is made. There are `least` steps at any rate.
     """
 
     mean: float
@@ -61,6 +61,7 @@ class Plan:
     until: float = 0.005
     most: int = 15
     damping: float = 1.0
+    least: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,11 +85,11 @@ class Homogenised:
     def __init__(self, problem: Problem, law: Law, tolerance: float = elasticity.TOLERANCE) -> None:
         self._model = elasticity.prepare(problem)
         self._law, self._tolerance = law, tolerance
-        sample = np.linspace(0.01, 1, 100)
+        count, sample = len(problem.grid.weights), np.linspace(*law.range, 20)
         self._key = digest(
             problem.grid.fill, np.array([problem.grid.origin, problem.grid.spacing]), self._model.fixed,
             self._model.forces, np.array(self._model.pushed[2] if self._model.pushed else 0.0), law.bases,
-            law.weights(sample), np.array(tolerance),
+            sample, np.array([law.weights(np.full(count, s)) for s in sample]), np.array(tolerance),
         )  # fmt: skip
 
     @property
@@ -207,6 +208,8 @@ def _best(steps: list[Step]) -> int:
 def _reason(steps: list[Step], plan: Plan) -> Reason | None:
     """Why to stop after these steps, or None."""
     last = steps[-1]
+    if last.number < min(plan.least, plan.most):
+        return None
     if last.spread < max(UNIFORM, last.noise):
         return "uniform"
     if last.change is not None and abs(last.change) < plan.until:

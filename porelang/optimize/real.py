@@ -94,7 +94,7 @@ class Real:
         mesh, fields = found.mesh, found.fields
         corners = mesh.vertices[mesh.tets]
         volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
-        there = self._voxels(corners.mean(axis=1))
+        there = self._grid.nearest(corners.mean(axis=1))
         solid = self._average(_gathered(there, volumes, self._grid) / self._grid.weights)
         energy, stress = (
             self._average(_gathered(there, volumes * values[mesh.tets].mean(axis=1), self._grid) / self._grid.weights)
@@ -111,17 +111,6 @@ class Real:
             {self.adapting.param: samples.values[..., 0].astype(np.float64), "origin": np.array(samples.origin),
              "spacing": np.array(samples.spacing)},
         )  # fmt: skip
-
-    def _voxels(self, places: Array) -> NDArray[np.intp]:
-        """The voxel that counts (0..m-1) in or nearest to each place (n, 3)."""
-        grid = self._grid
-        at = np.floor((places - np.array(grid.origin)) / np.array(grid.spacing)).astype(np.intp)
-        at = np.clip(at, 0, np.array(grid.shape) - 1)
-        nearest = distance_transform_edt(~grid.mask, return_distances=False, return_indices=True)
-        number = np.zeros(grid.shape, np.intp)
-        number[grid.mask] = np.arange(len(grid.weights))
-        found: NDArray[np.intp] = number[tuple(nearest)][tuple(at.T)]
-        return found
 
 
 def study_of(design: Design, study: str) -> Solved:

@@ -132,6 +132,28 @@ class Optimum:
         return _scaled(grown, low, high, frame)
 
 
+@dataclass(frozen=True, eq=False)
+class Given:
+    """A density (m,) that was found elsewhere takes the place of the uniform one; from there on goes the rule `after`,
+    or none."""
+
+    density: Array
+    found: str
+    after: Rule | None = None
+
+    @property
+    def name(self) -> str:
+        return self.found if self.after is None else f"{self.found}, then {self.after.name}"
+
+    def driver(self, density: Array, answer: Answer, frame: Frame) -> Array:
+        return (self.after or Energy()).driver(density, answer, frame)
+
+    def next(self, density: Array, answer: Answer, frame: Frame) -> Array:
+        if np.ptp(density) < 1e-12 or self.after is None:
+            return self.density
+        return self.after.next(density, answer, frame)
+
+
 def spread_of(values: Array, weights: Array) -> float:
     """The coefficient of variation of values (m,): their standard deviation over their mean."""
     mean = float(np.average(values, weights=weights))

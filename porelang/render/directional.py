@@ -215,9 +215,9 @@ def _titled(pixels: NDArray[np.uint8], title: str, notes: Sequence[str]) -> NDAr
     fits = (s for s in range(em, 7, -1) if ImageFont.load_default(s).getlength(title) < wide - em)
     pen.text((em, 0.75 * em), title, INK, ImageFont.load_default(next(fits, 8)))
     for i, line in enumerate(notes):
-        fits = (
-            s for s in np.arange(0.85, 0.3, -0.05) if ImageFont.load_default(s * em).getlength(line) < wide - 2 * em
+        sizes = (
+            size for size in range(em, 7, -1) if ImageFont.load_default(0.85 * size).getlength(line) < wide - 2 * em
         )
-        font = ImageFont.load_default(next(fits, 0.3) * em)
+        font = ImageFont.load_default(0.85 * next(sizes, 8))
         pen.text((em, top + pixels.shape[0] + (1.45 * i + 0.1) * em), line, INK, font)
     return np.asarray(page)

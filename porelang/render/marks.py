@@ -84,6 +84,15 @@ def scale_bar_mark(pixel: float, size: tuple[int, int], words: str = "") -> Mark
     return Mark(_trimmed(page), ((True, False), (False, False), (True, True), (False, True)))
 
 
+def words_mark(text: str, size: tuple[int, int]) -> Mark:
+    """Words in a corner of a picture of a size."""
+    em = letters(size) * FINER
+    font = ImageFont.load_default(0.95 * em)
+    page, pen = _page(font.getlength(text) + 2 * em, 2 * em)
+    pen.text((em, em), text, (*INK, 255), font, anchor="lm", stroke_width=em // 9, stroke_fill=HALO)
+    return Mark(_trimmed(page), ((True, True), (False, True), (False, False), (True, False)))
+
+
 def lay(pixels: Pixels, marks: Sequence[Mark], seen: NDArray[np.bool_]) -> Pixels:
     """The picture with each mark in the first of its corners where nothing is `seen`, or hardly more than in others."""
     height, width = pixels.shape[:2]

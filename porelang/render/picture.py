@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,8 @@ from numpy.typing import NDArray
 from porelang.analysis.box import Box
 from porelang.diagnostics import fail
 from porelang.elaborate.values import Scalar
-from porelang.field import Bounds, checked_bounds, make_field
+from porelang.expression import Expression, expression
+from porelang.field import Backend, Bounds, checked_bounds, make_field
 from porelang.formula import Formula
 from porelang.gpu import Gpu
 from porelang.ir import Node, node
@@ -23,24 +23,23 @@ from porelang.render import planes
 from porelang.render.camera import Camera, look
 from porelang.render.cells import bound_cells
 from porelang.render.cuts import Shown, take_away, whole
+from porelang.render.deform import displacement
+from porelang.render.deformed import draw
 from porelang.render.frame import ROUNDS, SMALL, closer, coarse, met, touches_rim, zoomed
+from porelang.render.laid import LEAP, averaged, lay_deformed, lay_glass, with_outlines
 from porelang.render.legend import legend, strip_of
 from porelang.render.march import Distances, Marcher, Scene
-from porelang.render.marks import Colour, axes_mark, key, lay, scale_bar_mark
+from porelang.render.marks import Colour, axes_mark, key, lay, scale_bar_mark, words_mark
 from porelang.render.painting import BODIES, colour, patches_of, ramp_of, survey
 from porelang.render.scale import fitting
 from porelang.render.wishes import Wishes
-from porelang.units import RATIO
+from porelang.units import RATIO, STRESS
 
 Light = NDArray[np.float32]
 #: Samples of a picture, all pixels and all samples of a pixel counted, that are held in memory at once.
 MOST_SAMPLES = 40_000_000
 #: How far the box reaches beyond the part, in its longest side: rays begin outside of the part.
 ROOM = 1e-3
-#: How dark an outline is drawn, and by how many pixels depth has to leap for one.
-OUTLINE, LEAP = 0.42, 6.0
-#: The colour of glass, and how many of its surfaces, one behind the other, are drawn.
-GLASS, LAYERS = np.array((0.86, 0.87, 0.90), np.float32), 8
 
 
 def render_output(
@@ -60,7 +59,8 @@ def render_output(
     program = design.program
     names = _names(program, name, wishes)
     part = _together(design, names)
-    shown_field = design.formula(*field_roots(program, wishes.field)) if wishes.field else part
+    coloured = field_shown(program, wishes)
+    shown_field = part if coloured is None else design.formula(*coloured.roots)
     box = checked_bounds(bounds) if bounds is not None else _roomy(_around([design.bounds(n) for n in names]))
     shown = take_away(whole(box, bounds is not None), wishes.cuts)
     painted = wishes.field is not None and not wishes.slices
@@ -72,16 +72,26 @@ def render_output(
     width, height = size
     over = np.zeros((height, width, 4), np.float32)  # red, green, blue times alpha, and alpha
     far = np.full((height, width), np.inf, np.float32)
-    covered, steps, scale, backend = 0.0, 0.0, None, ""
-    field = make_field(shown_field, program.ranges, "auto", "f32") if wishes.slices or painted else None
+    covered, steps, scale, backend, deformed = 0.0, 0.0, None, "", None
+    backing: Backend = "auto" if wishes.deform is None else "numpy"
+    field = make_field(shown_field, program.ranges, backing, "f32") if wishes.slices or painted else None
     if wishes.slices and field is not None:
-        scale = wishes.scale or planes.reach(wishes.slices, stage, field)
-        seen = planes.cross(wishes.slices, stage, camera, size, field)
+        within = None
+        if coloured is not None and coloured.dimension == STRESS:  # there is none beside the part
+            within = make_field(part, program.ranges, "auto", "f32")
+        seen = planes.cross(wishes.slices, stage, camera, size, field, within)
+        found = seen.value[np.isfinite(seen.value)].astype(np.float64)
+        scale = wishes.scale or (fitting(found) if within else planes.reach(wishes.slices, stage, field))
         on = seen.which >= 0
         over[on, :3] = planes.colours(seen, scale, 1.4 * samples)[on]
         over[on, 3] = 1.0
         far, backend = seen.distance, field.backend
-    if wishes.solid != "none":
+    if wishes.deform is not None:
+        moved = draw(design, part, box, bounds is not None, wishes.deform, wishes, size, field if painted else None)
+        lay_deformed(over, moved, LEAP * moved.camera.pixel(size, moved.box), samples)
+        camera, stage, scale, deformed = moved.camera, moved.box, moved.scale, moved.deformed
+        covered, backend = float(np.isfinite(moved.distance).mean()), "numpy"
+    elif wishes.solid != "none":
         several = len(names) > 1
         scene = _scene(part, program, shown)
         tight = wishes.frame == "surface" and not wishes.slices and bounds is None
@@ -90,7 +100,7 @@ def render_output(
             # where a plane lies in a cut face, the plane is seen
             far = far - 4 * np.float32(marcher.nearest)
             if wishes.solid == "glass":
-                _lay_glass(over, marcher, far, distance)
+                lay_glass(over, marcher, far, distance)
             else:
                 light = marcher.light(distance, (1, 2, 3))  # this round over the picture takes twice as long
                 if field is not None and painted:
@@ -106,11 +116,13 @@ def render_output(
                         patches_of(outputs, [c for _, c in named], marcher.nearest, camera),
                     )
                 front = distance < far
-                over[front] = _with_outlines(light, distance, marcher.pixel * LEAP)[front]
+                over[front] = with_outlines(light, distance, marcher.pixel * LEAP)[front]
         covered, steps, backend = float(np.isfinite(distance).mean()), marcher.steps, "glsl"
-    pixels = _averaged(over, samples, wishes.transparent)
-    pixel = samples * camera.pixel(size, stage if wishes.slices else shown.box)
+    pixels = averaged(over, samples, wishes.transparent)
+    pixel = samples * camera.pixel(size, stage)
     marks = [axes_mark(camera, wishes.size)] if wishes.axes else []
+    if deformed is not None:  # nobody is to take the picture for the part's true shape
+        marks.append(words_mark(str(deformed), wishes.size))
     if wishes.scale_bar:
         drawn = (pixels.shape[1], pixels.shape[0])
         marks.append(scale_bar_mark(pixel, drawn, " in the middle" if camera.perspective else ""))
@@ -119,22 +131,45 @@ def render_output(
     if names_beside is not None:
         pixels = np.concatenate([pixels, names_beside], axis=1)
     elif strip and scale is not None:
-        unit = wishes.legend or _unit_of(program, wishes.field or names[0])
-        beside = legend(scale, unit, strip_of(wishes.size), pixels.shape[0], wishes.transparent)
+        said = wishes.legend or legend_of(coloured or expression(program, names[0], "--out"))
+        beside = legend(scale, said, strip_of(wishes.size), pixels.shape[0], wishes.transparent)
         pixels = np.concatenate([pixels, beside], axis=1)
     seconds = time.perf_counter() - begun
-    return Picture(pixels, camera, pixel, covered, steps, scale, backend, seconds, wishes.transparent, tuple(named))
+    return Picture(pixels, camera, pixel, covered, steps, scale, backend, seconds, wishes.transparent, tuple(named),
+                   deformed)  # fmt: skip
 
 
-def field_roots(program: Program, name: str) -> tuple[Node, ...]:
-    """The flat root of an output, or of a `let` at the top of the file, that is a number. Errors: E100, E101."""
-    return (program.solid(name),) if name in program.outputs else program.field_roots(name)
+def field_shown(program: Program, wishes: Wishes) -> Expression | None:
+    """The field in colours: an output, a `let`, or an expression of these, that is a number. Errors: E100, E101, those
+    of an expression."""
+    if wishes.field is None:
+        return None
+    if wishes.field in program.outputs:
+        program.solid(wishes.field)
+    found = expression(program, wishes.field, "--field")
+    if not isinstance(found.value, Scalar):
+        what, hint = "a condition", f"as in --field 'if {found.text} then 1 else 0'"
+        if len(found.roots) > 1:
+            what, hint = "a vector", f"colours are of one number: length({found.text}), or {found.text}.z"
+        raise fail("E101", f"`{found.text}` is {what}", hint=hint)
+    return found
+
+
+def legend_of(field: Expression) -> str:
+    """What stands above the scale of a field: what it is called, unless that takes a calculation, and its unit, where
+    that is known."""
+    d = field.dimension
+    unit = "" if d is None or d == RATIO else d.called
+    named = field.text.replace("_", "").replace(".", "").isalnum()
+    return f"{field.text} {unit}".strip() if named and "." in field.text else unit
 
 
 def roots_shown(program: Program, name: str | Sequence[str] | None, wishes: Wishes) -> list[Node]:
     """The flat roots of all that a picture shows: its outputs and the field in colours. Errors: E100, E101, E108."""
     roots = [program.solid(n) for n in _names(program, name, wishes)]
-    return roots + list(field_roots(program, wishes.field) if wishes.field else ())
+    field = field_shown(program, wishes)
+    roots += [] if field is None else field.roots
+    return roots + list(() if wishes.deform is None else displacement(program, wishes.deform.what)[1])
 
 
 def bodies_of(program: Program) -> list[str]:
@@ -242,14 +277,6 @@ def _roomy(box: Box) -> Box:
     return Box((lo[0], lo[1], lo[2]), (hi[0], hi[1], hi[2]))
 
 
-def _unit_of(program: Program, name: str) -> str:
-    """The unit of an output or `let`; "" where it has none, or none that is known."""
-    outputs = program.elaborated.outputs
-    value = outputs[name].value if name in outputs else program.elaborated.lets[name]
-    dimension = getattr(value, "dimension", None)
-    return "" if dimension is None or dimension == RATIO else dimension.unit
-
-
 def _samples(wishes: Wishes, strip: int) -> tuple[tuple[int, int], int]:
     """The size that is drawn beside a strip, and its samples along a pixel's side: fewer where it is large.
 
@@ -261,52 +288,3 @@ def _samples(wishes: Wishes, strip: int) -> tuple[tuple[int, int], int]:
             return (width * n, height * n), n
     raise fail("E114", f"a picture of {width} x {height} pixels is too large",
                hint=f"{MOST_SAMPLES // 1_000_000} million pixels are the most")  # fmt: skip
-
-
-def _lay_glass(over: Light, marcher: Marcher, far: Distances, first: Distances) -> None:
-    """Lay the surface over what is there as clear glass, each time a ray meets or leaves the part, first at `first`.
-
-    What lies behind `far` is hidden.
-    """
-    through = np.ones_like(far)
-    colour = np.zeros((*far.shape, 3), np.float32)
-    distance = first.copy()
-    for layer in range(LAYERS):
-        if layer:
-            distance = marcher.distances((layer, 1, LAYERS), distance, leaving=layer % 2 == 1)
-        distance[distance >= far] = np.inf
-        if not np.isfinite(distance).any():
-            break
-        light = marcher.light(distance, glass=True).astype(np.float32) / 255
-        alpha = light[..., 3] * through
-        colour += (alpha * light[..., 0])[..., None] * GLASS
-        through -= alpha
-    over[..., :3] = colour + through[..., None] * over[..., :3]
-    over[..., 3] = (1 - through) + through * over[..., 3]
-
-
-def _with_outlines(light: NDArray[np.uint8], distance: Light, leap: float) -> Light:
-    """The part's colours times alpha, and alpha, darker where what lies behind is much farther."""
-    out: Light = light.astype(np.float32)
-    out *= np.float32(1 / 255)
-    padded = np.pad(np.nan_to_num(distance, posinf=1e9), 1, mode="edge")
-    middle = padded[1:-1, 1:-1]
-    edge = np.zeros(distance.shape, np.bool_)
-    for a, b in ((padded[:-2, 1:-1], padded[2:, 1:-1]), (padded[1:-1, :-2], padded[1:-1, 2:])):
-        edge |= (a + b - 2 * middle) > leap
-    out[edge & np.isfinite(distance), :3] *= 1 - OUTLINE
-    return out
-
-
-def _averaged(over: Light, n: int, transparent: bool) -> NDArray[np.uint8]:
-    """The samples of each pixel as one, on white or on nothing."""
-    height, width = over.shape[0] // n, over.shape[1] // n
-    mean: Any = over.reshape(height, n, width, n, 4).mean(axis=(1, 3))
-    alpha = mean[..., 3:]
-    if transparent:
-        colour = np.divide(mean[..., :3], alpha, out=np.zeros_like(mean[..., :3]), where=alpha > 0)
-        mean = np.concatenate([colour, alpha], axis=2)
-    else:
-        mean = np.concatenate([mean[..., :3] + (1 - alpha), np.ones_like(alpha)], axis=2)
-    pixels: NDArray[np.uint8] = np.rint(np.clip(mean, 0, 1) * 255).astype(np.uint8)
-    return pixels

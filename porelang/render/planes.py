@@ -54,8 +54,12 @@ def stage(box: Box, planes: Sequence[Plane]) -> Box:
     return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
 
 
-def cross(planes: Sequence[Plane], within: Box, camera: Camera, size: tuple[int, int], field: Evaluate) -> Cross:
-    """Where the rays of a picture meet the nearest of the planes, and the field there."""
+def cross(
+    planes: Sequence[Plane], within: Box, camera: Camera, size: tuple[int, int], field: Evaluate,
+    part: Evaluate | None = None,
+) -> Cross:  # fmt: skip
+    """Where the rays of a picture meet the nearest of the planes, and the field there; or of what of them lies in a
+    `part`."""
     width, height = size
     out = Cross(np.full((height, width), np.inf, np.float32), np.full((height, width), np.nan, np.float32),
                 np.full((height, width), -1, np.int8))  # fmt: skip
@@ -72,6 +76,8 @@ def cross(planes: Sequence[Plane], within: Box, camera: Camera, size: tuple[int,
             there = np.isfinite(t) & (t > 0) & (t < nearest)
             for axis in {0, 1, 2} - {p.axis}:
                 there &= (place[..., axis] >= lo[axis]) & (place[..., axis] <= hi[axis])
+            if part is not None and there.any():
+                there[there] = np.asarray(part(place[there])) <= 0
             nearest[there], which[there] = t[there], i
         hit = which >= 0
         if hit.any():

@@ -9,6 +9,7 @@ from typing import Literal
 from porelang.diagnostics import fail
 from porelang.render.camera import VIEWS, Projection
 from porelang.render.cuts import Cut, HalfSpace
+from porelang.render.deform import Deform
 from porelang.render.planes import Plane
 from porelang.render.scale import Colouring, wished
 
@@ -24,7 +25,8 @@ class Wishes:
     `field` is shown on the planes `slices`, or on the surface where there are none. Its `scale` is found where it is
     None. `legend` is the text above the scale's numbers, "" for the unit of the field where that is known, None for no
     legend; of several outputs it names the colours. `axes` draws a triad, `scale_bar` a round length in mm. `frame` is
-    what fills the picture where there are no planes.
+    what fills the picture where there are no planes. `deform` draws the deformed part, `ghost` the outline of the
+    undeformed one with it.
     """
 
     size: tuple[int, int] = (800, 600)
@@ -42,6 +44,8 @@ class Wishes:
     axes: bool = False
     scale_bar: bool = False
     frame: Frame = "surface"
+    deform: Deform | None = None
+    ghost: bool = False
 
 
 def wishes_of(
@@ -61,6 +65,8 @@ def wishes_of(
     axes: bool = False,
     scale_bar: bool = False,
     frame: Frame = "surface",
+    deform: tuple[float | None, str] | None = None,
+    ghost: bool = False,
     several: bool = False,
 ) -> Wishes:
     """Wishes from the values of options, as `porelang.values` reads them; `several` outputs are drawn.
@@ -78,6 +84,17 @@ def wishes_of(
         raise fail("E108", "glass has no colours for --field", hint="leave --solid out, or add a plane: --slice x=0")
     if solid == "none" and not slices:
         raise fail("E108", "--solid none leaves nothing to be seen", hint="add a plane, as in --slice x=0")
+    if ghost and deform is None:
+        raise fail("E108", "--ghost is about the undeformed part beside the deformed one, which is not drawn",
+                   hint="add --deform")  # fmt: skip
+    if deform is not None:
+        for given, why, hint in (
+            (slices, "--slice draws planes, which do not deform", "cut the part open instead: --cut 'y<0'"),
+            (solid == "glass", "a deformed part is not drawn as glass", "leave --solid out"),
+            (several, "a deformed part is drawn alone", "choose one output with --out NAME"),
+        ):
+            if given:
+                raise fail("E108", f"{why}: --deform goes without", hint=hint)
     return Wishes(
         size=size,
         view=VIEWS[view] if isinstance(view, str) else view,
@@ -94,4 +111,6 @@ def wishes_of(
         axes=axes,
         scale_bar=scale_bar,
         frame=frame,
+        deform=None if deform is None else Deform(deform[1], deform[0]),
+        ghost=ghost,
     )

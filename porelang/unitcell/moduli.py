@@ -89,6 +89,24 @@ def cubic_matrix(c11: float, c12: float, c44: float) -> Floats:
     return out
 
 
+def turned(stiffness: Any, turn: Any) -> Floats:
+    """A stiffness (6, 6) whose material is turned by a rotation (3, 3).
+
+    >>> quarter = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    >>> bool(np.allclose(turned(cubic_matrix(3, 1, 2), quarter), cubic_matrix(3, 1, 2)))
+    True
+    """
+    pairs = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
+    r = np.asarray(turn, np.float64)
+    strain = np.empty((6, 6))  # what is strained in the part, by Voigt, as the material has it: strains turn back
+    for column, (i, j) in enumerate(pairs):
+        tensor = np.zeros((3, 3))
+        tensor[i, j] = tensor[j, i] = 1.0 if i == j else 0.5
+        back = r.T @ tensor @ r
+        strain[:, column] = [back[a, b] * (1 if a == b else 2) for a, b in pairs]
+    return np.asarray(strain.T @ np.asarray(stiffness, np.float64) @ strain)
+
+
 def away_from_cubic(stiffness: Any) -> float:
     """How far a stiffness is from the cubic one nearest to it, relative to its own size (0 to 1)."""
     c = np.asarray(stiffness, np.float64)

@@ -177,9 +177,19 @@ def _bent(
     if points == 1:
         held = Support(ends.face(axis, high=False), name="held end")
         return Setting((held,), (Force(ends.face(axis, high=True), whole, "force at the end"),))
-    length = float(ends.hi[axis] - ends.lo[axis])
-    apart, wide = span or _SPAN * length, pads or max(_PAD * length, _ELEMENTS * ends.size)
-    middle = float(ends.hi[axis] + ends.lo[axis]) / 2
+    low, high = float(ends.lo[axis]), float(ends.hi[axis])
+    apart, wide = pads_of(low, high, ends.size, span, pads)
+    middle = (high + low) / 2
+    pressed = [_pad(ends, toward, sign < 0, axis, middle, wide)]
+    pressed += [_pad(ends, toward, sign > 0, axis, middle + side * apart / 2, wide) for side in (-1, 1)]
+    return Setting((), _balanced(ends, pressed, axis, np.array(total)), balanced=True, rests=tuple(pressed[1:]))
+
+
+def pads_of(low: float, high: float, size: float, span: float, pads: float) -> tuple[float, float]:
+    """How far the supports of a beam from `low` to `high` (mm) are apart, and how wide each pad is, with elements of a
+    size; 0 for what is not given. Errors: E187 for pads that do not fit."""
+    length = high - low
+    apart, wide = span or _SPAN * length, pads or max(_PAD * length, _ELEMENTS * size)
     if apart + wide > length * (1 + 1e-9):
         hint = f"take a `span` of {length - wide:.4g} mm at most"
         raise fail("E187", f"supports {apart:.4g} mm apart, {wide:.3g} mm wide each, do not fit under a part that is "
@@ -187,9 +197,7 @@ def _bent(
     if 2 * wide > apart:
         hint = f"take pads of {apart / 4:.3g} mm, or finer elements"
         raise fail("E187", f"pads {wide:.3g} mm wide leave nothing of {apart:.4g} mm to bend", hint=hint)
-    pressed = [_pad(ends, toward, sign < 0, axis, middle, wide)]
-    pressed += [_pad(ends, toward, sign > 0, axis, middle + side * apart / 2, wide) for side in (-1, 1)]
-    return Setting((), _balanced(ends, pressed, axis, np.array(total)), balanced=True, rests=tuple(pressed[1:]))
+    return apart, wide
 
 
 def _balanced(ends: Ends, pads: Sequence[Side], axis: int, total: Floats) -> tuple[Load, ...]:

@@ -1,0 +1,168 @@
+"""What the homogenised lattice promises: its own law, found by homogenising it, and the loop on voxels with that.
+
+Where stiffness rises faster than density the uniform density is stationary and not the best, so optimality criteria
+begin twice: from the uniform density and from a dense core.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from porelang.diagnostics import Diagnostic, PoreError, fail
+from porelang.homogenize import material
+from porelang.homogenize.cell import lattice_of
+from porelang.optimize import loop
+from porelang.optimize.adapting import Adapting
+from porelang.optimize.grid import Grid
+from porelang.optimize.laws import Lattice, Thickness
+from porelang.optimize.posed import posed
+from porelang.optimize.rules import Optimum, Rule
+from porelang.optimize.spread import averaged, restored
+from porelang.progress import activity, tell
+from porelang.tasks.study.asked import Question, question, valued
+from porelang.unitcell.law import Law, law
+
+Array = NDArray[np.float64]
+#: How many densities of the lattice are homogenised, and the voxels along its cell.
+DENSITIES, VOXELS = 7, 32
+#: When optimality criteria end: they leave the uniform density by less than a percent a step.
+UNTIL, MOST = 3e-4, 60
+#: What is further than this (relative) from cubic is doubted as such.
+CUBIC = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Promise:
+    """A density (m,) of the voxels of a grid, found on the homogenised lattice by `rule` in so many `steps`.
+
+    `uniform` and `best` are compliances (N mm) with their relative errors: what the voxels and the law err by.
+    """
+
+    rule: str
+    law: Law
+    density: Array
+    uniform: float
+    best: float
+    errors: tuple[float, float]
+    steps: int
+    doubts: tuple[Diagnostic, ...]
+
+    @property
+    def gain(self) -> float:
+        """The compliance over that of the uniform lattice."""
+        return self.best / self.uniform
+
+    @property
+    def report(self) -> dict[str, Any]:
+        """What `pore optimize --json` prints of it."""
+        first, last = self.errors
+        return {"rule": self.rule, "steps": self.steps, "uniform": self.uniform, "uniform_error": first,
+                "best": self.best, "best_error": last, "gain": self.gain,
+                "law": {"density": self.law.density.tolist(), "constants": self.law.constants.tolist(),
+                        "nu": self.law.nu}}  # fmt: skip
+
+    def __str__(self) -> str:
+        first, last = (f"{c:.5g} +- {e:.1%}" for c, e in zip((self.uniform, self.best), self.errors, strict=True))
+        return (f"homogenised, {self.rule}, {self.steps} steps: from {first} to {last} N mm, {self.gain:.3f} of the "
+                "uniform compliance")  # fmt: skip
+
+
+def promise(
+    what: Adapting, thickness: Thickness, sign: float, grid: Grid, cell: float, plan: loop.Plan, rule: Rule
+) -> Promise:
+    """The loop of a design on voxels; `thickness` and `sign` make its densities, `cell` (mm) is its period.
+
+    Errors: those of the cell (E180-E183), of what the homogenised part cannot take (E193), of the solution (E190-E194).
+    """
+    asked = question(what.design.formula(*what.design.program.studies[what.study].args).taken)
+    nu = _poisson(asked, grid)
+    found, doubts = law_of(what, thickness, sign, cell, nu)
+    analysis = loop.Homogenised(posed(asked, grid), _lattice(found, asked, grid))
+    optimal = isinstance(rule, Optimum)
+    until, most = (UNTIL, MOST) if optimal else (plan.until, plan.most)
+    inner = replace(plan, cell=cell, until=until, most=most)
+    starts = [None, core(grid, plan)] if optimal else [None]
+    uniform = np.full(len(grid.weights), plan.mean)
+    with activity("adapting the homogenised part"):
+        runs = [loop.iterate(analysis, rule, inner, start) for start in starts]
+    best = min(runs, key=lambda run: run.steps[run.best].compliance)
+    first, last = runs[0].steps[0].compliance, best.steps[best.best].compliance
+    rough = _coarser(asked, grid, found, (uniform, best.density), plan)
+    slack = float(np.max(found.error(plan.mean) / np.maximum(np.abs(found.cubic(plan.mean)), 1e-12)))
+    errors = [abs(r / c - 1) + slack for r, c in zip(rough, (first, last), strict=True)]
+    return Promise(rule.name, found, best.density, first, last, (errors[0], errors[1]), best.best, tuple(doubts))
+
+
+def law_of(
+    what: Adapting, thickness: Thickness, sign: float, cell: float, nu: float
+) -> tuple[Law, list[Diagnostic]]:  # fmt: skip
+    """The law of a design's lattice between the limits of its density, and what is doubtful of it."""
+    low, high = thickness.limits
+    found = []
+    with activity("homogenising the lattice"):
+        for i, value in enumerate(thickness.thickness(np.linspace(low, high, DENSITIES))):
+            tell(i, DENSITIES)
+            part = what.part(what.same_all_over(sign * float(value)))
+            try:
+                found.append(material(lattice_of(part), what.output, np.full(3, cell), nu, VOXELS))
+            except PoreError as error:
+                told = f"with {what.param} = {sign * float(value):.4g}, for the law of the lattice"
+                raise PoreError([replace(d, message=f"{d.message}, {told}") for d in error.diagnostics]) from None
+    made = law([f.density for f in found], [f.stiffness for f in found], [f.stiffness_error for f in found], nu)
+    doubts = []
+    if made.away > CUBIC:
+        doubts.append(Diagnostic(
+            "W271", f"the cell of `{what.output}` is {made.away:.0%} away from a cubic one", severity="warning",
+            hint="what is promised is of the cubic lattice that is nearest: trust what elements say"))  # fmt: skip
+    return made, doubts
+
+
+def core(grid: Grid, plan: loop.Plan) -> Array:
+    """A density that is greater in the middle of a part than near its surface."""
+    deep = distance_transform_edt(np.pad(grid.mask, 1), sampling=grid.spacing)[1:-1, 1:-1, 1:-1][grid.mask]
+    wanted = plan.mean * deep / np.average(deep, weights=grid.weights)
+    low, high = np.full(len(deep), plan.low), np.full(len(deep), plan.high)
+    return restored(lambda s: wanted * np.exp(s), low, high, grid.weights, plan.mean)
+
+
+def _poisson(asked: Question, grid: Grid) -> float:
+    """Poisson's ratio of the solid. Errors: E193 where it varies."""
+    hint = "it lies between -1 and 0.5: 0.49 at most"
+    values = valued(asked.poisson, grid.centres, "Poisson's ratio", -1.0, 0.5, hint)
+    if np.ptp(values) > 1e-9:
+        raise fail("E193", f"Poisson's ratio of the solid varies, from {values.min():.3g} to {values.max():.3g}",
+                   hint="a lattice is homogenised for one of them; or take the rule `energy`")  # fmt: skip
+    return float(values[0])
+
+
+def _lattice(found: Law, asked: Question, grid: Grid) -> Lattice:
+    hint = "it is above 0, and finite, in all of a part"
+    return Lattice(found, valued(asked.young, grid.centres, "Young's modulus", 0.0, np.inf, hint))
+
+
+def _coarser(
+    asked: Question, grid: Grid, found: Law, densities: tuple[Array, Array], plan: loop.Plan
+) -> list[float]:  # fmt: skip
+    """The compliances of densities on voxels twice as large, where these can be had; infinite where not."""
+    fill = grid.fill
+    fill = np.pad(fill, [(0, n % 2) for n in fill.shape])
+    x, y, z = (n // 2 for n in fill.shape)
+    whole = fill.reshape(x, 2, y, 2, z, 2).mean((1, 3, 5))
+    dx, dy, dz = grid.spacing
+    coarse = Grid(whole, grid.origin, (2 * dx, 2 * dy, 2 * dz))
+    out = []
+    try:
+        analysis = loop.Homogenised(posed(asked, coarse), _lattice(found, asked, coarse))
+    except PoreError:  # too coarse for what holds it
+        return [np.inf] * len(densities)
+    for density in densities:
+        near = averaged(grid, 1.5 * max(grid.spacing))(density)[grid.nearest(coarse.centres)]
+        low, high = np.full(len(near), plan.low), np.full(len(near), plan.high)
+        kept = restored(lambda s, near=near: near + s, low, high, coarse.weights, plan.mean)  # type: ignore[misc]
+        out.append(analysis.solve(kept, None).compliance)
+    return out
