@@ -1,81 +1,106 @@
-"""The loop on real lattices: a beam on three supports and a cylinder under a patch load, networks of gyroid of half the
-solid, in tetrahedra of the second order; beside each what the homogenised lattice promises with the same rule.
+"""The loop on real lattices, in tetrahedra of the second order, each beside what the homogenised lattice promises.
 
-Minutes each: `python benchmarks/lattices.py beam`, or `cylinder`, with `--size 3mm` for other elements.
+`python benchmarks/lattices.py CASE`, minutes each: `beam` on three supports and `cylinder` under a patch load, networks
+of gyroid of half the solid; `platens`, a column of it between bonded ones; `orientation`, a diamond network that stands
+or lies; `period`, a cantilever of a sheet that adapts by the size of its cells, found by `phase` and put in as it is.
+`--size 3mm` takes other elements.
 """
 
 from __future__ import annotations
 
 import argparse
+import time
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import porelang
-from porelang.optimize import laws, loop
-from porelang.optimize.grid import Force, Grid, Problem, Support
-from porelang.optimize.rules import Energy
 from porelang.optimize.run import Optimized
 
-Points = NDArray[np.float64]
-Where = Callable[[Points], Any]
-LIMITS = (0.25, 0.8)
-#: A cell of the network, and offsets that take its density from .2 to .83.
-CELL, OFFSETS = "param t = 0 in -1.2..1.2\ngyroid(20mm) - t", "t=-0.9..1:9"
 TEXTS = {
-    "beam": (20.0, "3.3mm", """
+    "beam": ("3.3mm", """
+        param t: field = 0
         let body = box([240mm, 40mm, 40mm])
         let lattice = gyroid(20mm) - t & body
         let s = bend(lattice, force=1kN, axis=x, toward=-z, E=1GPa, nu=0.3, pads=20mm, size={size})
+        lattice
         """),
-    "cylinder": (37.5, "6.5mm", """
+    "cylinder": ("6.5mm", """
+        param t: field = 0
         let body = cylinder(75mm, 300mm)
         let lattice = gyroid(37.5mm) - t & body
         let s = study(lattice, fix=z < -149.9mm, load=force(z > 149.9mm and hypot(x, y) < 25, [0N, 0N, -10kN]),
                       E=1GPa, nu=0.3, size={size})
+        lattice
+        """),
+    "platens": ("3.4mm", """
+        param t: field = 0
+        let lattice = gyroid(20mm) - t & box([60mm, 60mm, 100mm])
+        let s = compress(lattice, force=1kN, axis=z, platens="bonded", E=1GPa, nu=0.3, size={size})
+        lattice
+        """),
+    "orientation": ("2mm", """
+        let body = box([36mm, 36mm, 60mm])
+        let whole = compress(body, force=-1kN, axis=z, E=1GPa, nu=0.3, size=6mm)
+        # 111 is turned to x first, which `align` turns to the greatest tension
+        let lying = align(rotate(diamond(12mm), axis=[0, 1, -1], angle=acos(1 / sqrt(3))), whole.direction1)
+        let s100 = compress(diamond(12mm) & body, force=-1kN, axis=z, E=1GPa, nu=0.3, size={size})
+        let s111 = compress(lying & body, force=-1kN, axis=z, E=1GPa, nu=0.3, size={size})
+        out along_100 = diamond(12mm) & body
+        out along_111 = lying & body
+        out cell = diamond(12mm)
+        """),
+    "period": ("2.9mm", """
+        param w: field = {start}
+        let body = box([120mm, 40mm, 40mm])
+        let lattice = {lattice} & body
+        let s = bend(lattice, force=1kN, axis=x, toward=-z, supports="cantilever", E=1GPa, nu=0.3, size={size})
+        lattice
         """),
 }  # fmt: skip
-NEAR = 1e-6
+#: The sheet that adapts: by the size of its cells, where walls are as thick everywhere, or by its thickness.
+SHEETS = {
+    "phase": ("20mm", "gyroid(phase=phase(w, body)) |> shell(30mm / w)"),
+    "naive": ("20mm", "gyroid(w) |> shell(30mm / w)"),
+    "thickness": ("1.5", "gyroid(20mm) |> shell(w)"),
+}
 
 
-def beam() -> Problem:
-    """As `bend` holds it: supports .9 of the length apart, pads 20 mm wide."""
-    grid = Grid(np.ones((96, 16, 16)), (-120.0, -20.0, -20.0), (2.5, 2.5, 2.5))
-
-    def pad(at: float, high: bool) -> Where:
-        return lambda p: (np.abs(p[:, 0] - at) < 10 + NEAR) & (np.abs(p[:, 2] - (20 if high else -20)) < NEAR)
-
-    def line(p: Points) -> Any:
-        return (np.abs(p[:, 0] + 107.5) < NEAR) & (np.abs(p[:, 2] + 20) < NEAR)
-
-    # pads press evenly and let the beam turn: two balance the third, and a line keeps it in place
-    loads = tuple(Force(pad(x, x == 0), (0, 0, f)) for x, f in ((0, -1000.0), (-107.5, 500.0), (107.5, 500.0)))
-    far = Support(lambda p: (np.abs(p[:, 0] - 107.5) < NEAR) & (np.abs(p[:, 2] + 20) < NEAR), (False, False, True))
-    return Problem(grid, (Support(line), far), loads)
+def text(case: str, size: str, **more: str) -> str:
+    return "\n".join(line.strip() for line in TEXTS[case][1].strip().splitlines()).format(size=size, **more)
 
 
-def cylinder() -> Problem:
-    grid = Grid.of(
-        lambda p: np.maximum(np.hypot(p[:, 0], p[:, 1]) - 75, np.abs(p[:, 2]) - 150),
-        (-75, -75, -150),
-        (75, 75, 150),
-        9.4,
-    )
-    pressed = Force(lambda p: (p[:, 2] > 150 - NEAR) & (np.hypot(p[:, 0], p[:, 1]) < 25), (0, 0, -1e4))
-    return Problem(grid, (Support(lambda p: p[:, 2] < -150 + NEAR),), (pressed,))
+def timed(what: str, work: Callable[[], Optimized]) -> None:
+    begin = time.process_time()
+    found = work()
+    print(f"\n{what}, {time.process_time() - begin:.0f} s of CPU", found.table, found.reason, sep="\n")
+    if found.promise:
+        print(found.promise)
+    print(*(f"{d.code}: {d.message}" for d in found.told), sep="\n", flush=True)
 
 
-def law() -> laws.Lattice:
-    """The network as a material, of a solid of 1 GPa."""
-    return laws.Lattice(porelang.compile(CELL).homogenize(sweep=OFFSETS, resolution=32, nu=0.3).law, 1000.0)
+def loops(case: str, size: str, most: int) -> None:
+    program = porelang.compile(text(case, size))
+    timed("energy", lambda: program.iterate(limits=(0.25, 0.8), most=most))
+    timed("energy, early steps homogenised", lambda: program.iterate(limits=(0.25, 0.8), most=2, early="homogenised"))
+    timed("optimum", lambda: program.iterate(limits=(0.25, 0.8), rule="optimum"))
 
 
-def real(case: str, size: str, most: int) -> Optimized:
-    _, _, text = TEXTS[case]
-    lines = ["param t: field = 0", *(line.strip() for line in text.format(size=size).strip().splitlines()), "lattice"]
-    return porelang.compile("\n".join(lines)).design().iterate(limits=LIMITS, most=most)
+def orientation(size: str) -> None:
+    program = porelang.compile(text("orientation", size))
+    numbers = program.homogenize("cell", nu=0.3).numbers
+    print(f"homogenised: Zener ratio {numbers['zener']:.2f}, 111 over 100 {numbers['E.100'] / numbers['E.111']:.3f}")
+    found = [program.study(s).numbers for s in ("s100", "s111")]
+    for name, numbers in zip(("100", "111"), found, strict=True):
+        c, v = numbers["compliance"], numbers["volume"]
+        print(f"{name}: compliance {c.value:.4g} +- {c.error / c.value:.1%}, porosity {1 - v.value / 36 / 36 / 60:.4f}")
+    print(f"111 over 100 {np.divide(*(n['compliance'].value for n in reversed(found))):.3f}")
+
+
+def period(size: str) -> None:
+    for name, (start, lattice) in SHEETS.items():
+        program = porelang.compile(text("period", size, start=start, lattice=lattice))
+        timed(name, lambda program=program: program.iterate(limits=(0.35, 0.65), porosity=0.5, rule="optimum"))
 
 
 def main() -> None:
@@ -84,18 +109,13 @@ def main() -> None:
     parser.add_argument("--size")
     parser.add_argument("--max", type=int, default=3)
     options = parser.parse_args()
-    cell, size, _ = TEXTS[options.case]
-    problem = {"beam": beam, "cylinder": cylinder}[options.case]()
-    promised = loop.iterate(
-        loop.Homogenised(problem, law()), Energy(), loop.Plan(0.5, *LIMITS, cell, 1e-4, options.max)
-    )
-    print(
-        "homogenised",
-        *(f"{s.compliance:.5g} ({s.compliance / promised.steps[0].compliance:.3f})" for s in promised.steps),
-    )
-    if options.max:
-        found = real(options.case, options.size or size, options.max)
-        print(found.table, found.reason, sep="\n")
+    size = options.size or TEXTS[options.case][0]
+    if options.case == "orientation":
+        orientation(size)
+    elif options.case == "period":
+        period(size)
+    else:
+        loops(options.case, size, options.max)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ Each in a process of its own, for its memory: a cylinder of random densities und
 from __future__ import annotations
 
 import json
+import math
 import resource
 import subprocess
 import sys
@@ -78,15 +79,18 @@ def child(way: str, across: int) -> None:
 
 
 def loop(sizes: tuple[int, ...] = (24, 48)) -> list[dict[str, Any]]:
-    """One solve each; pyamg only at the smallest, where it takes 10 s and 1 GB."""
-    rows = []
+    """One solve each; pyamg only at the smallest, where it takes 10 s and 1 GB. The last row is the exponent of the
+    unknowns with which the time of a step of ours grows."""
+    rows: list[dict[str, Any]] = []
     for across in sizes:
         for way in ("ours", "pyamg") if across == min(sizes) else ("ours",):
             done = subprocess.run(
                 [sys.executable, __file__, way, str(across)], check=True, capture_output=True, text=True
             )
             rows.append({"case": f"a step on {across} voxels across, {way}", **json.loads(done.stdout)})
-    return rows
+    first, last = (next(r for r in rows if r["case"].startswith(f"a step on {n} ")) for n in (min(sizes), max(sizes)))
+    ratio = math.log(last["CPU s"] / first["CPU s"]) / math.log(last["unknowns"] / first["unknowns"])
+    return [*rows, {"case": "exponent of a step's CPU time", "by unknowns": ratio}]
 
 
 if __name__ == "__main__":

@@ -75,12 +75,29 @@ class Strength:
             "iterations": solved.iterations,
             "residual": solved.residual,
             "size": solved.sized.size,
+            "finest_size": solved.sized.finest or solved.sized.size,
             **shown,
-            "reaction": next(iter(solved.reactions.values()), np.zeros(3)).tolist(),
+            "reaction": self.reaction.tolist(),
             "reactions": {name: force.tolist() for name, force in solved.reactions.items()},
             "left_out": solved.lost,
             "error": {"energy": numbers[_ERROR].value, **errors},
         }
+
+    @property
+    def reaction(self) -> Floats:
+        """The force (N) with which what stands still holds the part against its load: of all supports that do not move
+        it together, a platen, the held end, the outer pads of a beam, everything that is `held`. It is opposite to the
+        sum of the loads, and to what a support presses with that moves the part. 0 where no support stands still."""
+        solved = self.solved
+        moving = {
+            reaction.name
+            for support, reaction in zip(solved.solution.problem.supports, solved.solution.reactions, strict=True)
+            if callable(support.displacement) or any(support.displacement)
+        }
+        total = np.zeros(3)
+        for name, force in solved.reactions.items():
+            total += 0.0 if name in moving else force
+        return total
 
     def _lacks(self, name: str) -> bool:
         return name in ("mass", "stiffness") and not self.numbers[name].value

@@ -49,7 +49,7 @@ def fea(options: Namespace) -> int:
     if options.json:
         written = {"file": options.output} if options.output else {}
         report.put(written | found.report | {"seconds": seconds} | to_lists(list(found.told)))
-    elif not options.quiet:
+    elif not (options.quiet and options.output):  # without a file the report is the result
         print(_text(options.output or design.program.source.name, found, seconds))
     return 0
 
@@ -59,7 +59,7 @@ def _text(path: str, found: Strength, seconds: float) -> str:
     turns = solved.asked.whole is not None and solved.asked.whole.name == "twist_load"
     lines = {
         "study": found.name,
-        "elements": f"{len(solved.mesh.tets):,} of {solved.sized.size:.3g} mm, {solved.unknowns:,} unknowns",
+        "elements": f"{len(solved.mesh.tets):,} of {solved.sized.span} mm, {solved.unknowns:,} unknowns",
         "solver": f"{solved.iterations} iterations to a residual of {solved.residual:.1g}",
     }
     for name, number in found.numbers.items():

@@ -124,7 +124,7 @@ def _data(ctx: Context, s: tree.Param, kind: Span, scope: Scope, name: str) -> V
         return ctx.error("E154", message, s.default.span, hint=f"as in `= {example}`")
     dimension = next((part.dimension for part in parts if part.dimension is not None), None)
     nodes = [part.node for part in parts]
-    ctx.found.data[name] = DataInfo(name, components, dimension, s.doc, s.name_span)
+    ctx.found.data[name] = DataInfo(name, components, dimension, s.doc, s.name_span, tuple(nodes))
     if name in ctx.bound:
         op, *payload = ctx.bound[name]
         if op == "load":

@@ -87,13 +87,15 @@ OF_DATA: Mapping[str, int] = {"field": 1, "vector": 3, "tensor": 6}
 
 @dataclass(frozen=True, slots=True)
 class DataInfo:
-    """A param that takes data: how many numbers it has in each place, what they are measured in, where it stands."""
+    """A param that takes data: how many numbers it has in each place, what they are measured in, where it stands, and
+    its default."""
 
     name: str
     components: int
     dimension: Dimension | None
     doc: str
     span: Span
+    default: tuple[Node, ...] = ()
 
     @property
     def kind(self) -> str:

@@ -17,11 +17,11 @@ ELASTICITY = (
     Code(
         "E171",
         "a motion that nothing holds",
-        "A part that can move as a rigid body has no displacement that could be found. The message names each such\n"
-        "motion: translations, rotations about an axis through a point, and rotations with a shift along their\n"
-        "axis. Add a support against it. Where loads do not drive the motion, as between frictionless platens, the\n"
-        "problem may be `balanced`: then the motion is taken out of the result. Loads that do drive it are refused\n"
-        "all the same.",
+        "A part that can move as a rigid body has no displacement that could be found. The message names each\n"
+        "such motion: translations, rotations about an axis through a point, and rotations with a shift along\n"
+        "their axis. Add a support against it. Where loads do not drive the motion, as between frictionless\n"
+        "platens, the problem may be balanced, `balanced=true`: then the motion is taken out of the result, with\n"
+        "no mean displacement along it. Loads that do drive it are refused all the same.",
         "",
         "",
     ),
@@ -45,8 +45,10 @@ ELASTICITY = (
     Code(
         "E174",
         "a field of a study that gives no numbers",
-        "What selects nodes and area gives True or False for each point, what gives forces and displacements three\n"
-        "finite numbers.",
+        "What selects nodes and area gives True or False for each point, what gives forces and displacements\n"
+        "three finite numbers. A condition in a program has no answer where it compares what is not a number: the\n"
+        "message says at which place of the surface. `and` and `or` have one where the other side decides: x > 0\n"
+        "and sqrt(x) < 1.",
         "",
         "",
     ),

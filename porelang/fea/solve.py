@@ -128,7 +128,8 @@ def _held_still(
         raise fail(
             "E171",
             f"nothing holds the part against {_listed(free.words)}",
-            hint="add a support there; or say `balanced` if the loads do not drive it, as between frictionless platens",
+            hint="add a support there; or say `balanced=true` if the loads do not drive it, as between frictionless "
+            "platens",
         )
     works = np.einsum("rkd,kd->r", free.fields, applied) / np.abs(free.fields).max(axis=(1, 2))
     if (np.abs(works) > _BALANCED * np.abs(applied).sum()).any():

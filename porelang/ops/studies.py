@@ -13,8 +13,9 @@ from typing import Literal
 from porelang.units import ANGLE, FORCE, LENGTH, RATIO, STRESS, Dimension
 
 #: The first arguments: Young's modulus (MPa), Poisson's ratio and density (g/cm3, 0: not known) are fields; `size` is
-#: the edge of elements (mm, 0: found from the part), `order` that of their polynomials.
-HEAD = ("part", "E", "nu", "density", "size", "order")
+#: the edge of elements (mm, 0: found from the part), `order` that of their polynomials; `yields` is the stress (MPa) at
+#: which a material that is named yields (0: not known), `balanced` 1 where loads balance each other.
+HEAD = ("part", "E", "nu", "density", "size", "order", "yields", "balanced")
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,19 +14,23 @@ from numpy.typing import NDArray
 from porelang.analysis.box import Box
 from porelang.backends.numpy import NumpyField
 from porelang.data import SampledField
-from porelang.diagnostics import fail, suggest
+from porelang.diagnostics import PoreError, fail, suggest
 from porelang.formula import Formula
 from porelang.ir import TASKS, Node, node, order, within
 from porelang.measure import envelope_of
 from porelang.optimize.laws import Thickness
+from porelang.optimize.record import Under
 from porelang.program import Design, Program
 from porelang.rewrites import flatten
+from porelang.tasks.study.asked import question
 
 Array = NDArray[np.float64]
 #: Places within an envelope at which the share of solid is counted: its error is 1 / (2 sqrt n) at most, .1 %.
 PLACES = 200_000
 #: How many thicknesses make the table of a lattice; the least that is tried, and how often it is made four times that.
 _TABLE, _LEAST, _STEPS, _TIMES = 13, 0.01, 7, 4.0
+#: A param whose default is not 0 is a size first: so many times a factor either way.
+_OUTWARD, _APART = 9, 1.4
 #: Of the places, every so many make the table: thickness is moved after it until all of them have the porosity.
 _FEW = 8
 _WAVES = ("sin_turns", "cos_turns", "sin", "cos")
@@ -36,7 +40,8 @@ _WAVES = ("sin_turns", "cos_turns", "sin", "cos")
 class Adapting:
     """A design, the output that adapts, the param that makes it so, and the study that is of that output.
 
-    `envelope` is what its porosity is relative to, `places` (n, 3) mm are spread evenly over that.
+    `envelope` is what its porosity is relative to, `places` (n, 3) mm are spread evenly over that. The study is loaded
+    `under` forces or displacements.
     """
 
     design: Design
@@ -46,6 +51,7 @@ class Adapting:
     envelope: Formula
     box: Box
     places: Array
+    under: Under = "forces"
 
     def with_samples(self, samples: SampledField) -> Design:
         """The design with samples for the param."""
@@ -82,19 +88,18 @@ class Adapting:
         """The share of solid of the program without the loop, with what is bound to it already, if anything is."""
         return _solid(self.design.formula(self.design.program.solid(self.output)), self.places)
 
-    def cell(self) -> float:
-        """The period of the lattice in mm: the longest of its waves, in the middle of the places.
-
-        Errors: E193 where it has none.
-        """
-        root = self.design.formula(self.design.program.solid(self.output)).root
+    def cell(self, part: Formula | None = None) -> float:
+        """The period of the lattice in mm, as the program stands or of the `part` that samples make: the longest of its
+        waves, in the middle of the places. Errors: E193 where it has none."""
+        part = part or self.design.formula(self.design.program.solid(self.output))
+        root = part.root
         turned = [n.args[0] for n in order([root], within) if n.op in _WAVES and n.args[0].axes]
         found = []
         for u in turned:
             slopes = flatten(*(node("d", u, value=a) for a in range(3)))
             rates = np.zeros(len(self.places[::500]))
             for slope in slopes:
-                field = NumpyField(self.design.formula(slope), "f64")
+                field = NumpyField(part.with_roots(slope), "f64")
                 rates = rates + np.asarray(field.at(self.places[::500])) ** 2
             rate = float(np.sqrt(np.median(rates)))
             if rate > 0:
@@ -110,10 +115,12 @@ class Adapting:
         With it comes 1, or -1 where more of the param is less of the solid: then the thickness is minus the param.
         Errors: E193 where these densities are not reached, E192 where the density does not rise all along.
         """
-        ladder = np.array([-(_LEAST * _TIMES**k) for k in range(_STEPS, -1, -1)])
-        ladder = np.concatenate([ladder, [0.0], -ladder[::-1]])
-        shares = np.array([self._share(v) for v in ladder])
-        found = _climb(ladder, shares, low, high)
+        found, shares = self._outward(low, high)
+        if found is None:
+            ladder = np.array([-(_LEAST * _TIMES**k) for k in range(_STEPS, -1, -1)])
+            ladder = np.concatenate([ladder, [0.0], -ladder[::-1]])
+            shares = np.array([self._share(v) for v in ladder])
+            found = _climb(ladder, shares, low, high)
         if found is None:
             raise fail("E193", f"`{self.param}` takes the density of `{self.output}` from {shares.min():.3f} to "
                        f"{shares.max():.3f}, and nowhere from {low:g} to {high:g}",
@@ -132,6 +139,25 @@ class Adapting:
                        f"{sign * float(values[used][flat[0]]):.4g}",
                        hint="narrow the limits to where it does, as in --limits 0.3..0.6")  # fmt: skip
         return Thickness(shares[used], values[used]), sign
+
+    def _outward(self, low: float, high: float) -> tuple[tuple[float, float, float] | None, Array]:
+        """The way up among multiples of the default of the param, as of a size, which is never 0: up and down from that
+        until the densities pass the limits, or have no such part."""
+        root = self.design.program.data[self.param].default[0]
+        middle = 0.0 if root.axes else float(self.design.formula(*flatten(root)).numbers[0])
+        shares = {0: self.as_it_stands()}
+        for side in (1, -1) if middle else ():
+            for k in range(side, side * (_OUTWARD + 1), side):
+                try:
+                    shares[k] = self._share(middle * _APART**k)
+                except PoreError:
+                    break
+                if not low < shares[k] < high:
+                    break
+        values = np.array([middle * _APART**k for k in sorted(shares)])
+        known = np.array([shares[k] for k in sorted(shares)])
+        rising = np.argsort(values)
+        return _climb(values[rising], known[rising], low, high), known
 
 
 def _solid(part: Formula, places: Array) -> float:
@@ -175,7 +201,7 @@ def adapting(
     shape = design.formula(envelope)
     places = _places(shape, box)
     studied = _study(program, name, param, study, box)
-    return Adapting(design, name, param, studied, shape, box, places)
+    return Adapting(design, name, param, studied, shape, box, places, _under(design, studied))
 
 
 def _param(program: Program, output: str, adapt: str | None, box: Box) -> str:
@@ -218,7 +244,9 @@ def _study(program: Program, output: str, param: str, study: str | None, box: Bo
     if study is not None and study not in made.studies:
         near = suggest(study, made.studies)
         raise fail("E100", f"the program has no study `{study}`",
-                   hint=f"did you mean `{near}`?" if near else "name it: `let s = compress(part, ...)`")  # fmt: skip
+                   hint=f"did you mean `{near}`?" if near
+                   else f"it has {', '.join(f'`{s}`' for s in made.studies)}" if made.studies
+                   else "name one: `let s = compress(part, ...)`")  # fmt: skip
     of = [n for n, task in made.studies.items() if task.args[0] is made.solid(output) and study in (None, n)]
     if len(of) == 1:
         return of[0]
@@ -228,6 +256,24 @@ def _study(program: Program, output: str, param: str, study: str | None, box: Bo
     what = "no study of the program is" if study is None else f"the study `{study}` is not"
     raise fail("E193", f"{what} of `{output}` itself, which is what the loop solves",
                hint=f"write `let s = compress({output}, ...)`: of what is iterated, not of the solid")  # fmt: skip
+
+
+def _under(design: Design, study: str) -> Under:
+    """What loads the part of a study.
+
+    Under forces the stiffest part takes the least work, under displacements the most. Of both at once, the stiffest has
+    the greatest total potential, which may be 0, so that no step would be so many per cent stiffer than another.
+    Errors: E193 for both at once.
+    """
+    acts = question(design.formula(*design.program.studies[study].args).taken).acts
+    moved = any(a.name == "moved" and any(w and d for w, d in zip(a.numbers[:3], a.numbers[3:], strict=True))
+                for a in acts)  # fmt: skip
+    pushed = [a.name for a in acts if a.name not in ("held", "moved")]
+    if moved and pushed:
+        raise fail("E193", f"the study `{study}` has a `moved` and a `{pushed[0]}`: there is no one number that says "
+                   "which of two parts is stiffer",
+                   hint="load it by displacements alone, or by forces alone: `moved` by 0 mm is a support")  # fmt: skip
+    return "displacements" if moved else "forces"
 
 
 def _places(envelope: Formula, box: Box) -> Array:

@@ -23,11 +23,15 @@ from porelang.optimize.spread import averaged
 from porelang.program import Design
 from porelang.tasks.resolve import named
 from porelang.tasks.study.asked import question
+from porelang.tasks.study.found import doubts_of
 from porelang.tasks.study.solved import Solved, solved
+from porelang.tasks.told import Doubt
 
 Array = NDArray[np.float64]
 #: By how much a porosity may miss its target, and how often thickness is moved for it at most.
 POROSITY, _MOVES = 2e-4, 12
+#: What the solver doubts of loads and elements, and a study does not say itself: a force on a point, locking.
+_OF_THE_SOLVER = frozenset({"W258", "W259"})
 
 
 class Real:
@@ -38,11 +42,12 @@ class Real:
         self, adapting: Adapting, grid: Grid, thickness: Thickness, sign: float, cell: float, mean: float
     ) -> None:
         self.adapting, self._grid, self._thickness, self._sign = adapting, grid, thickness, sign
-        self._mean = mean
+        self._mean, self._cell = mean, cell
         self._average: Callable[[Array], Array] = averaged(grid, cell)
+        uniform = sign * float(thickness.thickness(np.array([mean]))[0])
         self._key = digest(
-            np.frombuffer(_identity(adapting).encode(), np.uint8), grid.fill, np.array([grid.origin, grid.spacing]),
-            thickness.densities, thickness.values, np.array([sign, cell, mean]),
+            np.frombuffer(_identity(adapting, uniform).encode(), np.uint8), grid.fill,
+            np.array([grid.origin, grid.spacing]), thickness.densities, thickness.values, np.array([sign, cell, mean]),
         )  # fmt: skip
 
     @property
@@ -52,6 +57,10 @@ class Real:
     @property
     def key(self) -> str:
         return self._key
+
+    @property
+    def cell(self) -> float:
+        return self._cell
 
     def solve(self, density: Array, state: Array | None) -> Answer:
         """Errors: those of the study."""
@@ -78,17 +87,7 @@ class Real:
         return samples, share
 
     def _sampled(self, density: Array) -> SampledField:
-        grid = self._grid
-        values = np.zeros(grid.shape)
-        values[grid.mask] = self._sign * self._thickness.thickness(density)
-        nearest = distance_transform_edt(~grid.mask, return_distances=False, return_indices=True)
-        values = values[tuple(nearest)]  # outside of the part it goes on as at the nearest voxel
-        origin = np.array(grid.origin) + np.array(grid.spacing) / 2
-        for axis in range(3):  # samples have two nodes at least
-            if values.shape[axis] == 1:
-                values = np.repeat(values, 2, axis)
-                origin[axis] -= grid.spacing[axis] / 2
-        return SampledField.from_array(values, origin.tolist(), grid.spacing)
+        return sampled(self._grid, self._sign * self._thickness.thickness(density))
 
     def _answer(self, density: Array, found: Solved, samples: SampledField, share: float) -> Answer:
         mesh, fields = found.mesh, found.fields
@@ -110,7 +109,30 @@ class Real:
             numbers["max_von_mises"].value, 1 - share,
             {self.adapting.param: samples.values[..., 0].astype(np.float64), "origin": np.array(samples.origin),
              "spacing": np.array(samples.spacing)},
+            self.adapting.under, self._doubts(found, share),
         )  # fmt: skip
+
+    def _doubts(self, found: Solved, share: float) -> tuple[Doubt, ...]:
+        more = [Doubt(d.code, d.message, d.label, d.hint) for d in found.solution.doubts if d.code in _OF_THE_SOLVER]
+        if abs(share - self._mean) >= POROSITY:
+            said = f"the porosity is {1 - share:.2%}, where {1 - self._mean:.2%} was to be kept"
+            hint = f"`{self.adapting.param}` does not reach it within the limits: widen them, as in --limits 0.1..0.9"
+            more.append(Doubt("W278", said, "what is gained is not at equal mass", hint))
+        return (*doubts_of(found), *more)
+
+
+def sampled(grid: Grid, values: Array) -> SampledField:
+    """Values (m,) of the voxels that count as samples in their middles; outside they go on as at the nearest voxel."""
+    whole = np.zeros(grid.shape)
+    whole[grid.mask] = values
+    nearest = distance_transform_edt(~grid.mask, return_distances=False, return_indices=True)
+    whole = whole[tuple(nearest)]
+    origin = np.array(grid.origin) + np.array(grid.spacing) / 2
+    for axis in range(3):  # samples have two nodes at least
+        if whole.shape[axis] == 1:
+            whole = np.repeat(whole, 2, axis)
+            origin[axis] -= grid.spacing[axis] / 2
+    return SampledField.from_array(whole, origin.tolist(), grid.spacing)
 
 
 def study_of(design: Design, study: str) -> Solved:
@@ -123,8 +145,8 @@ def _gathered(there: NDArray[np.intp], values: Array, grid: Grid) -> Array:
     return np.asarray(np.bincount(there, values, len(grid.weights)), np.float64)
 
 
-def _identity(adapting: Adapting) -> str:
+def _identity(adapting: Adapting, value: float) -> str:
     """What the study of a design is, by content: renaming changes nothing of it, another force does."""
-    design = adapting.with_samples(adapting.same_all_over(0.0))
+    design = adapting.with_samples(adapting.same_all_over(value))
     task = design.program.studies[adapting.study]
     return named(task, design.formula(*task.args).bindings)

@@ -148,5 +148,5 @@ def _background(lattice: Lattice, value: Value) -> Background:
 
 
 def _unusable(size: float, what: str) -> PoreError:
-    hint = "take a smaller --size: two cubes are to fit into its walls"
+    hint = "take smaller ones: two are to fit into its walls"
     return fail("E162", f"cubes of {size:g} mm {what}", hint=hint)

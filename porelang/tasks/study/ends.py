@@ -49,7 +49,7 @@ def setting(asked: Question, mesh: TetMesh, size: float) -> Setting:
     that no platen can press."""
     whole = asked.whole
     if whole is None:
-        return _listed(asked.acts)
+        return _listed(asked.acts, asked.balanced)
     ends = Ends(mesh, size)
     if whole.name == "compress":
         return _compressed(ends, *whole.numbers)
@@ -60,7 +60,7 @@ def setting(asked: Question, mesh: TetMesh, size: float) -> Setting:
     return _twisted(ends, *whole.numbers)
 
 
-def _listed(acts: Sequence[Acts]) -> Setting:
+def _listed(acts: Sequence[Acts], balanced: bool) -> Setting:
     supports: list[Support] = []
     loads: list[Load] = []
     names = [a.name for a in acts]
@@ -79,7 +79,7 @@ def _listed(acts: Sequence[Acts]) -> Setting:
                 loads.append(Moment(act.holds, (x, y, z), name))
             case "weight", (x, y, z):
                 loads.append(Weight((x * GRAVITY, y * GRAVITY, z * GRAVITY)))
-    return Setting(tuple(supports), tuple(loads))
+    return Setting(tuple(supports), tuple(loads), balanced=balanced)
 
 
 class Ends:

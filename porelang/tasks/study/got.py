@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import astuple, dataclass, fields
 
-from porelang.data import Reduced, SampledField
+from porelang.data import Reduced, SampledField, figures
+from porelang.materials import DENSEST, STIFFEST
 from porelang.ops.studies import NUMBERS
+from porelang.tasks.study.sized import THROUGH, for_walls
 from porelang.tasks.told import Doubt, Told
 
 #: A result that is estimated to err by so much, in the energy of its stresses, is doubted.
 ERRS = 0.1
-#: Walls are to be so many elements thick.
-THROUGH = 2.0
+#: Displacements of so much of a part, and strains of as much, are not small.
+SMALL = 0.1
 #: Pieces that are left out, of so much of the volume, are doubted.
 _LOST = 0.001
 #: Facts that count.
@@ -24,8 +26,12 @@ _COARSE = 0.1
 class Got:
     """What is known of a study: in `SampledField.facts`, in this order.
 
-    Elements and unknowns; iterations of the solver and the residual that they left; the size of elements in mm, and
-    the one that walls ask for; how thick the thinnest walls are, in mm (0: none are found), and a place on one; which
+    Elements and unknowns; iterations of the solver and the residual that they left; the size of elements in mm, of
+    the smallest where it is graded (0: it is not), and near the thinnest wall; how thick the thinnest walls are, in mm
+    (0: none are found), and a place on one; how many unknowns there are with two elements through these; the greatest
+    displacement over the longest side of the part, and the mean strain (in energy); the greatest Young's modulus (MPa)
+    and density (g/cm3) of those that the text does not show (0: it does); where the material yields (MPa, 0: it is not
+    known); which
     share of the volume was left out, in how many pieces; the spacing of samples, in mm; by how much lookups of von
     Mises' stress miss the elements, 95 % of them by less; then the numbers of `porelang.ops.studies`, and their errors.
     """
@@ -35,11 +41,18 @@ class Got:
     iterations: int
     residual: float
     size: float
-    wanted: float
+    finest: float
+    beside: float
     wall: float
     wall_x: float
     wall_y: float
     wall_z: float
+    through: float
+    moved: float
+    strain: float
+    stiffest: float
+    densest: float
+    yields: float
     lost: float
     pieces: int
     voxel: float
@@ -71,8 +84,9 @@ def told(found: SampledField) -> Told:
     """What a study tells of itself: a line, and what is doubtful about it."""
     got = Got.of(found)
     error = got.number("error").value
+    span = f"{f'{got.finest:.3g} to ' if got.finest else ''}{got.size:.3g}"
     note = (
-        f"{got.elements:,} elements of {got.size:.3g} mm, {got.unknowns:,} unknowns, {got.iterations} iterations to a "
+        f"{got.elements:,} elements of {span} mm, {got.unknowns:,} unknowns, {got.iterations} iterations to a "
         f"residual of {got.residual:.1g}; stresses err by {error:.2%} in energy (Zienkiewicz and Zhu); sampled every "
         f"{got.voxel:.3g} mm, and beyond the part as at the nearest place of it"
     )
@@ -81,10 +95,11 @@ def told(found: SampledField) -> Told:
     if error > ERRS:
         said = f"stresses of this study err by about {error:.0%}"
         doubts.append(Doubt("W264", said, "estimated from how they jump between elements", finer))
-    if got.wall and got.wall < THROUGH * got.size:
+    if got.wall and got.wall < THROUGH * got.beside * (1 - 1e-9):
         at = ", ".join(f"{v:.4g}" for v in (got.wall_x, got.wall_y, got.wall_z))
-        said = f"walls {got.wall:.3g} mm thick, as at ({at}), are thinner than two elements of {got.size:.3g} mm"
-        doubts.append(Doubt("W265", said, "stiffness and stresses are unsure there", _finer(got)))
+        said = f"walls {got.wall:.3g} mm thick, as at ({at}), are thinner than two elements of {got.beside:.3g} mm"
+        hint = for_walls(got.wall, got.through)
+        doubts.append(Doubt("W265", said, "stiffness and stresses are unsure there", hint))
     if got.lost > _LOST:
         said = f"{got.pieces} pieces that hang on nothing, {got.lost:.1%} of the part, are left out of this study"
         hint = "a lattice that is cut by a shape leaves such: thicken it, or see `pore measure` for its pieces"
@@ -94,10 +109,25 @@ def told(found: SampledField) -> Told:
         said = f"a lookup in twenty misses the stress in the elements by {got.off / most:.0%} of the greatest or more"
         hint = "elements are finer than its samples can be: take a part of it, or `pore fea` for the elements"
         doubts.append(Doubt("W267", said, f"sampled every {got.voxel:.3g} mm", hint))
-    return Told(note, tuple(doubts))
+    return Told(note, (*doubts, *_beyond(got)))
 
 
-def _finer(got: Got) -> str:
-    if got.wanted >= got.size:
-        return "take finer elements"
-    return f"`size={got.wanted:.2g}mm` would make two: some {got.unknowns * (got.size / got.wanted) ** 3:,.0f} unknowns"
+def _beyond(got: Got) -> list[Doubt]:
+    """What the numbers of a study are too large for: a material, small displacements, what it bears."""
+    doubts: list[Doubt] = []
+    for limit, value in ((STIFFEST, got.stiffest), (DENSEST, got.densest)):
+        if value > limit.value:
+            doubts.append(Doubt("W273", limit.said(value), limit.why, limit.hint(value)))
+    if max(got.moved, got.strain) > SMALL:
+        longest = got.number("max_displacement").value / got.moved
+        said = f"the part is displaced by {got.number('max_displacement').value:.3g} mm, and is {longest:.3g} mm long"
+        if got.strain > got.moved:
+            said = f"the part is strained by {got.strain:.3g} in the mean"
+        hint = "bare numbers are N, MPa and mm: look at the units; a smaller load has proportional results"
+        doubts.append(Doubt("W274", said, "linear elasticity does not hold where shapes change so much", hint))
+    most = got.number("max_von_mises")
+    if got.yields and most.value - most.error > got.yields:
+        said = f"von Mises' stress is {figures(most.value, most.error)} MPa, and this material yields at {got.yields:g}"
+        hint = "give it more section or less load; of another grade give `E`, `nu` and `density` in place of `material`"
+        doubts.append(Doubt("W275", said, "what yields is not elastic", hint))
+    return doubts

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from porelang.data import Reduced, coordinates
-from porelang.diagnostics import fail
-from porelang.fea import Problem, Solution, refined_sizes, solve
+from porelang.diagnostics import PoreError, fail
+from porelang.fea import Force, Problem, Solution, refined_sizes, solve
 from porelang.formula import Formula
 from porelang.ir import X, Y, Z, node
 from porelang.progress import activity
 from porelang.solid import Solid
 from porelang.tasks.readers.cells import Cells
 from porelang.tasks.readers.raster import gridded, spacing_of
-from porelang.tasks.study.asked import Question, solid_of, valued
+from porelang.tasks.study.asked import DENSITY, POISSON, YOUNG, Question, solid_of, valued
 from porelang.tasks.study.ends import Setting, Side, setting
 from porelang.tasks.study.numbers import Measured, numbers_of, surface_error
 from porelang.tasks.study.samples import NODES
-from porelang.tasks.study.sized import Sized, sized
+from porelang.tasks.study.sized import THROUGH, Sized, sized
 from porelang.tet.direct import direct
 from porelang.tet.tetmesh import TetMesh, components, taken, volumes
 
@@ -33,6 +33,8 @@ _REFINED = 0.5
 _CUBE = 2.0 ** (1 / 6)
 #: What is in pieces, of which those that are not the largest hold more than this of the volume, is no part.
 _LOST = 0.05
+#: Elements of a graded mesh that may be finer, or coarser, than the sizes that are said of it.
+_FEW = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,13 +83,19 @@ def solved(asked: Question) -> Solved:
     part = solid_of(asked)
     with activity(MESHING):
         found = sized(part, asked.size, asked.order)
-        mesh, lost, pieces = _meshed(part, found.size, found.size)
+        mesh, lost, pieces = _meshed(part, found.size, found)
     return on(asked, part, mesh, found, lost, pieces)
 
 
-def _meshed(part: Solid, size: float | Formula, finest: float) -> tuple[TetMesh, float, int]:
-    """Elements of a part in its largest piece; which share of the volume is in others, in how many. Errors: E188."""
-    mesh, _ = direct(part, size, keep_islands=True)
+def _meshed(part: Solid, size: float | Formula, found: Sized) -> tuple[TetMesh, float, int]:
+    """Elements of a part in its largest piece; which share of the volume is in others, in how many.
+
+    Errors: E162 where so large elements hold nothing of it, E188 where much is in other pieces.
+    """
+    try:
+        mesh, _ = direct(part, size, keep_islands=True)
+    except PoreError as error:
+        raise PoreError([replace(d, hint=found.finer) if d.code == "E162" else d for d in error.diagnostics]) from None
     piece = components(mesh)
     count = int(piece.max())
     if not count:
@@ -97,8 +105,12 @@ def _meshed(part: Solid, size: float | Formula, finest: float) -> tuple[TetMesh,
     if lost > _LOST:
         some = piece == 1
         at = np.average(mesh.vertices[mesh.tets[some]].mean(axis=1), axis=0, weights=volume[some])
-        text = f"{lost:.0%} of the part hang together with its largest piece by nothing, as at ({coordinates(at)})"
-        hint = f"join the pieces, or study each by itself; or elements of {finest:.3g} mm are too coarse for what joins"
+        if found.wall is not None and found.wall.wall < THROUGH * found.size:
+            text = (f"elements of {found.span} mm are too coarse for walls {found.wall.wall:.3g} mm thick, as at "
+                    f"({coordinates(found.wall.at)}) mm: they come out as {count + 1:,} pieces")  # fmt: skip
+            raise fail("E188", text, hint=found.finer)
+        text = f"{lost:.0%} of the part hang together with its largest piece by nothing, as at ({coordinates(at)}) mm"
+        hint = f"join the pieces, or study each by itself; or elements of {found.span} mm are too coarse for what joins"
         raise fail("E188", text, hint=hint)
     return taken(mesh, piece == 0), lost, count
 
@@ -107,9 +119,10 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
     """What is solved on a mesh. Errors: those of `solved` but for the mesh's."""
     acting = setting(asked, mesh, found.size)
     middles = mesh.vertices[mesh.tets].mean(axis=1)
-    young = valued(asked.young, middles, "Young's modulus", 0.0, np.inf, "it is above 0, and finite, in all of a part")
-    poisson = valued(asked.poisson, middles, "Poisson's ratio", -1.0, 0.5, "it lies between -1 and 0.5: 0.49 at most")
-    density = valued(asked.density, middles, "the density", -1e-300, np.inf, "it is 0 or more in all of a part")
+    young, poisson, density = (
+        valued(field, middles, *words)
+        for field, words in ((asked.young, YOUNG), (asked.poisson, POISSON), (asked.density, DENSITY))
+    )
     problem = Problem(mesh, young, poisson, density, acting.supports, acting.loads, 1 if asked.order == 1 else 2,
                       acting.balanced)  # fmt: skip
     with activity(SOLVING):
@@ -120,6 +133,8 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
     measured = Measured(fields.displacement, fields.von_mises, work, stiffness, solution.error.relative, errors)
     numbers = numbers_of(fields.mesh, density, measured, surface_error(mesh, part))
     reactions = {r.name: factor * r.force for r in solution.reactions}
+    # forces in balance that stand for supports, in a bend of three points
+    reactions |= {a.name: np.array(a.total) for a in acting.loads if isinstance(a, Force) and a.where in acting.rests}
     return Solved(asked, mesh, young, fields, errors, solution, found, numbers, reactions, solution.unknowns,
                   solution.iterations, solution.residual, lost, pieces)  # fmt: skip
 
@@ -197,5 +212,8 @@ def refined(found: Solved) -> Solved:
     wanted = Formula((node("lookup", grid, X, Y, Z, value=(0, 0, 0, 0)),), {grid: samples})
     part = solid_of(found.asked)
     with activity(MESHING):
-        mesh, lost, pieces = _meshed(part, wanted, float(sizes.min()))
-    return on(found.asked, part, mesh, found.sized, lost, pieces)
+        mesh, lost, pieces = _meshed(part, wanted, found.sized)
+    # of a uniform mesh twelve tetrahedra fill a cube of its size
+    finest, coarsest = np.quantile(np.cbrt(12 * volumes(mesh)), (_FEW, 1 - _FEW))
+    graded = replace(found.sized, size=float(coarsest), finest=float(finest))
+    return on(found.asked, part, mesh, graded, lost, pieces)
