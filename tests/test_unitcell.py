@@ -528,7 +528,7 @@ def test_what_was_solved_is_kept(lattice: Path, monkeypatch: pytest.MonkeyPatch)
 def test_a_law_of_what_is_not_cubic_is_refused() -> None:
     text = "param t = 0.5 in 0.3..1.2\ngyroid([10, 12, 15]) |> shell(t)"
     swept = porelang.compile(text).homogenize(cell="10,12,15", sweep="t=0.6..1.2:2", resolution=8)
-    with pytest.raises(PoreError, match="E183.*away from a cubic"):
+    with pytest.raises(PoreError, match=r"E183.*away from a cubic"):
         _ = swept.law
     assert "E 010" in str(swept)
     assert "nu xz" in str(swept.found[0])

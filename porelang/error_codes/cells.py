@@ -21,9 +21,9 @@ CELLS = (
         "E181",
         "a cell that is no period",
         "What is homogenised repeats: the field on a face of the cell has to agree with that on the face opposite,\n"
-        "and all of the part, as far as its envelope reaches, with the cell whole numbers of sides away. A lattice that is\n"
-        "turned, twisted, graded or made by a phase has no period along the axes, nor has one in a cell that is no\n"
-        "whole number of its periods long. The message says where it differs most, and how much of\n"
+        "and all of the part, as far as its envelope reaches, with the cell whole numbers of sides away. A lattice\n"
+        "that is turned, twisted, graded or made by a phase has no period along the axes, nor has one in a cell that\n"
+        "is no whole number of its periods long. The message says where it differs most, and how much of\n"
         "it. Of a graded lattice homogenize what it is at one place, as an output of its own with a constant; a cell\n"
         "that stands for itself is cut out by a box.",
         "",
