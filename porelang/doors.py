@@ -191,7 +191,7 @@ class Doors(ABC):
         `surface_size`. The `mesher` is the direct one, or fTetWild (from pytetwild), for which `time_limit` is (s, or
         `"5min"`). `phases="solid,void"` fills the void in the part's box too, with the triangles between them shared.
         Pieces that do not hang together with the largest are left out unless `keep_islands`. What is doubtful is told
-        as a `PoreWarning` (W202, W250-W251). Errors: those of bounds; E068 where a `check` of the program fails, unless
+        as a `PoreWarning` (W202, W250-W253). Errors: those of bounds; E068 where a `check` of the program fails, unless
         `check` is False; E118 where more than a fifth of the part is lost, unless `force`; E160-E165.
 
         >>> import porelang

@@ -538,6 +538,7 @@ def test_a_damaged_record_is_gone_on_with_from_the_last_step_that_is_whole(tmp_p
     again = loop.iterate(begun, Energy(), PLAN, folder=tmp_path, resume=True, told=seen.append)
     assert [s.number for s in seen] == [2, 3, 4]
     assert ("line 4" if how == "line" else "step-002.npz") in again.missed
+    assert "from step 2 on" in again.missed
     assert [s.compliance for s in again.steps] == pytest.approx([s.compliance for s in whole.steps], rel=1e-6)
     assert kept == [p.read_bytes() for p in (tmp_path / "step-000.npz", tmp_path / "step-001.npz")]
     assert loop.iterate(begun, Energy(), PLAN, folder=tmp_path, resume=True).missed == ""

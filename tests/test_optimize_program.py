@@ -15,6 +15,7 @@ from porelang.diagnostics import PoreError, fail
 from porelang.optimize.adapting import adapting
 from porelang.optimize.grid import Grid
 from porelang.optimize.real import Real
+from porelang.optimize.rules import Optimum
 
 TEXT = """param t: field = 0 "offset of the network"
 param other: field = 1
@@ -183,6 +184,26 @@ def test_a_porosity_that_is_missed_is_told(monkeypatch: pytest.MonkeyPatch) -> N
         assert answer.porosity == pytest.approx(1 - min(mean, 0.7), abs=0.05)
 
 
+def test_a_loop_that_is_stopped_leaves_the_best_so_far(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, folder = tmp_path / "bar.pore", tmp_path / "loop"
+    file.write_text(TEXT.replace("size=3mm", "size=5mm"))
+    whole = Real.solve
+
+    def solve(self: Real, density: Any, state: Any) -> Any:
+        if np.ptp(density) > 0:
+            raise KeyboardInterrupt
+        return whole(self, density, state)
+
+    monkeypatch.setattr(Real, "solve", solve)
+    assert main(["optimize", str(file), "--iterate", "part", "--limits", "0.3..0.7", "-o", str(folder)]) == 130
+    assert f"stopped after step 0: {folder} has the best so far; --resume goes on" in capsys.readouterr().err
+    assert "not ended yet" in (folder / "history.md").read_text()
+    with np.load(folder / "t.npz") as file_of_best, np.load(folder / "step-000.npz") as first:
+        assert np.array_equal(file_of_best["t"], first["t"])
+
+
 @pytest.mark.parametrize(
     ("more", "code", "word"),
     [
@@ -198,6 +219,7 @@ def test_a_porosity_that_is_missed_is_told(monkeypatch: pytest.MonkeyPatch) -> N
         ({"most": 1.5}, "E108", "whole"),
         ({"folder": 123}, "E108", "folder"),
         ({"rule": 3}, "E193", "no rule"),
+        ({"rule": Optimum}, "E193", "no rule"),
         ({"rule": "energi"}, "E193", "did you mean `energy`"),
         ({"study": "zz"}, "E100", "`s`, `solid`"),
         ({"cell": "1m"}, "E193", "larger than the part"),

@@ -32,7 +32,7 @@ from porelang.elaborate.values import (
 from porelang.elaborate.values import Record as Collection
 from porelang.ir import TRUE, ZERO, Node, Stage, X, Y, Z, const, node
 from porelang.ops import TASK_TABLE
-from porelang.ops.studies import CODE, COMPONENTS, DEPTH, NUMBERS, TURNING
+from porelang.ops.studies import CODE, COMPONENTS, DEPTH, NUMBERS, STRAIN, TURNING
 from porelang.source import Span
 from porelang.syntax import tree
 from porelang.units import FORCE, LENGTH, RATIO, STRESS, Dimension
@@ -250,12 +250,14 @@ def _members(ctx: Context, task: Node, known: Elastic, acting: Sequence[Acting],
 
     none = None if known.outside is None else ZERO
     stress = {c: field(c, known.outside if c in ("xx", "yy", "zz") else none) for c in TENSOR}
+    strain = {c: field(n, none) for c, n in zip(TENSOR, STRAIN, strict=True)}
     x, y, z = (field(c) for c in ("ux", "uy", "uz"))
     members: dict[str, Value] = {
         "von_mises": Scalar(field("von_mises"), STRESS),
         "energy": Scalar(field("energy"), STRESS),
         "displacement": Vector(x, y, z, LENGTH),
         "stress": Collection("tensor", {c: Scalar(n, STRESS) for c, n in stress.items()}),
+        "strain": Collection("tensor", {c: Scalar(n, RATIO) for c, n in strain.items()}),
     }
     for k in "123":
         value, *way = (node("principal", *stress.values(), value=axis + k) for axis in "vxyz")

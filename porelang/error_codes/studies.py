@@ -1,4 +1,4 @@
-"""E184-E189, W264-W267, W273-W275: studies of strength in a program."""
+"""E184-E189, W264-W267, W273-W275, W282-W283: studies of strength in a program."""
 
 from __future__ import annotations
 
@@ -131,6 +131,26 @@ STUDIES = (
         "more than its error: what is found there is what an elastic material would have. At sharp inner corners\n"
         "and at the rims of what is bonded the elastic stress is infinite, and grows with every finer mesh: look\n"
         "where it is.",
+        "",
+        "",
+    ),
+    Code(
+        "W282",
+        "elements that are not the part",
+        "What elements lack of the part and hold beyond it is counted on a grid, and so are the holes through both:\n"
+        "a neck that is cut, or a gap that is bridged, changes their number. Where a lattice meets its envelope at a\n"
+        "sharp angle elements of one size lose such necks, and with them stiffness. The errors of numbers contain\n"
+        "it; smaller elements, or `--refine`, which makes them smaller there, mend it.",
+        "",
+        "",
+    ),
+    Code(
+        "W283",
+        "a material that changes within elements",
+        "Each element has one material, that of its middle, and where `E` or `nu` jump the surface between materials\n"
+        "becomes one of whole elements. Between Voigt's mean of their moduli and Reuss's lies what an element may be\n"
+        "that is made of two; the errors of numbers contain thrice that, by the energy that such elements bear.\n"
+        "Stresses next to a jump are surer the smaller elements are, but for those in the corners of that surface.",
         "",
         "",
     ),

@@ -44,8 +44,11 @@ ACTIONS = (
 )
 CODE = {action.name: float(i) for i, action in enumerate(ACTIONS)}
 
-#: What each place has: von Mises' stress, energy density (N mm/mm3), displacement (mm), stress (MPa) in VTK's order.
-COMPONENTS = ("von_mises", "energy", "ux", "uy", "uz", "xx", "yy", "zz", "xy", "yz", "xz")
+#: The components of a symmetric tensor in VTK's order, those of the strain by their names beside those of the stress.
+TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
+STRAIN = tuple(f"strain_{c}" for c in TENSOR)
+#: What each place has: von Mises' stress, energy density (N mm/mm3), displacement (mm), stress (MPa), strain.
+COMPONENTS = ("von_mises", "energy", "ux", "uy", "uz", *TENSOR, *STRAIN)
 #: One component more: how far outside of the elements a place lies, in mm, below 0 inside.
 DEPTH = len(COMPONENTS)
 

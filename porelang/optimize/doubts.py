@@ -48,7 +48,7 @@ def _ended(what: Adapting, found: loop.Outcome) -> list[Diagnostic]:
     if found.missed:
         out.append(Diagnostic(
             "W272", f"the record was damaged: {found.missed}", None, severity="warning",
-            hint="the loop went on from the last step that was whole; those after it were solved again"))  # fmt: skip
+            hint="nothing is left to do: its files are whole again"))  # fmt: skip
     if found.reason == "failed":
         count = len(found.steps)
         place = what.design.program.places.get(what.design.program.studies[what.study])

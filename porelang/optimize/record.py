@@ -220,6 +220,8 @@ def _whole(folder: Path, lines: list[dict[str, Any]], missed: str) -> tuple[list
         except _Broken as broken:
             lines, missed = lines[:number], str(broken)
             break
+    if missed:
+        missed += f"; from step {len(lines)} on it is solved again"
     if lines and "state" in lines[-1]:
         try:
             _arrays(folder, lines[-1]["state"])

@@ -199,7 +199,7 @@ def optimize(
 
 def _rule(rule: str | Rule) -> Rule:
     if not isinstance(rule, str):
-        if not all(hasattr(rule, name) for name in ("name", "driver", "next")):
+        if isinstance(rule, type) or not all(hasattr(rule, name) for name in ("name", "driver", "next")):
             raise fail("E193", f"{rule!r:.60} is no rule of the loop",
                        hint=f"name one: {', '.join(RULES)}; or make one of porelang.optimize.rules")  # fmt: skip
         return rule

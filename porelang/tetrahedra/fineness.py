@@ -10,13 +10,12 @@ from porelang.diagnostics import PoreError, fail
 from porelang.formula import Formula
 from porelang.program import Design
 from porelang.solid import Solid
+from porelang.tet.sizes import ACROSS
 from porelang.walls import Thinnest, on_surface, rounded, walls_at
 
 AUTO = "auto"
 #: Tetrahedra that each mesher makes without being asked for so many: some ten seconds, some minutes.
 AFFORDABLE = {"direct": 1e6, "ftetwild": 2e4}
-#: Tetrahedra across the thinnest wall: three, where they can be afforded.
-ACROSS = 3.0
 #: Of the longest side, where walls do not ask for less.
 USUAL = 1 / 20
 #: Tetrahedra in a cube of their size, of the body-centred lattice (F. Labelle, J. Shewchuk, Isosurface Stuffing, 2007).

@@ -98,10 +98,12 @@ def tetrahedra(
     doubts: list[Diagnostic] = facts["told"]
     span = design.program.outputs[design.program.output(name)].span
     lost = report["dropped_volume_fraction"]
-    held = report["volume"] / (1 - lost if len(wanted) == 1 else 1)  # what is left out has its own doubt
     if not force:
         refuse_loss(report["islands"], lost, span)
-    doubts += volume_doubts(held, Reduced(report["field_volume"], report["field_volume_error"]), fine, force, span)
+    true, islands = Reduced(report["field_volume"], report["field_volume_error"]), 0.0
+    if len(wanted) == 1:
+        islands = report["volume"] * lost / (1 - lost)
+    doubts += volume_doubts(report["volume"], true, fine, force, span, islands)
     return Tetrahedra(mesh, report, doubts, notes_of(design, name))
 
 

@@ -13,6 +13,7 @@ from porelang.ops.studies import NUMBERS
 from porelang.progress import activity
 from porelang.tasks.study.asked import question
 from porelang.tasks.study.got import Got, told
+from porelang.tasks.study.numbers import form_error, shared_error
 from porelang.tasks.study.samples import sampled
 from porelang.tasks.study.solved import Solved, solved
 from porelang.tasks.told import Doubt
@@ -30,7 +31,7 @@ def found(asked: Formula) -> SampledField:
 def kept(study: Solved) -> SampledField:
     """The samples of a study that is solved."""
     fields = study.fields
-    values = np.column_stack([fields.von_mises, fields.energy, fields.displacement, fields.stress])
+    values = np.column_stack([fields.von_mises, fields.energy, fields.displacement, fields.stress, fields.strain])
     with activity("sampling a study"):
         samples, voxel, off = sampled(fields.mesh, values)
     return _known(study, samples, voxel, off)
@@ -44,12 +45,14 @@ def doubts_of(study: Solved) -> tuple[Doubt, ...]:
 
 def _known(study: Solved, samples: SampledField, voxel: float, off: float) -> SampledField:
     """Samples, with what is known of their study."""
-    wall = study.sized.wall
+    wall, missed = study.sized.wall, study.missed
     x, y, z = (0.0, 0.0, 0.0) if wall is None else map(float, wall.at)
     got = Got(
         len(study.mesh.tets), study.unknowns, study.iterations, study.residual, study.sized.size, study.sized.finest,
         _beside(study), 0.0 if wall is None else wall.wall, x, y, z, study.sized.through_takes, *_beyond(study),
         study.asked.yields, study.lost, study.pieces, voxel, off,
+        form_error(missed), missed.lacking, missed.beyond, missed.handles, missed.of, *missed.at,
+        shared_error(study.shared), *study.seam,
         tuple(study.numbers[name].value for name in NUMBERS), tuple(study.numbers[name].error for name in NUMBERS),
     )  # fmt: skip
     return replace(samples, facts=got.facts)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import astuple, dataclass, fields
 
-from porelang.data import Reduced, SampledField, figures
+from porelang.data import Reduced, SampledField, coordinates, figures
 from porelang.materials import DENSEST, STIFFEST
 from porelang.ops.studies import NUMBERS
 from porelang.tasks.study.sized import THROUGH, for_walls
@@ -18,6 +18,9 @@ SMALL = 0.1
 _LOST = 0.001
 #: Facts that count.
 _WHOLE = 3
+#: Numbers of stiffness that may err by so much for what elements miss of a part, or for two materials in one, are
+#: doubted.
+_FORM, _SHARED = 0.06, 0.01
 #: Lookups that miss the elements by so much of the greatest stress are doubted, where one in twenty does.
 _COARSE = 0.1
 
@@ -33,7 +36,10 @@ class Got:
     and density (g/cm3) of those that the text does not show (0: it does); where the material yields (MPa, 0: it is not
     known); which
     share of the volume was left out, in how many pieces; the spacing of samples, in mm; by how much lookups of von
-    Mises' stress miss the elements, 95 % of them by less; then the numbers of `porelang.ops.studies`, and their errors.
+    Mises' stress miss the elements, 95 % of them by less; by which share numbers of stiffness err for what elements
+    miss of the part: what they lack of it and hold beyond it in mm3, by how many holes they differ from how many, and
+    where it is worst; by which share they err for two materials in one element, and where; then the numbers of
+    `porelang.ops.studies`, and their errors.
     """
 
     elements: int
@@ -57,6 +63,18 @@ class Got:
     pieces: int
     voxel: float
     off: float
+    form: float
+    lacking: float
+    beyond: float
+    handles: float
+    holes: float
+    form_x: float
+    form_y: float
+    form_z: float
+    shared: float
+    seam_x: float
+    seam_y: float
+    seam_z: float
     numbers: tuple[float, ...]
     errors: tuple[float, ...]
 
@@ -91,7 +109,7 @@ def told(found: SampledField) -> Told:
         f"{got.voxel:.3g} mm, and beyond the part as at the nearest place of it"
     )
     doubts: list[Doubt] = []
-    finer = f"take finer elements, `size={got.size / 1.5:.2g}mm`"
+    finer = _smaller(got)
     if error > ERRS:
         said = f"stresses of this study err by about {error:.0%}"
         doubts.append(Doubt("W264", said, "estimated from how they jump between elements", finer))
@@ -104,12 +122,35 @@ def told(found: SampledField) -> Told:
         said = f"{got.pieces} pieces that hang on nothing, {got.lost:.1%} of the part, are left out of this study"
         hint = "a lattice that is cut by a shape leaves such: thicken it, or see `pore measure` for its pieces"
         doubts.append(Doubt("W266", said, "only the largest piece is loaded", hint))
+    doubts += _of_form(got)
     most = got.number("max_von_mises").value
     if got.off > _COARSE * most:
         said = f"a lookup in twenty misses the stress in the elements by {got.off / most:.0%} of the greatest or more"
         hint = "elements are finer than its samples can be: take a part of it, or `pore fea` for the elements"
         doubts.append(Doubt("W267", said, f"sampled every {got.voxel:.3g} mm", hint))
     return Told(note, (*doubts, *_beyond(got)))
+
+
+def _of_form(got: Got) -> list[Doubt]:
+    """What is doubtful about what elements stand for: the part, and its materials."""
+    doubts = []
+    if got.form > _FORM:
+        at = coordinates((got.form_x, got.form_y, got.form_z))
+        said = f"elements lack {got.lacking:.3g} mm3 of the part and hold {got.beyond:.3g} mm3 beyond it, as at ({at})"
+        if got.handles:
+            said += f"; by {got.handles:.0f} of {got.holes:.0f} holes they are joined otherwise"
+        label = f"its stiffness may be off by {got.form:.0%} for that, and is stated so"
+        doubts.append(Doubt("W282", said, label, f"{_smaller(got)}, or refine there, `pore fea --refine`"))
+    if got.shared > _SHARED:
+        at = coordinates((got.seam_x, got.seam_y, got.seam_z))
+        said = f"the material changes within elements, as at ({at}): each has that of its middle"
+        label = f"its stiffness may be off by {got.shared:.1%} for that, and stresses there by more"
+        doubts.append(Doubt("W283", said, label, f"{_smaller(got)}, or let it change over a width, as with `mix`"))
+    return doubts
+
+
+def _smaller(got: Got) -> str:
+    return f"take finer elements, `size={got.size / 1.5:.2g}mm`"
 
 
 def _beyond(got: Got) -> list[Doubt]:
