@@ -79,15 +79,21 @@ def study(design: Design, name: str | None, refine: bool, within: str | None) ->
 
 
 def iterate(
-    design: Design, name: str | None, until: float, most: int, rule: Any, limits: tuple[float, float],
-    porosity: float | None, adapt: str | None, study: str | None, within: str | None, cell: Length | None,
-    damping: float, folder: str | Path | None, resume: bool, early: str | None,
+    design: Design, name: str | None, until: float | str, most: int | str, rule: Any,
+    limits: tuple[float, float] | str, porosity: float | str | None, adapt: str | None, study: str | None,
+    within: str | None, cell: Length | None, damping: float | str, folder: str | Path | None, resume: bool,
+    force: bool, early: str | None,
 ) -> Optimized:  # fmt: skip
     """The loop from stress back to geometry; see `Program.iterate`."""
     from porelang.optimize.run import optimize
 
-    found = optimize(design, name, until, most, rule, limits, porosity, adapt, study, within, length("cell", cell),
-                     damping, folder, resume, early)  # fmt: skip
+    change, share = number("until", until, values.until), number("damping", damping, values.share)
+    void = None if porosity is None else number("porosity", porosity, values.share)
+    densities = pair("limits", read("limits", limits, values.limits))
+    if not isinstance(folder, str | Path | None):
+        raise fail("E108", f"folder: {folder!r:.60} is no folder", hint='give its path: folder="part.loop"')
+    found = optimize(design, name, change, whole("most", most), rule, densities, void, adapt, study, within,
+                     length("cell", cell), share, folder, resume, early, force=force)  # fmt: skip
     warn(found.told)
     return found
 
@@ -228,6 +234,32 @@ def read(what: str, given: Any, reader: Callable[[str], Some]) -> Any:
         return reader(given)
     except values.Unreadable as no:
         raise fail("E108", f"{what}: {no.text}", hint=no.hint) from None
+
+
+def number(what: str, given: Any, reader: Callable[[str], float]) -> float:
+    """A number, or a text that says one. Errors: E108 for what is none."""
+    value = read(what, given, reader)
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+        raise fail("E108", f"{what}: {given!r:.60} is no number", hint=f"as in {what}=0.5")
+    return float(value)
+
+
+def whole(what: str, given: Any) -> int:
+    """A count. Errors: E108 for what is none."""
+    value = read(what, given, values.count)
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise fail("E108", f"{what}: {given!r:.60} is no whole number", hint=f"as in {what}=15")
+    return int(value)
+
+
+def pair(what: str, given: Any) -> tuple[float, float]:
+    """Two numbers. Errors: E108 for what is not that."""
+    try:
+        low, high = given
+        return float(low), float(high)
+    except (TypeError, ValueError):
+        hint = f'as in {what}=(0.2, 0.8), or {what}="0.2..0.8"'
+        raise fail("E108", f"{what}: {given!r:.60} is no pair of numbers", hint=hint) from None
 
 
 def length(what: str, given: Length | None, reader: Callable[[str], Any] = values.length) -> Any:

@@ -174,7 +174,7 @@ def keep_owner(old: Path, new: Path) -> None:
 _WAYS_OUT = {
     errno.ENAMETOOLONG: "choose a shorter name: most systems take 255 letters",
     errno.ENOSPC: "make room there, or choose another folder",
-    errno.EFBIG: "this disk, or `ulimit -f`, allows no larger files: use a larger --voxel, or choose another folder",
+    errno.EFBIG: "this disk, or `ulimit -f`, allows no larger files: make it coarser, or choose another folder",
     errno.EROFS: "choose a folder on a disk that can be written to",
     errno.ENOENT: "check the path: a folder in it is not there",
     errno.ENOTDIR: "check the path: what is named as a folder in it is a file",

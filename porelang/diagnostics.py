@@ -136,7 +136,7 @@ _OPTION = re.compile(
     r"(?<![\w`-])--([a-z]+(?:-[a-z]+)*)"
     r"(?: (\d[\w.]*(?:,\d[\w.]*)*|numpy|glsl|direct|ftetwild|none|NAME|[xyz]=\d\w*|x0,y0,z0,x1,y1,z1))?(?![\w-])"
 )
-_FLAGS = frozenset({"force", "keep_islands"})
+_FLAGS = frozenset({"force", "keep_islands", "resume"})
 
 
 def _in_python(d: Diagnostic) -> Diagnostic:

@@ -191,7 +191,7 @@ class Doors(ABC):
         `surface_size`. The `mesher` is the direct one, or fTetWild (from pytetwild), for which `time_limit` is (s, or
         `"5min"`). `phases="solid,void"` fills the void in the part's box too, with the triangles between them shared.
         Pieces that do not hang together with the largest are left out unless `keep_islands`. What is doubtful is told
-        as a `PoreWarning` (W202, W250-W251). Errors: those of bounds; E068 where a `check` of the program fails, unless
+        as a `PoreWarning` (W202, W250-W253). Errors: those of bounds; E068 where a `check` of the program fails, unless
         `check` is False; E118 where more than a fifth of the part is lost, unless `force`; E160-E165.
 
         >>> import porelang
@@ -242,18 +242,19 @@ class Doors(ABC):
         self,
         name: str | None = None,
         /,
-        until: float = 0.005,
+        until: float | str = 0.005,
         most: int = 15,
         rule: Any = "energy",
-        limits: tuple[float, float] = (0.2, 0.8),
-        porosity: float | None = None,
+        limits: tuple[float, float] | str = (0.2, 0.8),
+        porosity: float | str | None = None,
         adapt: str | None = None,
         study: str | None = None,
         within: str | None = None,
         cell: Length | None = None,
-        damping: float = 1.0,
+        damping: float | str = 1.0,
         folder: str | Path | None = None,
         resume: bool = False,
+        force: bool = False,
         early: str | None = None,
         settings: Settings | None = None,
         preset: str | None = None,
@@ -265,13 +266,14 @@ class Doors(ABC):
         The study of the output is solved, what is borne becomes thickness, the porosity is restored, and again: until
         the compliance changes by less than `until`, or `most` steps were made. `rule` is "energy", "von_mises" or
         "optimum", or one of `porelang.optimize.rules`; `limits` are of the density. The optimum, and what is `early`
-        "homogenised", is first found on the homogenised lattice. `folder` keeps a record, and `resume` goes on
-        with it. What is doubtful is told as a `PoreWarning`. Errors: E190-E195, those of the study and of the cell.
+        "homogenised", is first found on the homogenised lattice. `folder` keeps a record and the best so far; `resume`
+        goes on with it, `force` begins anew there. Shares may be texts: `until="0.5%"`, `limits="0.2..0.8"`. What is
+        doubtful is told as a `PoreWarning`. Errors: E108, E190-E195, those of the study and of the cell.
         """
         from porelang.asked import iterate
 
         return iterate(self.design(settings, preset=preset, **more), name, until, most, rule, limits, porosity, adapt,
-                       study, within, cell, damping, folder, resume, early)  # fmt: skip
+                       study, within, cell, damping, folder, resume, force, early)  # fmt: skip
 
     def slices(
         self,

@@ -28,6 +28,34 @@ class Material:
     doubt: str
 
 
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """More than any material has, of a number called `what` in its `unit`; `most` says what has the most; who meant
+    another unit gave so many times as much, `times`, and writes it as in `example`."""
+
+    what: str
+    value: float
+    unit: str
+    why: str
+    times: float
+    example: str
+
+    def said(self, value: float) -> str:
+        """What is doubtful about a value."""
+        return f"{self.what} of {value:.4g} {self.unit} is more than any material has"
+
+    def hint(self, value: float) -> str:
+        """What it was meant to be, perhaps."""
+        return f"a bare number is in {self.unit}: {self.example.format(value / self.times)}"
+
+
+#: Diamond has 1053 to 1208 GPa by direction (by the constants of H. McSkimin and P. Andreatch, J. Applied Physics 43,
+#: 1972), osmium, the densest element, 22.59 g/cm3 (J. Arblaster, Platinum Metals Review 57, 2013).
+STIFFEST = Limit(
+    "Young's modulus", 1.5e6, "MPa", "diamond has 1.2e+06 MPa", 1e9, "if it was given in Pa, `E={:.4g}GPa`"
+)
+DENSEST = Limit("a density", 25.0, "g/cm3", "osmium has 22.6", 1e3, "if it was given in kg/m3, `density={:.4g}`")
+
 MATERIALS: dict[str, Material] = {
     "PLA": Material(
         3600, 0.36, 1.24, 60, "NatureWorks Ingeo 4043D, technical data sheet (ASTM D882, D792)",

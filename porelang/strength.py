@@ -19,6 +19,7 @@ from porelang.atomic import destination, draft_in, save, unwritable
 from porelang.compiler import try_compile
 from porelang.data import Reduced
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
+from porelang.fea import Resultant
 from porelang.ir import Node, X, node
 from porelang.measure import BOUNDS, envelope_of
 from porelang.ops.principal import RESULTS, principal
@@ -33,8 +34,9 @@ from porelang.tasks.telling import told
 Floats = NDArray[np.float64]
 #: What is no number of its own in a report: it is told under `error`.
 _ERROR = "error"
-#: What the solver doubts of loads and elements, and a study does not say itself: a force on a point, locking.
-_OF_THE_SOLVER = frozenset({"W258", "W259"})
+#: What the solver doubts of loads and elements, and a study does not say itself: a force on a point, locking, a ragged
+#: area, an equilibrium that rounding ends early.
+_OF_THE_SOLVER = frozenset({"W258", "W259", "W280", "W281"})
 #: A part without an envelope of its own that fills so much of its bounds is a solid, and no lattice in them.
 _FILLS = 0.5
 
@@ -75,12 +77,31 @@ class Strength:
             "iterations": solved.iterations,
             "residual": solved.residual,
             "size": solved.sized.size,
+            "finest_size": solved.sized.finest or solved.sized.size,
             **shown,
-            "reaction": next(iter(solved.reactions.values()), np.zeros(3)).tolist(),
+            "reaction": self.reaction.tolist(),
             "reactions": {name: force.tolist() for name, force in solved.reactions.items()},
+            "supports": {r.name: _resultant(r) for r in solved.supports},
+            "loads": {r.name: _resultant(r) for r in solved.loads},
             "left_out": solved.lost,
             "error": {"energy": numbers[_ERROR].value, **errors},
         }
+
+    @property
+    def reaction(self) -> Floats:
+        """The force (N) with which what stands still holds the part against its load: of all supports that do not move
+        it together, a platen, the held end, the outer pads of a beam, everything that is `held`. It is opposite to the
+        sum of the loads, and to what a support presses with that moves the part. 0 where no support stands still."""
+        solved = self.solved
+        moving = {
+            reaction.name
+            for support, reaction in zip(solved.solution.problem.supports, solved.solution.reactions, strict=True)
+            if callable(support.displacement) or any(support.displacement)
+        }
+        total = np.zeros(3)
+        for name, force in solved.reactions.items():
+            total += 0.0 if name in moving else force
+        return total
 
     def _lacks(self, name: str) -> bool:
         return name in ("mass", "stiffness") and not self.numbers[name].value
@@ -88,9 +109,9 @@ class Strength:
     def write(self, path: str | Path) -> None:
         """Write the elements with what was found on them as .vtu, whole or not at all.
 
-        At points: displacement (mm), stress (MPa, VTK's order xx yy zz xy yz xz), von Mises' stress, principal stresses
-        and their directions, energy density (N/mm2). In cells: Young's modulus (MPa), and by which share the stress of
-        each errs. Errors: E112 for another ending, E113.
+        At points: displacement (mm), stress (MPa, VTK's order xx yy zz xy yz xz), strain (likewise; shear is half of
+        the engineers'), von Mises' stress, principal stresses and their directions, energy density (N/mm2). In cells:
+        Young's modulus (MPa), and by which share the stress of each errs. Errors: E112 for another ending, E113.
         """
         if Path(path).suffix.lower() != ".vtu":
             raise fail("E112", f"{path}: results of a study are written as .vtu", hint="end the name with .vtu")
@@ -100,6 +121,11 @@ class Strength:
             except OSError as error:
                 raise unwritable(path, error) from error
             save(path, lambda file: shutil.copyfileobj(draft.open("rb"), file))
+
+
+def _resultant(of: Resultant) -> dict[str, Any]:
+    """What acts in one place: area (mm2), its middle (mm), force (N), moment about that middle (N mm)."""
+    return {"area": of.area, "centre": of.centre.tolist(), "force": of.force.tolist(), "moment": of.couple.tolist()}
 
 
 def carry_out(
@@ -203,6 +229,7 @@ def _write_vtu(found: Solved, path: Path) -> None:
     points: dict[str, Floats] = {
         "displacement": fields.displacement,
         "stress": fields.stress,
+        "strain": fields.strain,
         "von_mises": fields.von_mises,
         "energy": fields.energy,
         **{f"principal{k}": way[RESULTS.index(f"v{k}")] for k in (1, 2, 3)},

@@ -11,6 +11,7 @@ from boxes import Floats, box, cylinder, octant
 from porelang.fea import BodyForce, Force, Moment, Pressure, Problem, Solution, Support, Weight, refined_sizes, solve
 from porelang.fea.assemble import lame, stiffness
 from porelang.fea.elements import shape_values, slopes_at, terms, tet_rule
+from porelang.fea.means import mean_length
 from porelang.fea.nodes import EDGES, number
 from porelang.fea.shares import percentile, share_below
 from porelang.fea.stress import TWICE, strains_at, stresses, von_mises
@@ -341,6 +342,58 @@ def test_results_scale_and_agree() -> None:
     assert von_mises(np.array([0, 0, 0, 1.0, 0, 0])) == pytest.approx(np.sqrt(3))
     assert found.max_displacement >= 0.01
     assert 0.003 < found.mean_displacement < 0.007
+
+
+def test_mean_displacement_is_that_of_lengths_within_elements() -> None:
+    """Of a block that is stretched, u = e (-nu x, -nu y, z): its mean length by Gauss's rule in the block."""
+    mesh = box((2, 2, 2), (20.0, 20.0, 20.0))
+    ends = Support(lambda p: p[:, 2] > 20 - 1e-9, (False, False, True), (0.0, 0.0, 0.2))
+    found = solve(Problem(mesh, YOUNG, POISSON, supports=(*planes(), ends)), 1e-12)
+    at, weight = np.polynomial.legendre.leggauss(60)
+    x, y, z = np.meshgrid(*[10 * (at + 1)] * 3, indexing="ij")
+    lengths = 0.01 * np.sqrt((POISSON * x) ** 2 + (POISSON * y) ** 2 + z**2)
+    true = float(np.einsum("ijk,i,j,k->", lengths, weight, weight, weight)) / 8
+    assert found.mean_displacement == pytest.approx(true, rel=2e-4)
+    mean, off = mean_length(found.nodes, found.displacement)
+    assert abs(mean - true) <= off < 1e-3 * true
+    one = solve(Problem(mesh, YOUNG, POISSON, supports=(*planes(), ends), order=1), 1e-12)
+    assert one.mean_displacement == pytest.approx(true, rel=2e-4)
+
+
+def test_what_several_supports_hold_they_share() -> None:
+    """Supports that overlap come to the load together, in force and in moment."""
+    mesh = box((6, 2, 2), (3.0, 1.0, 1.0))
+    supports = (
+        Support(lambda p: p[:, 0] < 1e-9, name="end"),
+        Support(lambda p: p[:, 0] < 1e-9, (False, False, True), name="the end again"),
+        Support(lambda p: (p[:, 0] < 0.6) & (p[:, 2] < 1e-9), name="below"),
+    )
+    push = Force(lambda p: p[:, 0] > 3 - 1e-9, (0.0, 2.0, -1.0), name="push")
+    found = solve(Problem(mesh, YOUNG, POISSON, supports=supports, loads=(push,)), 1e-11)
+    (load,) = found.loads
+    assert sum(r.force for r in found.reactions) == pytest.approx([0, -2, 1], abs=1e-9)
+    assert sum(r.moment for r in found.reactions) == pytest.approx(-load.moment, abs=1e-9)
+    assert load.force == pytest.approx([0, 2, -1])
+    assert (load.area, load.centre[0]) == pytest.approx((1.0, 3.0))
+    assert [r.area for r in found.reactions] == pytest.approx([1.0, 1.0, 0.5])
+    alone = solve(Problem(mesh, YOUNG, POISSON, supports=supports[:1], loads=(push,)), 1e-11)
+    assert alone.reactions[0].couple == pytest.approx([0.0, -3.0, -6.0], abs=1e-8)
+
+
+@pytest.mark.parametrize("toward", [0, 2])
+def test_moved_platens_balance(toward: int) -> None:
+    """What moved supports call up in the elements next to them is larger than what they press with, by orders: the
+    reactions balance to 1e-8 of themselves."""
+    mesh = cylinder(1.0, 24.0, 3, 24)
+    by = [0.0, 0.0, 0.0]
+    by[toward] = 1.0
+    moved = Support(lambda p: p[:, 2] > 24 - 1e-9, displacement=(by[0], by[1], by[2]))
+    found = solve(Problem(mesh, 2000.0, 0.3, supports=(Support(lambda p: p[:, 2] < 1e-9), moved)))
+    one, other = found.reactions
+    size = float(np.linalg.norm(one.force))
+    assert np.abs(one.force + other.force).max() < 1e-8 * size
+    assert np.abs(one.moment + other.moment).max() < 1e-8 * size * 24
+    assert found.residual <= 1e-8
 
 
 def test_the_share_of_a_tetrahedron_below_a_level_is_that_of_points_in_it() -> None:

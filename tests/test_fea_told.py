@@ -10,7 +10,7 @@ from typing import Any
 import meshio
 import numpy as np
 import pytest
-from boxes import box, mesh_of
+from boxes import box, mesh_of, octant
 
 from porelang.diagnostics import PoreError
 from porelang.fea import BodyForce, Force, Moment, Pressure, Problem, Support, Weight, refined_sizes, solve, write
@@ -42,7 +42,22 @@ def apart(a: TetMesh, b: TetMesh, shift: tuple[float, float, float]) -> TetMesh:
 NAN = np.full(48, np.nan)
 REFUSED: dict[str, tuple[Problem, str, str]] = {
     "no node": (with_support(where=lambda p: p[:, 2] < -0.2), "E170", "the support `foot` selects no node"),
-    "how near": (with_force(where=lambda p: p[:, 2] > 1.2), "E170", "about 0.2"),
+    "how near": (with_force(where=lambda p: p[:, 2] > 1.2), "E170", "0.2 mm from what is selected"),
+    "where it ends": (
+        with_support(where=lambda p: p[:, 2] < 0),
+        "E170",
+        "it ends at the boundary, at (",
+    ),
+    "load on what is held": (
+        replace(with_support(where=lambda p: p[:, 2] < 9), loads=(PUSH,)),
+        "E173",
+        "the force `push` does nothing: every node that it acts on is held against it",
+    ),
+    "load along what is held": (
+        replace(GOOD, supports=(FOOT, Support(PUSH.where, (False, False, True)))),
+        "E173",
+        "does nothing",
+    ),
     "nothing at all": (with_force(where=lambda p: p[:, 2] > 90), "E170", "nor anything near"),
     "no pressure": (
         replace(GOOD, loads=(Pressure(lambda p: p[:, 0] > 2, 1.0, "oil"),)),
@@ -170,6 +185,59 @@ def test_what_is_doubtful_is_said() -> None:
     assert {"W257", "W258"} <= codes(replace(plain, supports=(FOOT, point), loads=(), order=1, mesh=box((2, 2, 4))))
     assert codes(replace(plain, poisson=0.499)) == {"W259"}
     assert codes(replace(plain, poisson=0.46, order=1)) == {"W259"}
+
+
+@pytest.mark.parametrize("gap", [0.4, 0.02, 3e-5])
+def test_the_distance_to_a_selection_is_that_of_its_end(gap: float) -> None:
+    """Not that of the points in which it is asked: of a half-space, and of a ball off a corner."""
+    for where in (
+        lambda p: p[:, 0] < -gap,
+        lambda p: np.linalg.norm(p - (1 + (gap + 0.4) / np.sqrt(3)), axis=1) < 0.4,
+    ):
+        with pytest.raises(PoreError, match="E170") as caught:
+            solve(with_support(where=where))
+        said = float(caught.value.diagnostics[0].message.split(", and ")[1].split(" mm")[0])
+        assert said == pytest.approx(gap, rel=0.02)
+
+
+def test_a_pressure_on_a_ragged_area_is_doubted() -> None:
+    """Inside a hollow sphere the middles of faces lie nearer to its centre than their corners."""
+    mesh = octant(1.0, 2.0, 3, 2)
+    inside = [Pressure(lambda q, r=r: np.linalg.norm(q, axis=1) < r, 3.0, "oil") for r in (0.99, 1.01)]
+    planes = tuple(Support(lambda p, i=i: p[:, i] < 1e-9, tuple(i == k for k in range(3))) for i in range(3))
+    ragged, whole = (solve(Problem(mesh, 100.0, 0.3, supports=planes, loads=(load,))) for load in inside)
+    assert [d.code for d in ragged.doubts if d.code == "W280"] == ["W280"]
+    assert "the pressure `oil` acts on a ragged area" in next(d.message for d in ragged.doubts if d.code == "W280")
+    assert not [d for d in whole.doubts if d.code == "W280"]
+    assert whole.loads[0].area == pytest.approx(4 * np.pi / 8, rel=0.05)
+    assert whole.loads[0].force == pytest.approx([3 * np.pi / 4] * 3, rel=0.05)
+    assert ragged.loads[0].area < 0.8 * whole.loads[0].area
+    half = Pressure(lambda q: (q[:, 0] < 0.37) & (q[:, 2] > 0.99), 1.0)  # a cut through faces is none of that
+    assert "W280" not in codes(replace(GOOD, loads=(half,)))
+
+
+def soft(modulus: float) -> Problem:
+    """A bar whose half next to its support is soft."""
+    mesh = box((8, 3, 3), (8.0, 3.0, 3.0), jitter=0.2)
+    young = np.where(mesh.vertices[mesh.tets].mean(axis=1)[:, 0] > 4, 2000.0, modulus)
+    foot = Support(lambda p: p[:, 0] < 1e-9)
+    return Problem(mesh, young, 0.3, supports=(foot,), loads=(Force(lambda p: p[:, 0] > 8 - 1e-9, (0.0, 0.0, -1.0)),))
+
+
+def test_what_rounding_ends_early_is_said_or_refused() -> None:
+    """A stiff half on a soft one moves as a whole, by much: forces are differences of what is larger by orders."""
+    stiff, rounded = solve(soft(1.0)), solve(soft(2e-3))
+    assert not [d for d in stiff.doubts if d.code == "W281"]
+    assert 1e-8 < rounded.residual < 1e-6
+    assert [d.code for d in rounded.doubts if d.code == "W281"] == ["W281"]
+    assert rounded.compliance * 2e-3 == pytest.approx(stiff.compliance, rel=2e-3)  # it is the soft half's
+    with pytest.raises(PoreError, match="E176") as caught:
+        solve(soft(1e-8))
+    (told,) = caught.value.diagnostics
+    assert "came no further than a residual of" in told.message
+    assert told.hint is not None
+    assert "leave out of the part what is softest, 1e-08 MPa at (" in told.hint
+    assert "give it 0.2 MPa or more" in told.hint
 
 
 def test_refinement_wants_a_share() -> None:

@@ -11,15 +11,17 @@ from __future__ import annotations
 import json
 import re
 from concurrent.futures import CancelledError
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from porelang.diagnostics import PoreError
+from porelang.diagnostics import PoreError, fail
 from porelang.optimize import elasticity, element, history, laws, loop, multigrid
 from porelang.optimize.grid import Force, Grid, Platen, Problem, Support, Where
+from porelang.optimize.record import Step
 from porelang.optimize.rules import Answer, Energy, Frame, Optimum, Rule, VonMises
 from porelang.optimize.spread import averaged, restored
 from porelang.progress import watching
@@ -458,6 +460,7 @@ def test_a_damped_step_is_a_part_of_one() -> None:
     [
         loop.Plan(0.9, 0.2, 0.8, 5.0), loop.Plan(0.5, 0.8, 0.2, 5.0), loop.Plan(0.5, 0.0, 0.8, 5.0),
         loop.Plan(0.5, 0.2, 0.8, 5.0, damping=0.0), loop.Plan(0.5, 0.2, 0.8, 5.0, most=-1),
+        loop.Plan(0.5, 0.2, 0.8, 5.0, until=-1.0), loop.Plan(0.5, 0.2, 0.8, 5.0, until=float("nan")),
     ],
 )  # fmt: skip
 def test_plans_that_cannot_be(plan: loop.Plan) -> None:
@@ -513,10 +516,129 @@ def test_a_record_is_gone_on_with_only_as_it_was_begun(tmp_path: Path) -> None:
     with pytest.raises(PoreError, match=r"E195.*its law was different"):
         loop.iterate(other, Energy(), PLAN, folder=tmp_path, resume=True)
     assert len(loop.iterate(begun, Energy(), PLAN, folder=tmp_path, resume=True).steps) == 5  # more steps are welcome
-    for name in ("state-004.npz", "loop.jsonl"):
-        (tmp_path / name).write_bytes(b"?")
-        with pytest.raises(PoreError, match=r"E195.*cannot go on"):
-            loop.iterate(begun, Energy(), loop.Plan(0.5, 0.2, 0.8, 3.0, 1e-9, 6), folder=tmp_path, resume=True)
+    (tmp_path / "loop.jsonl").write_bytes(b"?")
+    with pytest.raises(PoreError, match=r"(?s)E195.*cannot go on.*begin anew"):
+        loop.iterate(begun, Energy(), PLAN, folder=tmp_path, resume=True)
+
+
+@pytest.mark.parametrize("how", ["cut", "gone", "line"])
+def test_a_damaged_record_is_gone_on_with_from_the_last_step_that_is_whole(tmp_path: Path, how: str) -> None:
+    begun = loop.Homogenised(cantilever(4), LAW)
+    whole = loop.iterate(begun, Energy(), PLAN, folder=tmp_path)
+    step, lines = tmp_path / "step-002.npz", (tmp_path / "loop.jsonl").read_text().splitlines(True)
+    kept = [p.read_bytes() for p in (tmp_path / "step-000.npz", tmp_path / "step-001.npz")]
+    (tmp_path / "mine.npz").write_bytes(b"mine")
+    if how == "cut":
+        step.write_bytes(step.read_bytes()[:100])
+    elif how == "gone":
+        step.unlink()
+    else:
+        (tmp_path / "loop.jsonl").write_text("".join(lines[:3]) + lines[3][:50])
+    seen: list[Step] = []
+    again = loop.iterate(begun, Energy(), PLAN, folder=tmp_path, resume=True, told=seen.append)
+    assert [s.number for s in seen] == [2, 3, 4]
+    assert ("line 4" if how == "line" else "step-002.npz") in again.missed
+    assert "from step 2 on" in again.missed
+    assert [s.compliance for s in again.steps] == pytest.approx([s.compliance for s in whole.steps], rel=1e-6)
+    assert kept == [p.read_bytes() for p in (tmp_path / "step-000.npz", tmp_path / "step-001.npz")]
+    assert loop.iterate(begun, Energy(), PLAN, folder=tmp_path, resume=True).missed == ""
+    assert (tmp_path / "mine.npz").exists()
+
+
+def test_a_state_that_is_lost_costs_time_and_no_step(tmp_path: Path) -> None:
+    begun = loop.Homogenised(cantilever(4), LAW)
+    loop.iterate(begun, Energy(), PLAN, folder=tmp_path)
+    (tmp_path / "state-004.npz").write_bytes(b"?")
+    found = loop.iterate(begun, Energy(), replace(PLAN, most=5), folder=tmp_path, resume=True)
+    assert (len(found.steps), found.missed) == (6, "state-004.npz is not what was written")
+
+
+def test_a_loop_begins_anew_and_removes_its_own_files_alone(tmp_path: Path) -> None:
+    begun = loop.Homogenised(cantilever(4), LAW)
+    loop.iterate(begun, Energy(), PLAN, folder=tmp_path)
+    (tmp_path / "step-one.npz").write_bytes(b"mine")
+    other = loop.Homogenised(cantilever(4), laws.Power(STEEL[0], 0.754, 1.49))
+    found = loop.iterate(other, Energy(), replace(PLAN, most=1), folder=tmp_path, anew=True)
+    assert len(found.steps) == 2
+    assert {p.name for p in tmp_path.iterdir()} == {
+        "loop.jsonl", "step-000.npz", "step-001.npz", "state-001.npz", "step-one.npz",
+    }  # fmt: skip
+
+    class Failing(loop.Homogenised):
+        def solve(self, density: Array, state: Array | None) -> loop.Answer:
+            raise fail("E194", "no")
+
+    with pytest.raises(PoreError, match="E194"):  # nothing to put in its place
+        loop.iterate(Failing(cantilever(4), LAW), Energy(), PLAN, folder=tmp_path, anew=True)
+    assert len((tmp_path / "loop.jsonl").read_text().splitlines()) == 3
+
+
+class Pulled(loop.Homogenised):
+    """A cantilever whose end is moved by 1 mm: the work is the stiffness, in N mm."""
+
+    def solve(self, density: Array, state: Array | None) -> loop.Answer:
+        answer = super().solve(density, state)
+        return replace(answer, compliance=1e6 / answer.compliance, under="displacements")
+
+
+def test_under_displacements_more_work_is_stiffer() -> None:
+    """The same part under a force and under the displacement of its end is the same design."""
+    plan = loop.Plan(0.5, 0.2, 0.8, 3.0, 0.005, 15)
+    pushed = loop.iterate(loop.Homogenised(cantilever(8), LAW), Energy(), plan)
+    pulled = loop.iterate(Pulled(cantilever(8), LAW), Energy(), plan)
+    assert (pulled.reason, pulled.best) == (pushed.reason, pushed.best)
+    assert pulled.best > 0
+    assert pulled.gain == pytest.approx(pushed.gain)
+    assert np.array_equal(pulled.density, pushed.density)
+    assert pulled.steps[pulled.best].compliance == max(s.compliance for s in pulled.steps)
+    assert "more is stiffer" in history.table(pulled.steps, pulled.best)
+
+
+class Known(loop.Homogenised):
+    """What a mesh of the real lattice would state: an error of the compliance, and the noise of the lattice."""
+
+    error, noise = 0.3, 0.02
+
+    def solve(self, density: Array, state: Array | None) -> loop.Answer:
+        return replace(super().solve(density, state), error=self.error, noise=self.noise)
+
+
+def test_what_varies_within_the_error_is_uniform() -> None:
+    start = loop.iterate(loop.Homogenised(cantilever(4), LAW), Energy(), replace(PLAN, most=0)).steps[0]
+    assert start.spread > 0.3
+    analysis = Known(cantilever(4), LAW)
+    analysis.error = start.spread + 0.01
+    assert loop.iterate(analysis, Energy(), PLAN).reason == "uniform"
+    analysis.error = start.spread - 0.01
+    assert len(loop.iterate(analysis, Energy(), PLAN).steps) > 1
+
+
+def test_a_gain_within_the_noise_is_none() -> None:
+    analysis = Known(cantilever(4), LAW)
+    plan = replace(PLAN, damping=0.01, most=2)
+    small = loop.iterate(analysis, Energy(), plan)
+    assert 1 - min(s.compliance for s in small.steps) / small.steps[0].compliance == pytest.approx(0.01, abs=0.0099)
+    assert small.best == 0
+    analysis.noise = 1e-5
+    assert loop.iterate(analysis, Energy(), plan).best == 2
+
+
+def test_a_later_step_that_fails_keeps_the_best_so_far(tmp_path: Path) -> None:
+    class Brittle(loop.Homogenised):
+        calls = 0
+
+        def solve(self, density: Array, state: Array | None) -> loop.Answer:
+            self.calls += 1
+            if self.calls == 3:
+                raise fail("E188", "it fell apart")
+            return super().solve(density, state)
+
+    found = loop.iterate(Brittle(cantilever(4), LAW), Energy(), PLAN, folder=tmp_path)
+    assert (found.reason, len(found.steps), found.best) == ("failed", 2, 1)
+    assert [d.code for d in found.failed] == ["E188"]
+    whole = loop.iterate(loop.Homogenised(cantilever(4), LAW), Energy(), PLAN)
+    again = loop.iterate(loop.Homogenised(cantilever(4), LAW), Energy(), PLAN, folder=tmp_path, resume=True)
+    assert [s.compliance for s in again.steps] == [s.compliance for s in whole.steps]
 
 
 def test_python_of_its_page_runs(

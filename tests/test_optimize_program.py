@@ -11,8 +11,11 @@ import pytest
 
 import porelang
 from porelang.cli import main
-from porelang.diagnostics import PoreError
+from porelang.diagnostics import PoreError, fail
 from porelang.optimize.adapting import adapting
+from porelang.optimize.grid import Grid
+from porelang.optimize.real import Real
+from porelang.optimize.rules import Optimum
 
 TEXT = """param t: field = 0 "offset of the network"
 param other: field = 1
@@ -95,6 +98,138 @@ def test_limits_that_are_not_reached() -> None:
     text = TEXT.replace("gyroid(20mm) - t", "gyroid(20mm) - 0.3 * sin(t)")
     with pytest.raises(PoreError, match=r"E19[23]"):
         adapting(design(text)).law(0.2, 0.8)
+
+
+MOVED = TEXT.replace("load=force(x > 29.9mm, [0N, 0N, -10N]), E=1GPa, nu=0.3, size=3mm", "load=moved(x > 29.9mm, "
+                     "[0mm, 0mm, -1mm]), E=1GPa, nu=0.3, size=4mm")  # fmt: skip
+
+
+def test_what_loads_the_part_is_found() -> None:
+    assert adapting(design()).under == "forces"
+    assert adapting(design(MOVED)).under == "displacements"
+    one = "moved(x > 29.9mm, [0mm, 0mm, -1mm])"
+    mixed = MOVED.replace(one, f"[force(z > 9.9mm, [0N, 0N, 9N]), {one}]")
+    still = mixed.replace("-1mm", "0mm")
+    assert mixed != MOVED
+    assert mixed != still
+    assert adapting(design(still)).under == "forces"  # what is moved by 0 mm is held
+    with pytest.raises(PoreError, match=r"E193.*`moved` and a `force`"):
+        adapting(design(mixed))
+
+
+def test_a_loop_tells_of_its_best_step_and_its_cell(tmp_path: Path) -> None:
+    """The study of the start alone: what it doubts, what is on record, what is written."""
+    program = porelang.compile(MOVED)
+    with pytest.warns(porelang.PoreWarning) as told:
+        found = program.iterate("part", most=0, until="0.5%", limits="30%..0.7", damping="0.5", folder=tmp_path / "a")
+    assert "W264" in {w.message.diagnostic.code for w in told}  # type: ignore[union-attr]
+    assert all("step 0" in d.message for d in found.told if d.code in ("W264", "W265", "W266"))
+    (step,) = found.steps
+    head, line = (json.loads(text) for text in (tmp_path / "a" / "loop.jsonl").read_text().splitlines())
+    assert (head["cell"], head["damping"], head["low"]) == (pytest.approx(20), 0.5, 0.3)
+    assert (line["under"], step.under) == ("displacements", "displacements")
+    # under a displacement of 1 mm the work is the stiffness
+    solved = found.design.study("s")
+    assert step.compliance == pytest.approx(solved.numbers["stiffness"].value, rel=1e-9)
+    assert len(repr(found)) < 200
+    assert "work" in str(found)
+    assert "<table>" in found._repr_html_()
+    with pytest.warns(porelang.PoreWarning):
+        again = program.iterate("part", most=0, limits=(0.3, 0.7), damping=0.5, folder=tmp_path / "a", resume=True)
+    assert again.steps == found.steps
+    assert [d.code for d in again.told] == [d.code for d in found.told]
+
+
+def test_a_step_that_fails_leaves_the_best_so_far(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, folder = tmp_path / "bar.pore", tmp_path / "loop"
+    file.write_text(TEXT.replace("size=3mm", "size=5mm"))
+    words = ["optimize", str(file), "--iterate", "part", "--limits", "0.3..0.7", "-o", str(folder)]
+    whole = Real.solve
+
+    def solve(self: Real, density: Any, state: Any) -> Any:
+        if np.ptp(density) > 0:
+            raise fail("E187", "a pad touches nothing", hint="elsewhere")
+        return whole(self, density, state)
+
+    monkeypatch.setattr(Real, "solve", solve)
+    assert main(words) == 1
+    out, err = capsys.readouterr()
+    assert "error[E187]: a pad touches nothing" in err
+    assert "warning[W277]: step 1 could not be solved" in err
+    assert "--resume" in err
+    assert "ended: a step could not be solved; step 0" in out
+    assert {p.name for p in folder.iterdir()} == {"t.npz", "history.md", "history.png", "loop.jsonl", "step-000.npz"}
+
+    assert main(words) == 1
+    assert "--force" in capsys.readouterr().err
+    assert main([*words, "--resume", "--force"]) == 2
+    step = folder / "step-000.npz"
+    step.write_bytes(step.read_bytes()[:-9])
+    assert main([*words, "--resume"]) == 1
+    assert "warning[W272]: the record was damaged: step-000.npz" in capsys.readouterr().err
+    assert main([*words, "--force", "--damping", "0.5", "-q", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["failed"][0]["code"] == "E187"
+    assert json.loads((folder / "loop.jsonl").read_text().splitlines()[0])["damping"] == 0.5
+
+
+def test_a_porosity_that_is_missed_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    what = adapting(design(TEXT.replace("size=3mm", "size=5mm")))
+    law, sign = what.law(0.3, 0.7)
+    grid = Grid(np.ones((6, 2, 2)), what.box.lo, (10, 10, 10))
+    for mean, missed in ((0.5, False), (0.9, True)):  # of which the last lies beyond the limits
+        answer = Real(what, grid, law, sign, 20, mean).solve(np.full(24, mean), None)
+        assert ("W278" in {d.code for d in answer.doubts}) == missed
+        assert answer.porosity == pytest.approx(1 - min(mean, 0.7), abs=0.05)
+
+
+def test_a_loop_that_is_stopped_leaves_the_best_so_far(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, folder = tmp_path / "bar.pore", tmp_path / "loop"
+    file.write_text(TEXT.replace("size=3mm", "size=5mm"))
+    whole = Real.solve
+
+    def solve(self: Real, density: Any, state: Any) -> Any:
+        if np.ptp(density) > 0:
+            raise KeyboardInterrupt
+        return whole(self, density, state)
+
+    monkeypatch.setattr(Real, "solve", solve)
+    assert main(["optimize", str(file), "--iterate", "part", "--limits", "0.3..0.7", "-o", str(folder)]) == 130
+    assert f"stopped after step 0: {folder} has the best so far; --resume goes on" in capsys.readouterr().err
+    assert "not ended yet" in (folder / "history.md").read_text()
+    with np.load(folder / "t.npz") as file_of_best, np.load(folder / "step-000.npz") as first:
+        assert np.array_equal(file_of_best["t"], first["t"])
+
+
+@pytest.mark.parametrize(
+    ("more", "code", "word"),
+    [
+        ({"damping": "2"}, "E108", "share"),
+        ({"damping": 2}, "E192", "damping"),
+        ({"limits": 0.5}, "E108", "pair"),
+        ({"limits": ("a", 1)}, "E108", "pair"),
+        ({"porosity": "much"}, "E108", "share"),
+        ({"porosity": [1]}, "E108", "number"),
+        ({"until": -1}, "E192", "less than -1"),
+        ({"until": float("nan")}, "E192", "less than nan"),
+        ({"most": -1}, "E192", "-1 steps"),
+        ({"most": 1.5}, "E108", "whole"),
+        ({"folder": 123}, "E108", "folder"),
+        ({"rule": 3}, "E193", "no rule"),
+        ({"rule": Optimum}, "E193", "no rule"),
+        ({"rule": "energi"}, "E193", "did you mean `energy`"),
+        ({"study": "zz"}, "E100", "`s`, `solid`"),
+        ({"cell": "1m"}, "E193", "larger than the part"),
+        ({"resume": True}, "E108", "no folder"),
+        ({"resume": True, "force": True, "folder": "x"}, "E108", "exclude"),
+    ],
+)
+def test_what_python_cannot_ask(more: dict[str, Any], code: str, word: str) -> None:
+    with pytest.raises(PoreError, match=rf"(?s){code}.*{word}"):
+        porelang.compile(TEXT).iterate("part", **more)
 
 
 @pytest.mark.slow

@@ -180,7 +180,7 @@ def test_a_core_is_dense_in_the_middle_and_keeps_the_mean() -> None:
 class Uniform:
     """Every density bears the same everywhere; the given one less."""
 
-    key = "uniform"
+    key, cell = "uniform", 0.0
     grid = Grid(np.ones((4, 1, 1)), (0, 0, 0), (1, 1, 1))
 
     def solve(self, density: Any, state: Any) -> Answer:

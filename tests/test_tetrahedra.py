@@ -769,6 +769,9 @@ def test_another_volume_is_doubtful_and_then_useless() -> None:
     assert volume_doubts(975.0, true, size, False, None) == []
     (found,) = volume_doubts(940.0, true, size, False, None)
     assert (found.code, "6.0% less" in found.message) == ("W202", True)
+    assert found.hint == "give a smaller --size, 1mm"  # what three across the walls take, as the report says
+    (found,) = volume_doubts(940.0, true, size, False, None, 20.0)
+    assert "6.0% less, 20 mm3 of it in islands" in found.message
     assert told(lambda: volume_doubts(700.0, true, size, False, None)).code == "E118"
     assert volume_doubts(700.0, true, size, True, None)[0].code == "W202"
 

@@ -22,19 +22,33 @@ INTERRUPTED, PIPE_CLOSED = 130, 141  # 128 + the signal's number, as shells have
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command line (by default this process's) and give its exit status. Never raises."""
+    quiet = not {"-q", "--quiet"}.isdisjoint(sys.argv if argv is None else argv)
     try:
         return _main(argv)
     except Ended as ended:
-        return 128 + int(ended.args[0])
+        return _interrupted(128 + int(ended.args[0]), quiet)
     except KeyboardInterrupt:
-        return INTERRUPTED
+        return _interrupted(INTERRUPTED, quiet)
     except Exception:
         if (signal := interruption()) is None:
             raise
-        return 128 + int(signal.args[0])
+        return _interrupted(128 + int(signal.args[0]), quiet)
     finally:
         if argv is None:
             ender.rest()
+
+
+def _interrupted(status: int, quiet: bool) -> int:
+    """Say that a signal has ended it, where there is still somebody to hear that."""
+    if not quiet:
+        try:
+            beside_a_bar = "\r\033[K" if sys.stderr.isatty() else ""
+            sys.stderr.write(f"{beside_a_bar}{'interrupted' if status == INTERRUPTED else 'ended'}: nothing is left "
+                             "half-written\n")  # fmt: skip
+            sys.stderr.flush()
+        except (OSError, ValueError, AttributeError):
+            pass
+    return status
 
 
 def _main(argv: Sequence[str] | None) -> int:

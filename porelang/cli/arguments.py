@@ -77,6 +77,7 @@ COMMANDS: dict[str, Command] = {
                 "averaged",
                 "damping",
                 "resume",
+                "anew",
                 "loop",
                 "json",
                 "quiet",

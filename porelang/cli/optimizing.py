@@ -23,26 +23,39 @@ def optimize(options: Namespace) -> int:
     folder = Path(
         options.output or ("part.loop" if options.file == "-" else Path(options.file).with_suffix(".loop").name)
     )
-    found = run(
-        design, options.iterate, options.until, options.most, options.rule, options.limits, options.porosity,
-        options.adapt, options.study, options.within, options.cell, options.damping, folder, options.resume,
-        options.early, None if options.quiet else _tell,
-    )  # fmt: skip
-    report.say([] if options.quiet else found.told)
+    steps: list[Step] = []
+
+    def seen(step: Step) -> None:
+        steps.append(step)
+        if not options.quiet:
+            _tell(step)
+
+    try:
+        found = run(
+            design, options.iterate, options.until, options.most, options.rule, options.limits, options.porosity,
+            options.adapt, options.study, options.within, options.cell, options.damping, folder, options.resume,
+            options.early, seen, options.force,
+        )  # fmt: skip
+    except KeyboardInterrupt:
+        if steps and not options.quiet:
+            report.note(f"\nstopped after step {steps[-1].number}: {folder} has the best so far; --resume goes on")
+        raise
+    report.say(found.failed if options.quiet else [*found.failed, *found.told])
     if options.json:
         report.put({"folder": str(folder), **found.report, **to_lists(found.told)})
     elif not options.quiet:
         print(found.table)
         if found.promise:
             print(found.promise)
-        print(f"ended: {found.reason}; step {found.best} has {found.gain:.3f} of the uniform compliance")
+        print(found.ended)
         print(f"{folder}: {found.param}.npz, {TABLE}, {PICTURE}, and the record")
         name = f"{found.param}={folder / found.param}.npz:{found.param}"
         print(f"the part: pore mesh {options.file} --out {found.output} --bind {name} -o {found.output}.stl")
-    return 0
+    return report.status(found.failed)
 
 
 def _tell(step: Step) -> None:
     """A line to standard error for each step, as it is found."""
     change = "" if step.change is None else f", {100 * step.change:+.2f} %"
-    report.note(f"step {step.number}: {step.compliance:.5g} N mm{change}")
+    work = " of work" if step.under == "displacements" else ""
+    report.note(f"step {step.number}: {step.compliance:.5g} N mm{work}{change}")

@@ -247,6 +247,10 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         },
     ),
     "resume": (("--resume",), {"action": "store_true", "help": "go on with the record in the folder, if there is one"}),
+    "anew": (
+        ("--force",),
+        {"action": "store_true", "help": "begin anew in a folder that holds the record of a loop, which is removed"},
+    ),
     "loop": (
         ("-o", "--output"),
         {

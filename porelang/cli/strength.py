@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import time
 from argparse import Namespace
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
 
 from porelang.atomic import destination
 from porelang.checks import broken_checks
@@ -11,6 +15,7 @@ from porelang.cli import report
 from porelang.cli.loading import bound
 from porelang.data import Reduced, figures
 from porelang.diagnostics import PoreError, fail, to_lists
+from porelang.fea import Resultant
 from porelang.strength import Strength, carry_out
 
 _UNITS = {
@@ -25,6 +30,8 @@ _UNITS = {
 
 #: What would not be understood by its name in the language.
 _CALLED = {"von_mises_99": "von Mises, 99 %"}
+#: A moment that is less than this of forces times the distances between them is none; a number, beside the largest.
+_TURNS, _NOTHING = 1e-4, 1e-7
 
 
 def fea(options: Namespace) -> int:
@@ -49,7 +56,7 @@ def fea(options: Namespace) -> int:
     if options.json:
         written = {"file": options.output} if options.output else {}
         report.put(written | found.report | {"seconds": seconds} | to_lists(list(found.told)))
-    elif not options.quiet:
+    elif not (options.quiet and options.output):  # without a file the report is the result
         print(_text(options.output or design.program.source.name, found, seconds))
     return 0
 
@@ -59,7 +66,7 @@ def _text(path: str, found: Strength, seconds: float) -> str:
     turns = solved.asked.whole is not None and solved.asked.whole.name == "twist_load"
     lines = {
         "study": found.name,
-        "elements": f"{len(solved.mesh.tets):,} of {solved.sized.size:.3g} mm, {solved.unknowns:,} unknowns",
+        "elements": f"{len(solved.mesh.tets):,} of {solved.sized.span} mm, {solved.unknowns:,} unknowns",
         "solver": f"{solved.iterations} iterations to a residual of {solved.residual:.1g}",
     }
     for name, number in found.numbers.items():
@@ -68,11 +75,26 @@ def _text(path: str, found: Strength, seconds: float) -> str:
             lines[_CALLED.get(name, name.replace("_", " "))] = f"{_shown(number)} {unit}"
     if found.effective_modulus is not None:
         lines["modulus"] = f"{_shown(found.effective_modulus)} MPa, of {found.envelope}"
-    for name, force in solved.reactions.items():
-        lines[name] = f"({', '.join(f'{v + 0.0:.5g}' for v in force)}) N"
+    acting = [*solved.loads, *solved.supports]
+    lines |= {of.name: _acting(of, acting) for of in acting}
     lines["stresses err"] = f"{found.numbers['error'].value:.2%} in energy (Zienkiewicz and Zhu)"
     lines["time"] = f"{seconds:.2f} s"
     return "\n".join([path, *(f"  {name:<18} {value}" for name, value in lines.items())])
+
+
+def _acting(of: Resultant, among: Sequence[Resultant]) -> str:
+    """The force of a load or a support, on which area; and the moment about its middle, if it turns the part."""
+    arm = max(float(np.ptp([r.centre for r in among], axis=0).max()), of.area**0.5)
+    most = max(max(float(np.abs(r.force).max()), float(np.abs(r.couple).max()) / arm) for r in among)
+    said = f"{_vector(of.force, most)} N"
+    if np.abs(of.couple).max() > _TURNS * most * arm:
+        said += f" and {_vector(of.couple, most * arm)} N mm"
+    return said + (f" on {of.area:.5g} mm2" if of.area else "")
+
+
+def _vector(values: NDArray[np.float64], largest: float) -> str:
+    """Three numbers; what is nothing beside the largest is 0."""
+    return "(" + ", ".join(f"{v if abs(v) > _NOTHING * largest else 0.0:.5g}" for v in values) + ")"
 
 
 def _shown(number: Reduced) -> str:

@@ -56,6 +56,8 @@ def _text(path: str, found: dict[str, Any]) -> str:
         "angles": f"{found['min_dihedral']:.3g} to {found['max_dihedral']:.4g} degrees between faces",
         "pieces": _pieces(found),
     }
+    if "missing" in found:
+        lines["rims"] = _rims(found)
     if len(found["phases"]) > 1:
         told = (f"{name} {phase['volume']:.6g} mm3 in {phase['tets']:,}" for name, phase in found["phases"].items())
         lines["phases"] = "; ".join(told)
@@ -77,6 +79,12 @@ def _at_the_surface(found: dict[str, Any]) -> str:
 def _volume(found: dict[str, Any]) -> str:
     held, true, error = found["volume"], found["field_volume"], found["field_volume_error"]
     return f"{held:.6g} mm3, {found['volume_error']:+.2%} of the part's {figures(true, error)}"
+
+
+def _rims(found: dict[str, Any]) -> str:
+    lost = f"by more than a bend {found['missing']:.2g} mm3 are missing, {found['extra']:.2g} mm3 too much"
+    cut = found["rim_triangles_left"]
+    return f"{lost}; {cut:,} triangles cut a rim off" if cut else lost
 
 
 def _distance(distance: dict[str, float]) -> str:

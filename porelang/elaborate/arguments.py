@@ -55,13 +55,14 @@ def looked_up(grid: Node, component: int, smooth: bool, outside: Node | None) ->
     return found if outside is None else node("select", node("covers", grid, *_HERE), found, outside)
 
 
-def smooth(ctx: Context, value: Value, place: Span) -> bool | None:
+def flag(ctx: Context, value: Value, place: Span, name: str) -> bool | None:
+    """Whether something that is false where it is left out is to be; None after saying that this is no answer."""
     if value is ABSENT:
         return False
     known = ctx.constant(value.node) if isinstance(value, Bool) else None
     if isinstance(known, bool):
         return known
-    ctx.error("E060", "`smooth` is true or false", place, label=f"this is {describe(value)}")
+    ctx.error("E060", f"`{name}` is true or false", place, label=f"this is {describe(value)}")
     return None
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from porelang.elaborate import arguments, loads
+from porelang.elaborate import arguments, bare, loads
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import ABSENT, Poison, Scalar, Text, Value, describe
 from porelang.ir import ONE, ZERO, Node, Stage, const, node
-from porelang.materials import MATERIALS, named, nearest
+from porelang.materials import DENSEST, MATERIALS, STIFFEST, named, nearest
 from porelang.source import Span
 from porelang.units import LENGTH, STRESS
 
@@ -21,8 +21,8 @@ Options = Mapping[str, tuple[Value, Span]]
 
 @dataclass(frozen=True, slots=True)
 class Elastic:
-    """The arguments `HEAD` of a study but its part, and how what it gives is read: with what is beyond the part (None:
-    what is nearest inside), and whether smoothly. `dense` says that its density is known."""
+    """The arguments `HEAD` of a study but its part and its balance, and how what it gives is read: with what is beyond
+    the part (None: what is nearest inside), and whether smoothly. `dense` says that its density is known."""
 
     nodes: tuple[Node, ...]
     outside: Node | None
@@ -43,20 +43,23 @@ def elastic(ctx: Context, name: str, given: Options, site: Span) -> Elastic | No
             hint = "all that it gives has this value there: leave out the unit, as in `outside=0`"
             ctx.error("E062", f"`outside` of `{name}` is a bare number, not {outside.dimension}", place, hint=hint)
             return None
-    smooth = arguments.smooth(ctx, *given["smooth"])
+    smooth = arguments.flag(ctx, *given["smooth"], "smooth")
     if material is None or size is None or order is None or smooth is None:
         return None
     if beyond is None and outside is not ABSENT:
         return None
-    return Elastic((*material, size, order), beyond, smooth, material[2] is not ZERO)
+    young, nu, density, yields = material
+    return Elastic((young, nu, density, size, order, yields), beyond, smooth, density is not ZERO)
 
 
-def _material(ctx: Context, name: str, given: Options, site: Span) -> tuple[Node, Node, Node] | None:
-    """Young's modulus, Poisson's ratio and density; what is given by itself counts before what a table says."""
+def _material(ctx: Context, name: str, given: Options, site: Span) -> tuple[Node, Node, Node, Node] | None:
+    """Young's modulus, Poisson's ratio, density, and where it yields (0: not known); what is given by itself counts
+    before what a table says."""
     material, place = given["material"]
     young: Node | None = None
     nu: Node | None = None
     density: Node | None = ZERO
+    yields = ZERO
     if material is not ABSENT:
         material = ctx.decided(material)
         if isinstance(material, Poison):
@@ -71,6 +74,7 @@ def _material(ctx: Context, name: str, given: Options, site: Span) -> tuple[Node
             ctx.error("E184", what, place, hint=hint)
             return None
         young, nu, density = const(found.young), const(found.poisson), const(found.density)
+        yields = const(found.yields or 0.0)
     if given["E"][0] is not ABSENT:
         young = loads.number(ctx, *given["E"], f"`E` of `{name}`", STRESS, "E=1.7GPa", field=True)
     if given["nu"][0] is not ABSENT:
@@ -101,7 +105,19 @@ def _material(ctx: Context, name: str, given: Options, site: Span) -> tuple[Node
         ("density", density, node("le", ZERO, density), "a density above 0", "in g/cm^3, as in `density=1.01`"),
     )  # fmt: skip
     sound = [_holds(ctx, name, *limit, given, site) for limit in limits]
-    return (young, nu, density) if all(sound) else None
+    if not all(sound):
+        return None
+    _doubt_units(ctx, young, density, given)
+    return young, nu, density, yields
+
+
+def _doubt_units(ctx: Context, young: Node, density: Node, given: Options) -> None:
+    """W273 for numbers that no material has and that look like those of other units. Of what is not known yet, a study
+    tells when it is solved."""
+    for parameter, n, limit in (("E", young, STIFFEST), ("density", density, DENSEST)):
+        known = ctx.constant(n)
+        if isinstance(known, float) and known > limit.value:
+            bare.doubt(ctx, "W273", limit.said(known), given[parameter][1], limit.why, limit.hint(known))
 
 
 def _between(low: Node, n: Node, high: Node) -> Node:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import permutations
 
 from porelang.elaborate.bare import value_of
 from porelang.elaborate.context import Context
@@ -28,6 +29,8 @@ from porelang.syntax import tree
 from porelang.units import FORCE, LENGTH, RATIO, STRESS, Dimension
 
 _TORQUE = FORCE * LENGTH
+#: Some of the axes, each once, in any order.
+_ALONG = frozenset("".join(some) for n in (1, 2, 3) for some in permutations("xyz", n))
 _DOES = {row.name: row.does for row in ACTIONS}
 #: What may stand in `fix=` and in `load=`, for what is said of anything else.
 _HOLDS = "a condition, as `z < -149mm`, `held(...)` or `moved(...)`, or a list of such"
@@ -102,12 +105,18 @@ def _axes(ctx: Context, value: Value, place: Span, of: str) -> tuple[Node, Node,
     if value is ABSENT:
         return ONE, ONE, ONE
     value = ctx.decided(value)
-    if isinstance(value, Text) and value.value and set(value.value) <= set("xyz"):
+    if isinstance(value, Text) and value.value in _ALONG:
         x, y, z = (const(float(a in value.value)) for a in "xyz")
         return x, y, z
     if not isinstance(value, Poison):
         hint = 'as in `along="z"`, or "xy" for two'
-        ctx.error("E187", f"{of} is a text of the axes x, y and z", place, f"this is {describe(value)}", hint=hint)
+        ctx.error(
+            "E187",
+            f"{of} is a text of the axes x, y and z, each once at most",
+            place,
+            f"this is {describe(value)}",
+            hint=hint,
+        )
     return None
 
 

@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 
 from porelang.diagnostics import Diagnostic, Edit, Label, suggest
+from porelang.materials import MATERIALS
 from porelang.ops.tasks import TASK_TABLE
 from porelang.source import Span
 from porelang.syntax import habits, tree
@@ -261,6 +262,9 @@ def unknown_name(name: str, span: Span, visible: Iterable[str], called: bool = F
             label="planned, and not there yet",
             hint=habits.hint(name) or "docs/language.md lists what there is",
         )
+    if name in MATERIALS:
+        said = "a material is named by a text"
+        return Diagnostic("E030", f"unknown name `{name}`", span, label=said, hint=f'in quotes: `material="{name}"`')
     near = suggest(name, (v for v in visible if not v.startswith("_")))
     if name.lower() in ("nan", "inf", "infinity"):
         return Diagnostic(

@@ -94,7 +94,7 @@ def _loaded(
     """The slot of what is loaded; its file has to hold so many numbers at each node."""
     unit = _unit(ctx, values[5], places[5], "unit", called)
     lengths = _unit(ctx, values[6], places[6], "lengths", called)
-    smooth = arguments.smooth(ctx, values[3], places[3])
+    smooth = arguments.flag(ctx, values[3], places[3], "smooth")
     voxel = arguments.length_now(ctx, values[4], places[4], f"`voxel` of `{called}`")
     path = arguments.text(ctx, values[0], places[0], f"the path of the file that `{called}` reads")
     name = arguments.text(ctx, values[1], places[1], f"the name of what `{called}` takes from a file", "von_mises")
@@ -160,7 +160,7 @@ def _sample(ctx: Context, site: tree.Call, values: list[Value], places: list[Spa
         return POISON
     voxel = arguments.field(ctx, values[1], places[1], "`voxel` of `sample`")
     within = arguments.field(ctx, values[2], places[2], "`within` of `sample`")
-    smooth = arguments.smooth(ctx, values[3], places[3])
+    smooth = arguments.flag(ctx, values[3], places[3], "smooth")
     if voxel is None or within is None or smooth is None:
         return POISON
     if voxel.node.stage is Stage.FIELD:
@@ -188,7 +188,7 @@ def _blur(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]
     sigma = arguments.uniform_length(ctx, values[1], places[1], "`sigma` of `blur`")
     within = arguments.field(ctx, values[2], places[2], "`within` of `blur`")
     voxel = sigma if values[3] is ABSENT else arguments.uniform_length(ctx, values[3], places[3], "`voxel` of `blur`")
-    smooth = arguments.smooth(ctx, values[4], places[4])
+    smooth = arguments.flag(ctx, values[4], places[4], "smooth")
     if field is None or sigma is None or within is None or voxel is None or smooth is None:
         return POISON
     wide, step = ctx.constant(sigma.node), ctx.constant(voxel.node)

@@ -18,6 +18,7 @@ from porelang.elaborate.values import (
     POISON,
     TENSOR,
     Acting,
+    Bool,
     Builtin,
     Poison,
     Scalar,
@@ -31,7 +32,7 @@ from porelang.elaborate.values import (
 from porelang.elaborate.values import Record as Collection
 from porelang.ir import TRUE, ZERO, Node, Stage, X, Y, Z, const, node
 from porelang.ops import TASK_TABLE
-from porelang.ops.studies import CODE, COMPONENTS, DEPTH, NUMBERS, TURNING
+from porelang.ops.studies import CODE, COMPONENTS, DEPTH, NUMBERS, STRAIN, TURNING
 from porelang.source import Span
 from porelang.syntax import tree
 from porelang.units import FORCE, LENGTH, RATIO, STRESS, Dimension
@@ -109,6 +110,11 @@ class _Given:
             what = f"`{parameter}` of `{self.name}` is {known}"
             self.ctx.error("E187", what, place, label=f"this is {describe(value)}", hint=hint)
         return None
+
+    def flag(self, parameter: str) -> bool:
+        """Whether an option is true that has been looked over."""
+        value = self.of[parameter][0]
+        return isinstance(value, Bool) and self.ctx.constant(value.node) is True
 
     def axis(self, parameter: str, otherwise: tuple[int, float]) -> tuple[int, float] | None:
         """Which axis it is, with its sign: `z`, `-x`, or a vector along one."""
@@ -197,9 +203,16 @@ def _study(given: _Given) -> list[Acting] | None:
     loaded = loads.acting(given.ctx, *given.of["load"], "load")
     if held is None or loaded is None:
         return None
+    balanced = arguments.flag(given.ctx, *given.of["balanced"], "balanced")
+    if balanced is None:
+        return None
     for name, some in (("fix", held), ("load", loaded)):
-        if not some:
-            hint = "as in `fix=z < -149mm`" if name == "fix" else "as in `load=force(z > 149mm, [0, 0, -1kN])`"
+        if not some and not (name == "fix" and balanced):
+            hint = (
+                "as in `fix=z < -149mm`; or `balanced=true`, where loads balance each other"
+                if name == "fix"
+                else "as in `load=force(z > 149mm, [0, 0, -1kN])`"
+            )
             what = "holds the part" if name == "fix" else "loads the part"
             given.ctx.error("E186", f"nothing {what}", given.of[name][1], label="an empty list", hint=hint)
             return None
@@ -219,7 +232,8 @@ def _call(name: str, parameters: Sequence[str], acts: _Acts) -> Call:
             hint = "as in `density=1.01`, in g/cm^3, or name a material"
             return ctx.error("E184", "a weight takes a density", site.span, "it is missing here", hint=hint)
         listed = (n for a in acting for n in (const(CODE[a.name]), a.where, *a.numbers))
-        task = ctx.task(node("study", part, *known.nodes, *listed), site.span)
+        balanced = const(float("balanced" in given.of and given.flag("balanced")))
+        task = ctx.task(node("study", part, *known.nodes, balanced, *listed), site.span)
         members = _members(ctx, task, known, acting, site.span)
         return Study("study", members, task, {name: why for name, why in _WITHOUT.items() if name not in members})
 
@@ -236,12 +250,14 @@ def _members(ctx: Context, task: Node, known: Elastic, acting: Sequence[Acting],
 
     none = None if known.outside is None else ZERO
     stress = {c: field(c, known.outside if c in ("xx", "yy", "zz") else none) for c in TENSOR}
+    strain = {c: field(n, none) for c, n in zip(TENSOR, STRAIN, strict=True)}
     x, y, z = (field(c) for c in ("ux", "uy", "uz"))
     members: dict[str, Value] = {
         "von_mises": Scalar(field("von_mises"), STRESS),
         "energy": Scalar(field("energy"), STRESS),
         "displacement": Vector(x, y, z, LENGTH),
         "stress": Collection("tensor", {c: Scalar(n, STRESS) for c, n in stress.items()}),
+        "strain": Collection("tensor", {c: Scalar(n, RATIO) for c, n in strain.items()}),
     }
     for k in "123":
         value, *way = (node("principal", *stress.values(), value=axis + k) for axis in "vxyz")

@@ -3,8 +3,8 @@
 E001-E029 syntax, E030- names, E060- kinds and units, E080- params and contracts, E090- numbers found from fields,
 E100- requests, E120- the machine, E130- files of data, E140- meshes, E145- raw lattices, E147- phases, E150- sampling
 and binding, E160- and W250- tetrahedra, E170- and W255- elasticity, E179 deformed parts in pictures, E180- and W260-
-unit cells, E184- studies, E190- loops, W200- warnings, W210- doubts. A code keeps its meaning for ever; one that is
-no longer given keeps its page.
+unit cells, E184- studies, E190- loops, W200- warnings, W210- doubts, W273- studies, W280- elasticity and studies. A
+code keeps its meaning for ever; one that is no longer given keeps its page.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""E160-E162, W250-W251: tetrahedra straight from a field."""
+"""E160-E162, W250-W253: tetrahedra straight from a field."""
 
 from __future__ import annotations
 
@@ -53,5 +53,25 @@ DIRECT = (
         "a corner holds nothing.",
         "",
         "gyroid(10) |> shell(1.2) & cube(20)  # pore tet --size 0.6mm",
+    ),
+    Code(
+        "W252",
+        "the solid of a mesh touches itself along an edge",
+        "Two pieces of the surface meet in an edge of no width, as two bodies that touch in a line: four triangles\n"
+        "share it. What is above hangs together with what is below by a hinge there, or is held apart by nothing,\n"
+        "and a solver computes one of both. Cubes were halved there and did not part them: take a smaller size,\n"
+        "or look whether the part itself touches itself.",
+        "",
+        "box([4, 4, 4]) | box([4, 4, 4]) @ (p - [4, 4, 0])  # pore tet --size 1mm",
+    ),
+    Code(
+        "W253",
+        "the mesh of tetrahedra lacks something of the part",
+        "All over the cubes at its surface a mesh is compared with the field. Where they differ by more than flat\n"
+        "triangles do from a bend, cubes are halved, twice at most. What is still missing then, or too much, is told\n"
+        "where it is more than 0.3 % of the volume, with the worst place: walls that are thinner than the cubes, or\n"
+        "so many of them that the size is too large for the whole part. Take a smaller size.",
+        "",
+        "gyroid(10) & cylinder(10, 20)  # pore tet --size 3mm",
     ),
 )

@@ -1,4 +1,4 @@
-"""E170-E178, W255-W259: parts under load."""
+"""E170-E178, W255-W259, W280-W281: parts under load."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ ELASTICITY = (
         "E170",
         "a support or a load that selects nothing",
         "Supports act on the nodes of the boundary that are selected, loads on its area. Nothing was selected, and\n"
-        "a load on nothing would be no load. The message says how near the boundary comes, as far as a grid of\n"
-        "points in twice the part's box can tell. Leave some room: a face at z = -150 mm is `z < -149mm`.",
+        "a load on nothing would be no load. The message says how near the boundary comes to what is selected in\n"
+        "twice the part's box. Leave some room: a face at z = -150 mm is `z < -149mm`.",
         "",
         "",
     ),
     Code(
         "E171",
         "a motion that nothing holds",
-        "A part that can move as a rigid body has no displacement that could be found. The message names each such\n"
-        "motion: translations, rotations about an axis through a point, and rotations with a shift along their\n"
-        "axis. Add a support against it. Where loads do not drive the motion, as between frictionless platens, the\n"
-        "problem may be `balanced`: then the motion is taken out of the result. Loads that do drive it are refused\n"
-        "all the same.",
+        "A part that can move as a rigid body has no displacement that could be found. The message names each\n"
+        "such motion: translations, rotations about an axis through a point, and rotations with a shift along\n"
+        "their axis. Add a support against it. Where loads do not drive the motion, as between frictionless\n"
+        "platens, the problem may be balanced, `balanced=true`: then the motion is taken out of the result, with\n"
+        "no mean displacement along it. Loads that do drive it are refused all the same.",
         "",
         "",
     ),
@@ -38,15 +38,18 @@ ELASTICITY = (
         "E173",
         "a part without a load",
         "All loads are 0 or there are none, a load is no finite number, a support holds no axis, or what a\n"
-        "solution is to be scaled by or refined to is no number that it could be.",
+        "solution is to be scaled by or refined to is no number that it could be. Nor does a load do anything of\n"
+        "which every node is held: supports take it at once, and nothing is strained.",
         "",
         "",
     ),
     Code(
         "E174",
         "a field of a study that gives no numbers",
-        "What selects nodes and area gives True or False for each point, what gives forces and displacements three\n"
-        "finite numbers.",
+        "What selects nodes and area gives True or False for each point, what gives forces and displacements\n"
+        "three finite numbers. A condition in a program has no answer where it compares what is not a number: the\n"
+        "message says at which place of the surface. `and` and `or` have one where the other side decides: x > 0\n"
+        "and sqrt(x) < 1.",
         "",
         "",
     ),
@@ -61,7 +64,8 @@ ELASTICITY = (
         "E176",
         "a solve that does not converge",
         "The conjugate gradients made no progress. Very flat tetrahedra, moduli that differ by more than a million\n"
-        "and a Poisson's ratio next to 0.5 are the common reasons.",
+        "and a Poisson's ratio next to 0.5 are the common reasons; the hint says which of them are there. Where\n"
+        "displacements are found and forces balance all the same, to a millionth, the result is given, with W281.",
         "",
         "",
     ),
@@ -116,6 +120,25 @@ ELASTICITY = (
         "nearly incompressible",
         "Near a Poisson's ratio of 0.5 elements cannot deform without changing their volume, and are too stiff:\n"
         "those of order 1 from 0.45 on, those of order 2 from 0.495.",
+        "",
+        "",
+    ),
+    Code(
+        "W280",
+        "a pressure on a ragged area",
+        "A pressure acts on the area that its condition selects. Where the condition follows the surface itself, as\n"
+        "`length(p) < 10mm` inside a hollow sphere of that radius, the faces of elements lie on both sides of it,\n"
+        "and what is left out bears no load. Give it room: `length(p) < 11mm`. The report says the area that each\n"
+        "load found, and what it comes to.",
+        "",
+        "",
+    ),
+    Code(
+        "W281",
+        "an equilibrium that rounding ends early",
+        "Forces on nodes balance to what is said, and no further in this arithmetic: where moduli differ by orders,\n"
+        "stiff parts move as a whole, and small forces are the difference of large ones. Displacements are sure to\n"
+        "a millionth, or the solve is refused (E176).",
         "",
         "",
     ),

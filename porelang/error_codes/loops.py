@@ -1,4 +1,4 @@
-"""E190-E195, W268-W271: the loop from stress back to geometry."""
+"""E190-E195, W268-W272, W277, W278: the loop from stress back to geometry."""
 
 from __future__ import annotations
 
@@ -39,6 +39,9 @@ LOOPS = (
         "thinner, and solves a study of that output: the study is of what is iterated, not of the solid round it.\n"
         "The param is found if the output reads one alone, and so are the study and the period of the lattice; where\n"
         "they are not, name them: --adapt, --study, --cell. The density of the part has to reach the limits.\n"
+        "A study is loaded by forces, under which the stiffer of two parts takes less work, or by displacements,\n"
+        "under which it takes more; under both at once no single number says which is stiffer. A cell is no larger\n"
+        "than the part.\n"
         "The optimum and early steps are found on the homogenised lattice. It takes forces and torques, or a test\n"
         "between two ends; no pressure, weight or displacement that is prescribed, and one Poisson's ratio.",
         "",
@@ -61,8 +64,9 @@ LOOPS = (
         "a record that cannot be gone on with",
         "A loop keeps a record in its folder, so that an interruption loses the step at hand and nothing else.\n"
         "`--resume` goes on with it, if the part, its study, the rule, the limits and the start are those with which\n"
-        "it was begun, and its files are what was written. Without `--resume` a folder that holds a record is left\n"
-        "as it is.",
+        "it was begun. Where a file of a step is damaged or missing, it goes on from the last step before that, and\n"
+        "says so. Without `--resume` a folder that holds a record is left as it is; `--force` begins anew there: the\n"
+        "older record is removed once the new one has its first step, and nothing else in the folder.",
         "",
         "",
     ),
@@ -70,7 +74,8 @@ LOOPS = (
         "W268",
         "what a part bears is uniform",
         "A rule of the loop thickens where more is borne than elsewhere. Here that differs by less than it is known\n"
-        "to: a column between frictionless platens, say. Iterating would follow the noise of the mesh, so the uniform\n"
+        "to: a column between frictionless platens, say. At the start it is known to no better than the error of the\n"
+        "compliance that is stated. Iterating would follow the noise of the mesh, so the uniform\n"
         "part is kept. It need not be the stiffest of its mass: where stiffness rises faster than density, a dense\n"
         "core in a light skin is stiffer.",
         "",
@@ -88,7 +93,36 @@ LOOPS = (
         "W270",
         "a gain within the error",
         "The best step is stiffer than the uniform part by less than either stiffness is known to. The two meshes err\n"
-        "alike, so that the gain may be real; finer elements, or elements of the second order, would tell.",
+        "alike, so that the gain may be real; finer elements, or elements of the second order, would tell. A gain\n"
+        "within what two such meshes differ by (the noise of the lattice in them, and the difference of their errors)\n"
+        "is no gain: then the uniform part is kept.",
+        "",
+        "",
+    ),
+    Code(
+        "W272",
+        "a record that was damaged",
+        "A file of a step was missing, or not what was written, or a line of loop.jsonl was cut: by a disk, or a copy\n"
+        "that was stopped. The loop went on from the last step that was whole, and solved those after it again.",
+        "",
+        "",
+    ),
+    Code(
+        "W277",
+        "a step that could not be solved",
+        "The study of a later step was refused, for the reason that is told with it: walls that became thinner than\n"
+        "elements no longer hang together, a pad touches nothing. The loop ended there. The best of the steps before\n"
+        "it is kept, with its table and picture. Finer elements, or limits from a greater density, help: that is\n"
+        "another loop, in another folder or begun anew with --force.",
+        "",
+        "",
+    ),
+    Code(
+        "W278",
+        "a porosity that is not kept",
+        "After each step the thickness is moved until the part has the porosity that is to be kept. It could not be\n"
+        "reached within the limits of the density, so that this step is heavier or lighter than the start, and what\n"
+        "it gains is not at equal mass. Widen the limits, or ask for a porosity farther from them.",
         "",
         "",
     ),

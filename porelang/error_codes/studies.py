@@ -1,4 +1,4 @@
-"""E184-E189, W264-W267: studies of strength in a program."""
+"""E184-E189, W264-W267, W273-W275, W282-W283: studies of strength in a program."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ STUDIES = (
         "A weight takes a density too, in g/cm^3. The table is small, and says where each number is from.",
         'let s = compress(cylinder(9mm, 20mm), force=1kN, material="nylon 99")\nsphere(s.max_von_mises / 1MPa * 1mm)',
         'let s = compress(cylinder(9mm, 20mm), force=1kN, material="PA12")\n'
-        "cylinder(9mm, 20mm) & gyroid(6mm) |> thicken(s.von_mises, 0.1)",
+        "cylinder(9mm, 20mm) & gyroid(6mm) |> thicken(-clamp(s.von_mises / 9MPa, 0, 1), 0.5)",
     ),
     Code(
         "E185",
@@ -23,7 +23,7 @@ STUDIES = (
         "is 0.49 at most here, with elements of order 2. Of fields the message says where.",
         "let s = compress(cylinder(9mm, 20mm), force=1kN, E=2GPa, nu=0.5)\nsphere(s.max_von_mises / 1MPa * 1mm)",
         "let s = compress(cylinder(9mm, 20mm), force=1kN, E=2MPa, nu=0.49)\n"
-        "cylinder(9mm, 20mm) & gyroid(6mm) |> thicken(s.von_mises, 0.1)",
+        "cylinder(9mm, 20mm) & gyroid(6mm) |> thicken(-clamp(s.von_mises / 9MPa, 0, 1), 0.5)",
     ),
     Code(
         "E186",
@@ -32,7 +32,7 @@ STUDIES = (
         "slip. Where a param may make a load 0, let its range begin above it.",
         'let s = compress(cylinder(9mm, 20mm), force=0kN, material="PA12")\nsphere(s.max_von_mises / 1MPa * 1mm)',
         'param load = 1kN in 0.1kN..5kN\nlet s = compress(cylinder(9mm, 20mm), force=load, material="PA12")\n'
-        "cylinder(9mm, 20mm) & gyroid(6mm) |> thicken(s.von_mises, 0.1)",
+        "cylinder(9mm, 20mm) & gyroid(6mm) |> thicken(-clamp(s.von_mises / 9MPa, 0, 1), 0.5)",
     ),
     Code(
         "E187",
@@ -41,11 +41,12 @@ STUDIES = (
         "(`load`) is `force(...)`, `pressure(...)`, `torque(...)`, `weight(...)` or `moved(...)`: or a list of them.\n"
         "Axes are x, y and z; platens are frictionless or bonded. A beam's pads have to fit under it. Elements have a\n"
         "size above 0, and not so small a one that there are four million unknowns: these take some 5 GB. Without\n"
-        "`size` elements are found from the walls of a part, as fine as about a minute allows.",
+        "`size` elements are found from the walls of a part, as fine as about a minute allows, or finer where they\n"
+        "would be larger than the walls.",
         'let s = study(cube(9mm), fix=z < -4mm, load=[0, 0, -1kN], material="PA12")\n'
         "sphere(s.max_von_mises / 1MPa * 1mm)",
         'let s = study(cube(9mm), fix=z < -4mm, load=force(z > 4mm, [0, 0, -1kN]), material="PA12")\n'
-        "cube(9mm) & gyroid(6mm) |> thicken(s.von_mises, 0.1)",
+        "cube(9mm) & gyroid(6mm) |> thicken(-clamp(s.von_mises / 9MPa, 0, 1), 0.5)",
     ),
     Code(
         "E188",
@@ -53,10 +54,11 @@ STUDIES = (
         "What is in pieces that hang together with nothing is no part, and no study of one: what the loads do to it\n"
         "depends on how the pieces touch. Small ones, as a lattice leaves where it is cut, are left out, with a word\n"
         "where they are more than a thousandth (W266). Join the pieces, or study each by itself. Where the part is in\n"
-        "one piece, its elements are too coarse to see what joins it: the message says how large they are.",
+        "one piece, its elements are too coarse to see what joins it: the message says how large they are, how thin\n"
+        "the walls, and what size makes two elements through them.",
         "",
         'let s = compress(cylinder(9mm, 20mm), force=1kN, material="PA12")\n'
-        "cylinder(9mm, 20mm) & gyroid(6mm) |> thicken(s.von_mises, 0.1)",
+        "cylinder(9mm, 20mm) & gyroid(6mm) |> thicken(-clamp(s.von_mises / 9MPa, 0, 1), 0.5)",
     ),
     Code(
         "E189",
@@ -65,7 +67,7 @@ STUDIES = (
         "ball has none: what is pressed there would be a point. Cut it flat, or say where it is held and loaded.",
         "",
         'let s = compress(sphere(9mm) & slab([0, 0, 1], 12mm), force=1kN, material="PA12")\n'
-        "sphere(9mm) & slab([0, 0, 1], 12mm) & gyroid(6mm) |> thicken(s.von_mises, 0.1)",
+        "sphere(9mm) & slab([0, 0, 1], 12mm) & gyroid(6mm) |> thicken(-clamp(s.von_mises / 9MPa, 0, 1), 0.5)",
     ),
     Code(
         "W264",
@@ -101,6 +103,54 @@ STUDIES = (
         "What a study gives a program is sampled on a grid that follows its elements, of 800 000 nodes at most.\n"
         "Where elements are finer than that can show, a lookup in twenty misses the stress by a tenth of the greatest\n"
         "or more. `pore fea` writes the elements themselves.",
+        "",
+        "",
+    ),
+    Code(
+        "W273",
+        "a number of a material in another unit",
+        "Young's modulus is in MPa where it has no unit, and a density in g/cm^3. One above what diamond has, or\n"
+        "osmium, was probably given in Pa, or in kg/m^3. The study is solved with what was given.",
+        "",
+        "",
+    ),
+    Code(
+        "W274",
+        "a part that changes its shape too much for linear elasticity",
+        "Displacements are found as proportional to the load, with equilibrium on the shape before it is loaded.\n"
+        "That holds while displacements and turns are small against the part. Here they are more than a tenth of\n"
+        "its longest side, or strains are more than a tenth in the mean. Often a unit is wrong: a bare force is\n"
+        "in N, a bare modulus in MPa.",
+        "",
+        "",
+    ),
+    Code(
+        "W275",
+        "a stress above what the material bears",
+        "A material of the table has a yield stress, if its source says one, and von Mises' stress is above it by\n"
+        "more than its error: what is found there is what an elastic material would have. At sharp inner corners\n"
+        "and at the rims of what is bonded the elastic stress is infinite, and grows with every finer mesh: look\n"
+        "where it is.",
+        "",
+        "",
+    ),
+    Code(
+        "W282",
+        "elements that are not the part",
+        "What elements lack of the part and hold beyond it is counted on a grid, and so are the holes through both:\n"
+        "a neck that is cut, or a gap that is bridged, changes their number. Where a lattice meets its envelope at a\n"
+        "sharp angle elements of one size lose such necks, and with them stiffness. The errors of numbers contain\n"
+        "it; smaller elements, or `--refine`, which makes them smaller there, mend it.",
+        "",
+        "",
+    ),
+    Code(
+        "W283",
+        "a material that changes within elements",
+        "Each element has one material, that of its middle, and where `E` or `nu` jump the surface between materials\n"
+        "becomes one of whole elements. Between Voigt's mean of their moduli and Reuss's lies what an element may be\n"
+        "that is made of two; the errors of numbers contain thrice that, by the energy that such elements bear.\n"
+        "Stresses next to a jump are surer the smaller elements are, but for those in the corners of that surface.",
         "",
         "",
     ),

@@ -7,13 +7,14 @@ Pure functions of arrays: nothing here knows of programs or fields.
 from __future__ import annotations
 
 from porelang.fea.error import Error
-from porelang.fea.problem import BodyForce, Force, Load, Moment, Pressure, Problem, Support, Weight, Where
+from porelang.fea.problem import BodyForce, Force, Load, Moment, OnSurface, Pressure, Problem, Support, Weight, Where
 from porelang.fea.refine import refined_sizes
-from porelang.fea.solution import Reaction, Solution
+from porelang.fea.resultants import Resultant
+from porelang.fea.solution import Solution
 from porelang.fea.solve import solve
 from porelang.fea.write import write
 
 __all__ = [
-    "BodyForce", "Error", "Force", "Load", "Moment", "Pressure", "Problem", "Reaction", "Solution", "Support", "Weight",
-    "Where", "refined_sizes", "solve", "write",
+    "BodyForce", "Error", "Force", "Load", "Moment", "OnSurface", "Pressure", "Problem", "Resultant", "Solution",
+    "Support", "Weight", "Where", "refined_sizes", "solve", "write",
 ]  # fmt: skip

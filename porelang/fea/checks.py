@@ -5,8 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from porelang.diagnostics import fail
+from porelang.fea.loads import Applied
 from porelang.fea.problem import Floats, Ints, Mask, Problem
+from porelang.fea.supports import Held
 from porelang.fea.surface import place
+
+#: A load of which supports take all but this share does nothing.
+_TAKEN = 1e-12
 
 
 def checked_mesh(vertices: Floats, tets: Ints) -> tuple[Floats, Ints]:
@@ -121,9 +126,19 @@ def _refuse(bad: Mask, values: Floats, centres: Floats, name: str, unit: str, hi
         raise fail("E172", f"{name} is {values[at]:.6g} {unit}".rstrip() + everywhere, hint=hint)
 
 
-def loaded(problem: Problem, applied: Floats, prescribed: Floats) -> None:
-    """Errors: E173 where there is neither a load nor a prescribed displacement."""
-    if not applied.any() and not prescribed.any():
+def loaded(problem: Problem, loads: tuple[Applied, ...], held: Held, points: Floats) -> None:
+    """Errors: E173 where there is neither a load nor a prescribed displacement, or where supports hold all that a load
+    acts on."""
+    for load in loads:
+        left = np.abs(load.forces * ~held.components).sum()
+        if load.forces.any() and left <= _TAKEN * np.abs(load.forces).sum():
+            at = int(np.argmax(np.abs(load.forces).sum(axis=1)))
+            raise fail(
+                "E173",
+                f"{load.name} does nothing: every node that it acts on is held against it, as at {place(points[at])}",
+                hint="hold less of the part, or load it elsewhere",
+            )
+    if not any(load.forces.any() for load in loads) and not held.displacement.any():
         what = "all its loads are 0" if problem.loads else "it has no load"
         raise fail(
             "E173",

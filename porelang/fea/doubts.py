@@ -6,9 +6,10 @@ import numpy as np
 
 from porelang.diagnostics import Diagnostic
 from porelang.fea.nodes import EDGES, Nodes
-from porelang.fea.problem import Floats
+from porelang.fea.problem import Floats, Pressure
 from porelang.fea.solution import Solution
-from porelang.fea.surface import place
+from porelang.fea.surface import interleaved, place
+from porelang.fea.system import System
 
 #: A share of the volume that may be one element thick without a word: rims and necks are.
 _THIN = 0.1
@@ -16,15 +17,19 @@ _THIN = 0.1
 _OPPOSITE = -0.5
 #: Errors in energy (relative, norm) above which a number is no basis for a decision.
 _COARSE = 0.2
+#: An area of which more lies in triangles that a selection does not cut in two is ragged.
+_RAGGED = 0.1
 #: Near 0.5 displacements of the order lock.
 _LOCKS = {1: 0.45, 2: 0.495}
 
 
-def of(found: Solution, bodies: int) -> tuple[Diagnostic, ...]:
+def of(found: Solution, system: System, tolerance: float) -> tuple[Diagnostic, ...]:
     """Warnings: W255 for several pieces, W256 for walls of one element, W257 for a large error, W258 for a force that
-    stands on a point, W259 where elements lock.
+    stands on a point, W259 where elements lock, W280 for a pressure on a ragged area, W281 for an equilibrium that
+    rounding ends early.
     """
-    told = [_pieces(bodies), _thin(found.nodes), _coarse(found), *_points(found), _locking(found)]
+    told = [_pieces(system.bodies), _thin(found.nodes), _coarse(found), *_points(found), _locking(found)]
+    told += [*_ragged(found, system), _unsettled(found, tolerance)]
     return tuple(d for d in told if d is not None)
 
 
@@ -123,4 +128,37 @@ def _locking(found: Solution) -> Diagnostic | None:
         "W259",
         f"Poisson's ratio is {most:.4g}: elements of order {found.nodes.order} are too stiff where it is above {limit}",
         "take order 2" if found.nodes.order == 1 else "take finer elements, and see how the result changes",
+    )
+
+
+def _ragged(found: Solution, system: System) -> list[Diagnostic]:
+    """Pressures on areas that come and go within single triangles: what is left out bears no load."""
+    told = []
+    for load, acting, come_to in zip(found.problem.loads, system.loads, found.loads, strict=True):
+        if not isinstance(load, Pressure) or acting.areas is None:
+            continue
+        torn = interleaved(acting.areas > 0)
+        whole = system.boundary.areas.sum(axis=1)
+        touched = float(whole[acting.areas.any(axis=1)].sum())
+        if torn.any() and whole[torn].sum() > _RAGGED * touched:
+            at = system.boundary.points[np.argmax(np.where(torn, whole, 0.0))].mean(axis=0)
+            told.append(
+                _warn(
+                    "W280",
+                    f"{acting.name} acts on a ragged area: {come_to.area:.4g} mm2, in triangles of the boundary that "
+                    f"have {touched:.4g}, as at {place(at)}",
+                    "the boundary lies on both sides of where its condition ends: give that some room",
+                )
+            )
+    return told
+
+
+def _unsettled(found: Solution, tolerance: float) -> Diagnostic | None:
+    if found.residual <= tolerance:
+        return None
+    return _warn(
+        "W281",
+        f"forces balance to {found.residual:.2g} of those that act, where {tolerance:.2g} is wanted: rounding ends "
+        f"there",
+        "moduli that differ by orders do that, flat tetrahedra, a Poisson's ratio next to 0.5; displacements are surer",
     )

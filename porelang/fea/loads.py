@@ -4,6 +4,7 @@ displacement."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,35 +28,50 @@ def name_of(load: Load, number: int) -> str:
     return f"the {kind} `{load.name}`" if load.name and load.name != kind else f"the {kind} number {number + 1}"
 
 
-def forces(load: Load, number: int, nodes: Nodes, boundary: Surface, density: Floats) -> Floats:
-    """The forces (k, 3) N of a load on all nodes. Errors: E170 where nothing is selected, E173 for no number, E174."""
+@dataclass(frozen=True, slots=True)
+class Applied:
+    """A load as forces (k, 3) N on nodes; on which `areas` (f, q) mm2 of the boundary's points, None on the volume.
+    `name` is what it is called in a sentence."""
+
+    name: str
+    forces: Floats
+    areas: Floats | None
+
+
+def applied(load: Load, number: int, nodes: Nodes, boundary: Surface, density: Floats) -> Applied:
+    """A load on all nodes. Errors: E170 where nothing is selected, E173 for no number, E174."""
     name = name_of(load, number)
     match load:
         case Weight():
             acceleration = _triple(load.acceleration, name)
-            return _on_volume(nodes, lambda _, part: (density[part] * GRAM)[:, None, None] * acceleration, 2)
+            of_mass = _on_volume(nodes, lambda _, part: (density[part] * GRAM)[:, None, None] * acceleration, 2)
+            return Applied(name, of_mass, None)
         case BodyForce():
             field = load.density
-            return _on_volume(nodes, lambda at, _: vectors(field, at.reshape(-1, 3), name).reshape(at.shape), _DEGREE)
-        case Force():
-            areas = _selected(load, name, nodes, boundary)
-            traction = _triple(load.total, name) / areas.sum()
-            return _on_surface(nodes, boundary, areas, np.broadcast_to(traction, boundary.points.shape))
-        case Pressure():
-            areas = _selected(load, name, nodes, boundary)
-            value = float(_numbers(load.value, name))
-            return _on_surface(
-                nodes, boundary, areas, np.broadcast_to(-value * boundary.normals[:, None], boundary.points.shape)
+            of_field = _on_volume(
+                nodes, lambda at, _: vectors(field, at.reshape(-1, 3), name).reshape(at.shape), _DEGREE
             )
+            return Applied(name, of_field, None)
+    areas = _selected(load, name, nodes, boundary)
+    return Applied(name, _on_surface(nodes, boundary, areas, _traction(load, name, areas, boundary)), areas)
+
+
+def _traction(load: Force | Pressure | Moment, name: str, areas: Floats, boundary: Surface) -> Floats:
+    """The traction (f, q, 3) MPa at the boundary's points, of a load on these areas of it."""
+    match load:
+        case Force():
+            return np.broadcast_to(_triple(load.total, name) / areas.sum(), boundary.points.shape)
+        case Pressure():
+            value = float(_numbers(load.value, name))
+            return np.broadcast_to(-value * boundary.normals[:, None], boundary.points.shape)
         case Moment():
-            areas = _selected(load, name, nodes, boundary)
             centre = np.einsum("fq,fqd->d", areas, boundary.points) / areas.sum()
             arms = boundary.points - centre
             inertia = np.eye(3) * np.einsum("fq,fqd,fqd->", areas, arms, arms) - np.einsum(
                 "fq,fqi,fqj->ij", areas, arms, arms
             )
             turn = np.linalg.solve(inertia, _triple(load.total, name))
-            return _on_surface(nodes, boundary, areas, np.cross(turn, arms))
+            return np.cross(turn, arms)
 
 
 def _selected(load: Force | Pressure | Moment, name: str, nodes: Nodes, boundary: Surface) -> Floats:

@@ -26,6 +26,18 @@ Vectors = Callable[[Floats], Any]
 Triple = tuple[float, float, float]
 
 
+@dataclass(frozen=True, slots=True)
+class OnSurface:
+    """A selection that is asked at the places on a part's own surface which are `nearest` to points of a mesh's
+    boundary: that has facets where the part is round."""
+
+    anywhere: Where
+    nearest: Callable[[Floats], Floats]
+
+    def __call__(self, points: Floats) -> Any:
+        return self.anywhere(self.nearest(points))
+
+
 class Tetrahedra(Protocol):
     """What is read of a mesh: `porelang.tet.TetMesh` is one."""
 

@@ -8,20 +8,13 @@ import numpy as np
 
 from porelang.diagnostics import Diagnostic, fail
 from porelang.fea.error import Error
+from porelang.fea.means import mean_length
 from porelang.fea.nodes import Nodes
 from porelang.fea.patches import Sites
 from porelang.fea.problem import Floats, Ints, Problem
+from porelang.fea.resultants import Resultant
 from porelang.fea.shares import percentile
 from porelang.fea.stress import energy_density, principal, strains_of, von_mises
-
-
-@dataclass(frozen=True, slots=True)
-class Reaction:
-    """The force (3,) N with which a support holds the part, and its moment (3,) N mm about the origin."""
-
-    name: str
-    force: Floats
-    moment: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +31,11 @@ class Solution:
     `poisson` and `density` (m,) are those of the tetrahedra,
     and `site_young`, `site_poisson` (p,) those of sites.
 
-    `held` are the nodes of each support, as `reactions`; `applied` (k, 3) N are the loads on nodes. `compliance` is
-    twice the strain energy, N mm: what forces times displacements are. `residual` is that of the `iterations`, over the
-    loads; `unknowns` are the components that nothing held. `error` is an estimate of what the mesh leaves out, and
+    `reactions` are what supports hold with, `loads` what loads come to, in the order of the problem; `held` are the
+    nodes of each support, `applied` (k, 3) N all loads on nodes. `compliance` is
+    twice the strain energy, N mm: what forces times displacements are. `residual` is what the `iterations` left of
+    forces, and of their resultants, over those that act (loads, and what moved supports press with);
+    `unknowns` are the components that nothing held. `error` is an estimate of what the mesh leaves out, and
     `doubts` are warnings.
     """
 
@@ -50,7 +45,8 @@ class Solution:
     poisson: Floats
     density: Floats
     displacement: Floats
-    reactions: tuple[Reaction, ...]
+    reactions: tuple[Resultant, ...]
+    loads: tuple[Resultant, ...]
     held: tuple[Ints, ...]
     applied: Floats
     compliance: float
@@ -102,8 +98,7 @@ class Solution:
     @property
     def mean_displacement(self) -> float:
         """The mean over the volume of the length of the displacement, mm."""
-        lengths = np.linalg.norm(self.at_vertices, axis=1)[self.nodes.corners].mean(axis=1)
-        return float(lengths @ self.nodes.volumes / self.nodes.volumes.sum())
+        return mean_length(self.nodes, self.displacement)[0]
 
     def percentile(self, values: Floats, share: float) -> float:
         """The value that `share` per cent of the volume stay below, of values (p,) at sites, linear between them:
@@ -117,9 +112,9 @@ class Solution:
         """
         if not np.isfinite(factor):
             raise fail("E173", f"a solution cannot be scaled by {factor!r}", hint="give a finite number")
-        reactions = tuple(Reaction(r.name, r.force * factor, r.moment * factor) for r in self.reactions)
+        reactions, loads = (tuple(r.scaled(factor) for r in some) for some in (self.reactions, self.loads))
         return replace(
-            self, displacement=self.displacement * factor, reactions=reactions, applied=self.applied * factor,
-            compliance=self.compliance * factor**2, stress=self.stress * factor,
+            self, displacement=self.displacement * factor, reactions=reactions, loads=loads,
+            applied=self.applied * factor, compliance=self.compliance * factor**2, stress=self.stress * factor,
             stress_of_tets=self.stress_of_tets * factor,
         )  # fmt: skip

@@ -17,11 +17,14 @@ _AGREE = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """`components` (k, 3) of the nodes are held at `displacement` (k, 3) mm; `nodes` are those of each support."""
+    """`components` (k, 3) of the nodes are held at `displacement` (k, 3) mm, each by so many `supports` (k, 3); `nodes`
+    and `axes` are those of each support."""
 
     components: Mask
     displacement: Floats
+    supports: Ints
     nodes: tuple[Ints, ...]
+    axes: tuple[tuple[bool, bool, bool], ...]
 
 
 def name_of(support: Support, number: int) -> str:
@@ -39,6 +42,7 @@ def hold_all(supports: tuple[Support, ...], nodes: Nodes) -> Held:
     components = np.zeros(nodes.points.shape, bool)
     displacement = np.zeros(nodes.points.shape)
     by = np.full(nodes.points.shape, -1, np.int32)
+    count = np.zeros(nodes.points.shape, np.int32)
     chosen = []
     for number, support in enumerate(supports):
         name = name_of(support, number)
@@ -69,8 +73,9 @@ def hold_all(supports: tuple[Support, ...], nodes: Nodes) -> Held:
             components[mine, axis] = True
             displacement[mine, axis] = wanted[:, axis]
             by[mine, axis] = number
+            count[mine, axis] += 1
         chosen.append(mine.astype(np.int32))
-    return Held(components, displacement, tuple(chosen))
+    return Held(components, displacement, count, tuple(chosen), tuple(support.axes for support in supports))
 
 
 def _prescribed(support: Support, points: Floats, name: str) -> Floats:

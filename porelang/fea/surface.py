@@ -10,10 +10,15 @@ import numpy as np
 from porelang.diagnostics import PoreError, fail
 from porelang.fea.elements import TRIANGLE_EDGES, shape_values, triangle_rule
 from porelang.fea.nodes import Nodes
-from porelang.fea.problem import Floats, Mask, Where
+from porelang.fea.problem import Floats, Mask, OnSurface, Where
 
 #: Exact for quadratic tractions on quadratic shapes, and nine points to see where a selection cuts through.
 _DEGREE = 4
+#: Directions in which a line is looked for that parts the points of a triangle.
+_WAYS = 180
+#: How a distance to a selection is found: from so many points of the boundary, bisected so often, on so many grids;
+#: and below which share of the part's box it is none.
+_NEAREST, _BISECTIONS, _FINER, _TOUCHES = 64, 50, 3, 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,17 +97,36 @@ def _finite(found: Any, points: Floats, what: str) -> None:
         )
 
 
-def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats) -> PoreError:
-    """E170: a selection that holds no point of the boundary, with how near it comes, as far as points round it tell.
+def interleaved(chosen: Mask) -> Mask:
+    """Which triangles (f,) have points of quadrature (f, q) chosen that no straight line parts from the others: a
+    selection cuts a triangle in two, unless it follows the surface itself, or is smaller than a triangle."""
+    barycentric, _ = triangle_rule(_DEGREE)
+    angles = np.pi * np.arange(_WAYS) / _WAYS
+    along = barycentric[:, :2] @ np.stack([np.cos(angles), np.sin(angles)])
+    out: Mask = np.asarray(chosen.any(axis=1) & ~chosen.all(axis=1))
+    some: Mask = chosen[out][:, :, None]
 
-    The selection is asked on a grid of points in twice the part's box: what it holds there, and which point of the
-    boundary is nearest to that.
+    def least(mask: Mask) -> Floats:
+        return np.asarray(np.where(mask, along, np.inf).min(axis=1))
+
+    def most(mask: Mask) -> Floats:
+        return np.asarray(np.where(mask, along, -np.inf).max(axis=1))
+
+    parted = (most(some) < least(~some)) | (most(~some) < least(some))
+    out[out] = ~parted.any(axis=1)
+    return out
+
+
+def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats) -> PoreError:
+    """E170: a selection that holds no point of the boundary, with how near it comes.
+
+    The selection is asked on a grid of points in twice the part's box. From the points of the boundary nearest to what
+    it holds there, its end is bisected; round the nearest of these, finer grids find where it is nearer still.
     """
     low, high = box
-    middle, half = (low + high) / 2, (high - low)
-    axes = [np.linspace(m - h, m + h, 41) for m, h in zip(middle, half, strict=True)]
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    held = grid[asked(where, grid, what)]
+    if isinstance(where, OnSurface):
+        where = where.anywhere
+    held = _held_on_grid(where, (low + high) / 2, high - low, 41, what)
     extent = f"the part reaches from {place(low)} to {place(high)}"
     if not len(held):
         return fail(
@@ -114,13 +138,52 @@ def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats) -> 
     from scipy.spatial import cKDTree
 
     distances, which = cKDTree(held).query(points)
-    nearest = int(np.argmin(distances))
+    first = np.argsort(distances, kind="stable")[:_NEAREST]
+    ends = _bisected(where, points[first], held[which[first]], what)
+    best = int(np.argmin(np.linalg.norm(ends - points[first], axis=1)))
+    start, end = points[first[best]], ends[best]
+    for _ in range(_FINER):
+        there = _held_on_grid(where, start, np.full(3, np.linalg.norm(end - start)), 21, what)
+        if len(there):
+            nearest = there[np.argsort(np.linalg.norm(there - start, axis=1))[:_NEAREST]]
+            tried = _bisected(where, np.broadcast_to(start, nearest.shape), nearest, what)
+            end = min((end, *tried), key=lambda p: float(np.linalg.norm(p - start)))
+    gap = float(np.linalg.norm(end - start))
+    if gap <= _TOUCHES * float(np.linalg.norm(high - low)):
+        said = f"it ends at the boundary, at {place(start)}, which it does not hold"
+        return fail("E170", f"{what} selects no {kind} of the boundary: {said}; {extent}",
+                    hint="give it some room: z < -149mm where the part ends at z = -150mm")  # fmt: skip
     return fail(
         "E170",
-        f"{what} selects no {kind} of the boundary: the nearest is at {place(points[nearest])}, "
-        f"and about {distances[nearest]:.3g} mm from what is selected, at {place(held[which[nearest]])}; {extent}",
+        f"{what} selects no {kind} of the boundary: the nearest is at {place(start)}, "
+        f"and {gap:.3g} mm from what is selected, at {place(end)}; {extent}",
         hint="move the selection there, or give it more room",
     )
+
+
+def _held_on_grid(where: Where, middle: Floats, half: Floats, count: int, what: str) -> Floats:
+    """The points of a grid that are selected, (n, 3)."""
+    axes = [np.linspace(m - h, m + h, count) for m, h in zip(middle, half, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return grid[_anywhere(where, grid, what)]
+
+
+def _anywhere(where: Where, points: Floats, what: str) -> Mask:
+    """Which points are selected; none where it has no answer, as it may away from the boundary."""
+    try:
+        return asked(where, points, what)
+    except PoreError:
+        return np.zeros(len(points), bool)
+
+
+def _bisected(where: Where, out: Floats, held: Floats, what: str) -> Floats:
+    """Where a selection begins (n, 3), on the way from points that it does not hold to others that it does."""
+    low, high = np.zeros(len(out)), np.ones(len(out))
+    for _ in range(_BISECTIONS):
+        middle = (low + high) / 2
+        inside = _anywhere(where, out + middle[:, None] * (held - out), what)
+        low, high = np.where(inside, low, middle), np.where(inside, middle, high)
+    return np.asarray(out + high[:, None] * (held - out))
 
 
 def place(point: Floats) -> str:

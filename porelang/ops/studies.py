@@ -13,8 +13,9 @@ from typing import Literal
 from porelang.units import ANGLE, FORCE, LENGTH, RATIO, STRESS, Dimension
 
 #: The first arguments: Young's modulus (MPa), Poisson's ratio and density (g/cm3, 0: not known) are fields; `size` is
-#: the edge of elements (mm, 0: found from the part), `order` that of their polynomials.
-HEAD = ("part", "E", "nu", "density", "size", "order")
+#: the edge of elements (mm, 0: found from the part), `order` that of their polynomials; `yields` is the stress (MPa) at
+#: which a material that is named yields (0: not known), `balanced` 1 where loads balance each other.
+HEAD = ("part", "E", "nu", "density", "size", "order", "yields", "balanced")
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +44,11 @@ ACTIONS = (
 )
 CODE = {action.name: float(i) for i, action in enumerate(ACTIONS)}
 
-#: What each place has: von Mises' stress, energy density (N mm/mm3), displacement (mm), stress (MPa) in VTK's order.
-COMPONENTS = ("von_mises", "energy", "ux", "uy", "uz", "xx", "yy", "zz", "xy", "yz", "xz")
+#: The components of a symmetric tensor in VTK's order, those of the strain by their names beside those of the stress.
+TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
+STRAIN = tuple(f"strain_{c}" for c in TENSOR)
+#: What each place has: von Mises' stress, energy density (N mm/mm3), displacement (mm), stress (MPa), strain.
+COMPONENTS = ("von_mises", "energy", "ux", "uy", "uz", *TENSOR, *STRAIN)
 #: One component more: how far outside of the elements a place lies, in mm, below 0 inside.
 DEPTH = len(COMPONENTS)
 

@@ -88,14 +88,15 @@ _ROWS = (
          "1/128 of the longest side unless given. Holes are closed. Farther than `margin` from its box, 1/16 of the "
          "longest side unless given, it is 0.7 of the distance at least.",
          3, "measuring a mesh"),
-    Task("study", ("part", "fix", "load", "material", "E", "nu", "density", "size", "order", "outside", "smooth"),
+    Task("study", ("part", "fix", "load", "material", "E", "nu", "density", "size", "order", "outside", "smooth",
+                   "balanced"),
          "grid", None, "seconds",
          "The stresses and displacements of a linear elastic part that is held where `fix` holds and loaded by `load`: "
          "`study(part, fix=z < 0mm, load=force(z > 9mm, [0, 0, -1kN]), material=\"PA12\")`. Fields: `.von_mises`, "
-         "`.principal1` to `3`, `.direction1` to `3`, `.displacement`, `.stress`, `.energy`; numbers: `.stiffness`, "
-         "`.compliance`, `.max_von_mises`, `.von_mises_99`, `.max_displacement`, `.mean_displacement`, `.volume`, "
-         "`.mass`, `.error`.",
-         8, "solving for stresses"),
+         "`.principal1` to `3`, `.direction1` to `3`, `.displacement`, `.stress`, `.strain`, `.energy`; numbers: "
+         "`.stiffness`, `.compliance`, `.max_von_mises`, `.von_mises_99`, `.max_displacement`, `.mean_displacement`, "
+         "`.volume`, `.mass`, `.error`. With `balanced=true` loads that balance each other need no support.",
+         9, "solving for stresses"),
     Task("of_study", (), "real", None, "seconds", "A number that a study gives.", 0, "solving for stresses"),
 )  # fmt: skip
 

@@ -19,8 +19,10 @@ from porelang.formula import Formula
 from porelang.ir import TASKS, Node, node, order, within
 from porelang.measure import envelope_of
 from porelang.optimize.laws import Thickness
+from porelang.optimize.record import Under
 from porelang.program import Design, Program
 from porelang.rewrites import flatten
+from porelang.tasks.study.asked import question
 
 Array = NDArray[np.float64]
 #: Places within an envelope at which the share of solid is counted: its error is 1 / (2 sqrt n) at most, .1 %.
@@ -38,7 +40,8 @@ _WAVES = ("sin_turns", "cos_turns", "sin", "cos")
 class Adapting:
     """A design, the output that adapts, the param that makes it so, and the study that is of that output.
 
-    `envelope` is what its porosity is relative to, `places` (n, 3) mm are spread evenly over that.
+    `envelope` is what its porosity is relative to, `places` (n, 3) mm are spread evenly over that. The study is loaded
+    `under` forces or displacements.
     """
 
     design: Design
@@ -48,6 +51,7 @@ class Adapting:
     envelope: Formula
     box: Box
     places: Array
+    under: Under = "forces"
 
     def with_samples(self, samples: SampledField) -> Design:
         """The design with samples for the param."""
@@ -197,7 +201,7 @@ def adapting(
     shape = design.formula(envelope)
     places = _places(shape, box)
     studied = _study(program, name, param, study, box)
-    return Adapting(design, name, param, studied, shape, box, places)
+    return Adapting(design, name, param, studied, shape, box, places, _under(design, studied))
 
 
 def _param(program: Program, output: str, adapt: str | None, box: Box) -> str:
@@ -240,7 +244,9 @@ def _study(program: Program, output: str, param: str, study: str | None, box: Bo
     if study is not None and study not in made.studies:
         near = suggest(study, made.studies)
         raise fail("E100", f"the program has no study `{study}`",
-                   hint=f"did you mean `{near}`?" if near else "name it: `let s = compress(part, ...)`")  # fmt: skip
+                   hint=f"did you mean `{near}`?" if near
+                   else f"it has {', '.join(f'`{s}`' for s in made.studies)}" if made.studies
+                   else "name one: `let s = compress(part, ...)`")  # fmt: skip
     of = [n for n, task in made.studies.items() if task.args[0] is made.solid(output) and study in (None, n)]
     if len(of) == 1:
         return of[0]
@@ -250,6 +256,24 @@ def _study(program: Program, output: str, param: str, study: str | None, box: Bo
     what = "no study of the program is" if study is None else f"the study `{study}` is not"
     raise fail("E193", f"{what} of `{output}` itself, which is what the loop solves",
                hint=f"write `let s = compress({output}, ...)`: of what is iterated, not of the solid")  # fmt: skip
+
+
+def _under(design: Design, study: str) -> Under:
+    """What loads the part of a study.
+
+    Under forces the stiffest part takes the least work, under displacements the most. Of both at once, the stiffest has
+    the greatest total potential, which may be 0, so that no step would be so many per cent stiffer than another.
+    Errors: E193 for both at once.
+    """
+    acts = question(design.formula(*design.program.studies[study].args).taken).acts
+    moved = any(a.name == "moved" and any(w and d for w, d in zip(a.numbers[:3], a.numbers[3:], strict=True))
+                for a in acts)  # fmt: skip
+    pushed = [a.name for a in acts if a.name not in ("held", "moved")]
+    if moved and pushed:
+        raise fail("E193", f"the study `{study}` has a `moved` and a `{pushed[0]}`: there is no one number that says "
+                   "which of two parts is stiffer",
+                   hint="load it by displacements alone, or by forces alone: `moved` by 0 mm is a support")  # fmt: skip
+    return "displacements" if moved else "forces"
 
 
 def _places(envelope: Formula, box: Box) -> Array:

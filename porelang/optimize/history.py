@@ -16,6 +16,8 @@ _CURVES = (
     ("stress per density", "stress_per_density", (0, 130, 90)),
     ("max von Mises", "max_von_mises", (150, 50, 120)),
 )
+#: What is called compliance under forces is, under displacements, the work that they take.
+WORK = "work N mm (more is stiffer)"
 _COLUMNS = (
     "step", "compliance N mm", "known to", "/ start", "max von Mises MPa", "stress/density MPa",
     "max displacement mm", "porosity", "change", "spread",
@@ -25,6 +27,7 @@ _COLUMNS = (
 def table(steps: Sequence[Step], best: int) -> str:
     """A table in Markdown, a line for each step; the best has a star."""
     start = steps[0].compliance
+    columns = [c if steps[0].under == "forces" else c.replace("compliance N mm", WORK) for c in _COLUMNS]
     rows = [
         (
             f"{s.number}{' *' if s.number == best else ''}", f"{s.compliance:.5g}",
@@ -34,10 +37,8 @@ def table(steps: Sequence[Step], best: int) -> str:
         )
         for s in steps
     ]  # fmt: skip
-    widths = [max(len(row[i]) for row in [_COLUMNS, *rows]) for i in range(len(_COLUMNS))]
-    lines = [
-        "| " + " | ".join(t.rjust(w) for t, w in zip(row, widths, strict=True)) + " |" for row in [_COLUMNS, *rows]
-    ]
+    widths = [max(len(row[i]) for row in [columns, *rows]) for i in range(len(columns))]
+    lines = ["| " + " | ".join(t.rjust(w) for t, w in zip(row, widths, strict=True)) + " |" for row in [columns, *rows]]
     lines.insert(1, "|" + "|".join("-" * (w + 1) + ":" for w in widths) + "|")
     return "\n".join(lines)
 
@@ -77,6 +78,7 @@ def plot(steps: Sequence[Step], best: int, title: str = "") -> Image.Image:
             pen.ellipse((px - 5, py - 5, px + 5, py + 5), colour)
     x = float(left)
     for name, _, colour in curves:
+        name = "work" if name == "compliance" and steps[0].under == "displacements" else name
         pen.line((x, 72, x + 34, 72), colour, 4)
         pen.text((x + 42, 72), name, INK, small, anchor="lm")
         x += 42 + small.getlength(name) + 36

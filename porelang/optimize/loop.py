@@ -14,7 +14,7 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.diagnostics import fail
+from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.optimize import elasticity, record
 from porelang.optimize.grid import Grid, Problem
 from porelang.optimize.laws import Law
@@ -26,23 +26,27 @@ from porelang.progress import activity, tell
 Array = NDArray[np.float64]
 #: What varies by less than this, relative to its mean, is the same all over, however well it is resolved.
 UNIFORM = 0.01
-Reason = Literal["settled", "uniform", "rising", "most"]
+Reason = Literal["settled", "uniform", "rising", "most", "failed"]
 #: Each reason for an end in words.
 REASONS: dict[Reason, str] = {
-    "settled": "the compliance changes by less than was asked",
+    "settled": "the stiffness changes by less than was asked",
     "uniform": "what is borne is uniform within the noise: nothing to adapt to",
-    "rising": "the compliance rose twice in a row",
+    "rising": "it became softer twice in a row",
     "most": "there were as many steps as were allowed",
+    "failed": "a step could not be solved",
 }
 
 
 class Analysis(Protocol):
-    """What is asked of a density (m,) of the voxels that count; `key` is a digest of all that it depends on."""
+    """What is asked of a density (m,) of the voxels that count; `key` is a digest of all that it depends on, `cell`
+    (mm) what it averages over itself, 0 if it leaves that to the loop."""
 
     @property
     def grid(self) -> Grid: ...
     @property
     def key(self) -> str: ...
+    @property
+    def cell(self) -> float: ...
     def solve(self, density: Array, state: Array | None) -> Answer: ...
 
 
@@ -66,17 +70,23 @@ class Plan:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """How a loop went: its steps, which of them is the best (the least compliance), its density (m,), why it ended."""
+    """How a loop went: its steps, which of them is the best (the stiffest), its density (m,), why it ended.
+
+    `failed` is what was wrong with the step after the last, if that could not be solved, and `missed` what of the
+    record that was gone on with was not whole.
+    """
 
     steps: tuple[Step, ...]
     best: int
     density: Array
     reason: Reason
+    failed: tuple[Diagnostic, ...] = ()
+    missed: str = ""
 
     @property
     def gain(self) -> float:
-        """The best compliance over that of the start."""
-        return self.steps[self.best].compliance / self.steps[0].compliance
+        """The best compliance over that of the start, under equal forces."""
+        return self.steps[self.best].softness / self.steps[0].softness
 
 
 class Homogenised:
@@ -99,6 +109,10 @@ class Homogenised:
     @property
     def key(self) -> str:
         return self._key
+
+    @property
+    def cell(self) -> float:
+        return 0.0
 
     def solve(self, density: Array, state: Array | None) -> Answer:
         law = self._law
@@ -126,12 +140,16 @@ def iterate(
     folder: str | Path | None = None,
     resume: bool = False,
     told: Callable[[Step], None] | None = None,
+    anew: bool = False,
+    seen: Callable[[list[Step], int, Answer], None] | None = None,
 ) -> Outcome:
     """Run the loop from a density `start` (m,), the uniform one unless given, whose mean is first made the plan's.
 
-    With a `folder` each step is written there as it is found, and `resume` goes on from the last one, to the very
-    result of a run without interruption. `told` is called with each step. Errors: E192 for limits that leave no room,
-    E194, and E195 for a folder that holds something else.
+    With a `folder` each step is written there as it is found, and `resume` goes on from the last one that is whole, to
+    the very result of a run without interruption; `anew` begins in a folder that holds another loop's record. `told` is
+    called with each step, `seen` with all of them, the number of the best, and the last answer. A step that cannot be
+    solved ends the loop if it is not the first. Errors: E192 for limits that leave no room, E194, and E195 for a folder
+    that holds something else.
     """
     grid = analysis.grid
     frame = _frame(grid, plan)
@@ -139,9 +157,11 @@ def iterate(
     first = np.full(len(frame.weights), plan.mean) if start is None else np.asarray(start, float)
     density = restored(lambda s: first + s, lows, highs, frame.weights, plan.mean)
     content = record.content(
-        analysis.key, rule.name, plan.mean, plan.low, plan.high, plan.cell, plan.damping, digest(density)
-    )
-    book = None if folder is None else record.Book.open(Path(folder), content, resume)
+        analysis.key, rule.name, plan.mean, plan.low, plan.high, plan.cell or analysis.cell, plan.damping,
+        digest(density),
+    )  # fmt: skip
+    book = None if folder is None else record.Book.open(Path(folder), content, resume, anew)
+    missed = "" if book is None else book.missed
     steps: list[Step] = []
     state: Array | None = None
     best = density
@@ -152,11 +172,16 @@ def iterate(
         density, state = last.following, last.state
         reason = _reason(steps, plan)
         if reason is not None:
-            return Outcome(tuple(steps), _best(steps), best, reason)
+            return Outcome(tuple(steps), _best(steps), best, reason, missed=missed)
     with activity("adapting"):
         while True:
             tell(len(steps), plan.most + 1)
-            answer = analysis.solve(density, state)
+            try:
+                answer = analysis.solve(density, state)
+            except PoreError as error:
+                if not steps:
+                    raise
+                return Outcome(tuple(steps), _best(steps), best, "failed", tuple(error.diagnostics), missed)
             state = answer.state
             step = _step(len(steps), density, answer, rule, frame, steps)
             wanted = rule.next(density, answer, frame)
@@ -168,9 +193,11 @@ def iterate(
                 book.write(step, density, following, state, answer.samples)
             if told is not None:
                 told(step)
+            if seen is not None:
+                seen(steps, _best(steps), answer)
             reason = _reason(steps, plan)
             if reason is not None:
-                return Outcome(tuple(steps), _best(steps), best, reason)
+                return Outcome(tuple(steps), _best(steps), best, reason, missed=missed)
             density = following
 
 
@@ -178,10 +205,16 @@ def _frame(grid: Grid, plan: Plan) -> Frame:
     if not 0 < plan.low < plan.high <= 1:
         raise fail("E192", f"the limits of the density are {plan.low:g} and {plan.high:g}",
                    hint="a density is a share of solid: 0 < least < greatest <= 1")  # fmt: skip
-    if not (0 < plan.damping <= 1 and plan.most >= 0 and plan.cell >= 0):
-        raise fail("E192", f"a damping of {plan.damping:g}, {plan.most} steps at most and a cell of {plan.cell:g} mm "
-                   "make no loop",
-                   hint="the damping lies in 0..1, where 1 takes every change whole")  # fmt: skip
+    if not 0 < plan.damping <= 1:
+        raise fail("E192", f"a damping of {plan.damping:g} makes no loop",
+                   hint="it lies in 0..1, where 1 takes every change whole, as in --damping 0.5")  # fmt: skip
+    if not plan.most >= 0:
+        raise fail("E192", f"{plan.most} steps at most make no loop", hint="0 or more: 0 solves the start alone")
+    if not 0 < plan.until < np.inf:
+        raise fail("E192", f"a loop cannot end where the compliance changes by less than {plan.until:g}",
+                   hint="a small share of it, above 0: 0.5% is usual")  # fmt: skip
+    if not 0 <= plan.cell < np.inf:
+        raise fail("E192", f"a cell of {plan.cell:g} mm cannot be averaged over", hint="0 or more, in mm")
     return Frame(plan.mean, plan.low, plan.high, grid.weights, averaged(grid, plan.cell))
 
 
@@ -197,12 +230,24 @@ def _step(
     return Step(
         number, answer.compliance, answer.error, answer.peak or float(answer.von_mises.max()), nearly_all,
         answer.largest, 1 - float(np.average(density, weights=weights)) if answer.porosity is None else answer.porosity,
-        change, spread_of(rule.driver(density, answer, frame), weights), answer.noise,
+        change, spread_of(rule.driver(density, answer, frame), weights), answer.noise, answer.under,
+        tuple((d.code, d.message, d.label, d.hint) for d in answer.doubts),
     )  # fmt: skip
 
 
 def _best(steps: list[Step]) -> int:
-    return min(steps, key=lambda step: step.compliance).number
+    """The stiffest step; the start, where none gained more than is noise."""
+    start = steps[0]
+    better = [s for s in steps[1:] if 1 - s.softness / start.softness > noise_of(start, s)]
+    return min([start, *better], key=lambda step: step.softness).number
+
+
+def noise_of(start: Step, step: Step) -> float:
+    """By how much two meshes of a part that are alike may differ in stiffness: by the noise of the lattice in them, and
+    by how differently they err. What both err by is nearly the same, and cancels in the ratio."""
+    if start.error is None or step.error is None:
+        return 0.0
+    return max(start.noise, step.noise, abs(step.error - start.error))
 
 
 def _reason(steps: list[Step], plan: Plan) -> Reason | None:
@@ -210,10 +255,12 @@ def _reason(steps: list[Step], plan: Plan) -> Reason | None:
     last = steps[-1]
     if last.number < min(plan.least, plan.most):
         return None
-    if last.spread < max(UNIFORM, last.noise):
+    # whether there is anything to adapt to cannot be known better than the energies are
+    known = max(UNIFORM, last.noise, (last.error or 0.0) if last.number == 0 else 0.0)
+    if last.spread < known:
         return "uniform"
     if last.change is not None and abs(last.change) < plan.until:
         return "settled"
-    if len(steps) > 2 and all(step.change is not None and step.change > 0 for step in steps[-2:]):
+    if len(steps) > 2 and steps[-1].softness > steps[-2].softness > steps[-3].softness:
         return "rising"
     return "most" if last.number >= plan.most else None

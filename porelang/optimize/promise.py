@@ -24,7 +24,7 @@ from porelang.optimize.posed import posed
 from porelang.optimize.rules import Optimum, Rule
 from porelang.optimize.spread import averaged, restored
 from porelang.progress import activity, tell
-from porelang.tasks.study.asked import Question, question, valued
+from porelang.tasks.study.asked import POISSON, YOUNG, Question, question, valued
 from porelang.unitcell.law import Law, law
 
 Array = NDArray[np.float64]
@@ -92,6 +92,9 @@ def promise(
     uniform = np.full(len(grid.weights), plan.mean)
     with activity("adapting the homogenised part"):
         runs = [loop.iterate(analysis, rule, inner, start) for start in starts]
+    for run in runs:
+        if run.failed:  # half a promise is none
+            raise PoreError(run.failed)
     best = min(runs, key=lambda run: run.steps[run.best].compliance)
     first, last = runs[0].steps[0].compliance, best.steps[best.best].compliance
     rough = _coarser(asked, grid, found, (uniform, best.density), plan)
@@ -139,8 +142,7 @@ def core(grid: Grid, plan: loop.Plan) -> Array:
 
 def _poisson(asked: Question, grid: Grid) -> float:
     """Poisson's ratio of the solid. Errors: E193 where it varies."""
-    hint = "it lies between -1 and 0.5: 0.49 at most"
-    values = valued(asked.poisson, grid.centres, "Poisson's ratio", -1.0, 0.5, hint)
+    values = valued(asked.poisson, grid.centres, *POISSON)
     if np.ptp(values) > 1e-9:
         raise fail("E193", f"Poisson's ratio of the solid varies, from {values.min():.3g} to {values.max():.3g}",
                    hint="a lattice is homogenised for one of them; or take the rule `energy`")  # fmt: skip
@@ -148,8 +150,7 @@ def _poisson(asked: Question, grid: Grid) -> float:
 
 
 def _lattice(found: Law, asked: Question, grid: Grid) -> Lattice:
-    hint = "it is above 0, and finite, in all of a part"
-    return Lattice(found, valued(asked.young, grid.centres, "Young's modulus", 0.0, np.inf, hint))
+    return Lattice(found, valued(asked.young, grid.centres, *YOUNG))
 
 
 def _coarser(

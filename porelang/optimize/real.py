@@ -23,11 +23,15 @@ from porelang.optimize.spread import averaged
 from porelang.program import Design
 from porelang.tasks.resolve import named
 from porelang.tasks.study.asked import question
+from porelang.tasks.study.found import doubts_of
 from porelang.tasks.study.solved import Solved, solved
+from porelang.tasks.told import Doubt
 
 Array = NDArray[np.float64]
 #: By how much a porosity may miss its target, and how often thickness is moved for it at most.
 POROSITY, _MOVES = 2e-4, 12
+#: What the solver doubts of loads and elements, and a study does not say itself: a force on a point, locking.
+_OF_THE_SOLVER = frozenset({"W258", "W259"})
 
 
 class Real:
@@ -38,7 +42,7 @@ class Real:
         self, adapting: Adapting, grid: Grid, thickness: Thickness, sign: float, cell: float, mean: float
     ) -> None:
         self.adapting, self._grid, self._thickness, self._sign = adapting, grid, thickness, sign
-        self._mean = mean
+        self._mean, self._cell = mean, cell
         self._average: Callable[[Array], Array] = averaged(grid, cell)
         uniform = sign * float(thickness.thickness(np.array([mean]))[0])
         self._key = digest(
@@ -53,6 +57,10 @@ class Real:
     @property
     def key(self) -> str:
         return self._key
+
+    @property
+    def cell(self) -> float:
+        return self._cell
 
     def solve(self, density: Array, state: Array | None) -> Answer:
         """Errors: those of the study."""
@@ -101,7 +109,16 @@ class Real:
             numbers["max_von_mises"].value, 1 - share,
             {self.adapting.param: samples.values[..., 0].astype(np.float64), "origin": np.array(samples.origin),
              "spacing": np.array(samples.spacing)},
+            self.adapting.under, self._doubts(found, share),
         )  # fmt: skip
+
+    def _doubts(self, found: Solved, share: float) -> tuple[Doubt, ...]:
+        more = [Doubt(d.code, d.message, d.label, d.hint) for d in found.solution.doubts if d.code in _OF_THE_SOLVER]
+        if abs(share - self._mean) >= POROSITY:
+            said = f"the porosity is {1 - share:.2%}, where {1 - self._mean:.2%} was to be kept"
+            hint = f"`{self.adapting.param}` does not reach it within the limits: widen them, as in --limits 0.1..0.9"
+            more.append(Doubt("W278", said, "what is gained is not at equal mass", hint))
+        return (*doubts_of(found), *more)
 
 
 def sampled(grid: Grid, values: Array) -> SampledField:

@@ -13,7 +13,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.optimize.record import Under
 from porelang.optimize.spread import restored
+from porelang.tasks.told import Doubt
 
 Array = NDArray[np.float64]
 #: Averages values (m,) over a cell.
@@ -29,7 +31,8 @@ class Answer:
     of the energies, `state` what a next solution begins from, if anything.
 
     Of the real lattice there is more: the relative `error` of the compliance, the `peak` of von Mises' stress in its
-    solid (MPa), its `porosity` as it was measured, and the `samples` that made it, arrays for the record.
+    solid (MPa), its `porosity` as it was measured, the `samples` that made it, arrays for the record, and the `doubts`
+    of its study. `under` says what loads it: of `displacements` the compliance is the work that they take.
     """
 
     compliance: float
@@ -43,6 +46,8 @@ class Answer:
     peak: float | None = None
     porosity: float | None = None
     samples: Mapping[str, Array] = field(default_factory=dict)
+    under: Under = "forces"
+    doubts: tuple[Doubt, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

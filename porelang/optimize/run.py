@@ -1,29 +1,33 @@
 """The loop of a program: what adapts is found, the lattice measured, the study solved again and again.
 
-In its folder stand the record of the loop, the samples of the best step for `--bind`, a table and a picture.
+In its folder stand the record of the loop, the samples of the best step for `--bind`, a table and a picture. They are
+those of the best step so far from the first one on, so that a loop that is stopped, or fails, leaves a design.
 """
 
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from porelang.atomic import replace_file
 from porelang.backends.numpy import NumpyField
 from porelang.data import SampledField
 from porelang.diagnostics import Diagnostic, fail, suggest
+from porelang.html import table, title
 from porelang.optimize import history, loop
 from porelang.optimize.adapting import Adapting, adapting
+from porelang.optimize.doubts import doubts
 from porelang.optimize.grid import Grid
 from porelang.optimize.promise import Promise, promise
 from porelang.optimize.real import Real, sampled
 from porelang.optimize.record import Step
-from porelang.optimize.rules import Energy, Given, Optimum, Rule, VonMises
+from porelang.optimize.rules import Answer, Energy, Given, Optimum, Rule, VonMises
 from porelang.program import Design
 
 RULES: dict[str, Callable[[], Rule]] = {"energy": Energy, "von_mises": VonMises, "optimum": Optimum}
@@ -38,13 +42,14 @@ DENSITY = "density"
 TABLE, PICTURE = "history.md", "history.png"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Optimized:
     """How the loop of a program went: its steps, the best of them, and the `samples` of the param that adapts there,
     with the `density` that they make.
 
     `reason` says why it ended; `design` has these samples bound, so that it can be meshed. `cell` is in mm, `told` what
-    is to be said about it. `promise` is what the homogenised lattice promised, where it was asked.
+    is to be said about it. `failed` is what was wrong with the step after the last, if that could not be solved.
+    `promise` is what the homogenised lattice promised, where it was asked.
     """
 
     output: str
@@ -59,12 +64,36 @@ class Optimized:
     density: SampledField
     design: Design
     told: tuple[Diagnostic, ...]
+    failed: tuple[Diagnostic, ...] = ()
     promise: Promise | None = None
 
     @property
     def gain(self) -> float:
-        """The best compliance over that of the uniform lattice, at the same porosity."""
-        return self.steps[self.best].compliance / self.steps[0].compliance
+        """The best compliance over that of the uniform lattice, at the same porosity, under equal forces."""
+        return self.steps[self.best].softness / self.steps[0].softness
+
+    @property
+    def ended(self) -> str:
+        """Why it ended, and what the best step is, in a line."""
+        text = f"ended: {self.reason}; step {self.best} has {self.gain:.3f} of the uniform compliance"
+        if self.steps[0].under == "displacements":
+            text += f" under equal forces, and takes {1 / self.gain:.3f} of the work under these displacements"
+        return text
+
+    def __repr__(self) -> str:
+        error = self.steps[self.best].error
+        known = "" if error is None else f", each known to {error:.1%}"
+        text = f"step {self.best} of {len(self.steps) - 1} has {self.gain:.3f} of the uniform compliance{known}"
+        return f"<{self.output} adapted by {self.param}: {text}; {self.reason}>"
+
+    def __str__(self) -> str:
+        return f"{self.table}\n{self.ended}"
+
+    def _repr_html_(self) -> str:
+        heads, _, *rows = ([c.strip() for c in line.strip("|").split("|")] for line in self.table.splitlines())
+        return title(f"{self.output} adapted by {self.param}: {self.study}, {self.rule}") + table(heads, rows) + title(
+            self.ended
+        )  # fmt: skip
 
     @property
     def table(self) -> str:
@@ -83,7 +112,7 @@ class Optimized:
         promised = {} if self.promise is None else {"promise": self.promise.report}
         return {"output": self.output, "adapts": self.param, "study": self.study, "rule": self.rule, "cell": self.cell,
                 "steps": [asdict(s) for s in self.steps], "best": self.best, "gain": self.gain,
-                "ended": self.reason, **promised}  # fmt: skip
+                "ended": self.reason, "failed": [d.to_json() for d in self.failed], **promised}  # fmt: skip
 
 
 def optimize(
@@ -103,24 +132,30 @@ def optimize(
     resume: bool = False,
     early: str | None = None,
     told: Callable[[Step], None] | None = None,
+    force: bool = False,
 ) -> Optimized:
     """Solve the study of an output, map what is borne to its thickness, restore its porosity, and again.
 
     `until` is a relative change of the compliance, `most` the greatest number of steps after the uniform start.
     `limits` are of the density, 0..1; `porosity` is to be kept, that of the program as it stands unless given, relative
     to the envelope (`within`, as `measure` has it). `cell` (mm) is what all is averaged over, the period of the lattice
-    unless given. In `folder` a record is kept, which `resume` goes on from.
+    unless given. In `folder` a record is kept, which `resume` goes on from; `force` begins anew where another is.
 
     The rule "optimum", and any other that is `early` "homogenised", first goes its steps on voxels of the homogenised
     lattice. What it finds there is step 1; the optimum ends with that, the others go on from it.
 
     Errors: those of `adapting`, of the study, and of the loop (E190-E195).
     """
+    if resume and force:
+        raise fail("E108", "to go on with a record and to begin anew exclude each other", hint="leave out one of them")
+    if resume and folder is None:
+        raise fail("E108", "there is no record to go on with: no folder is given", hint='name it: folder="part.loop"')
     made = _rule(rule)
     if early not in (None, EARLY):
         raise fail("E193", f"early steps are not to be had on `{early}`", hint=f"on `{EARLY}`, or leave it out")
     what = adapting(design, output, adapt, study, within)
     size = what.cell() if cell is None else cell
+    _sized(what, size)
     low, high = limits
     target = 1 - (what.as_it_stands() if porosity is None else 1 - porosity)
     mean = 1 - target
@@ -139,13 +174,23 @@ def optimize(
     else:
         grid = _grid(what, size)
     analysis = Real(what, grid, thickness, sign, size, mean)
-    found = loop.iterate(analysis, made, plan, folder=folder, resume=resume, told=told)
+    shown = f"{what.output}: {what.study}, {made.name}, {what.param}"
+
+    def keep(steps: Sequence[Step], best: int, answer: Answer) -> None:
+        """What is there of a loop that does not come to its end."""
+        if folder is not None:
+            if best == steps[-1].number:
+                _save(Path(folder) / f"{what.param}.npz", answer.samples)
+            _show(Path(folder), steps, best, shown, promised, f"not ended yet. The best so far is step {best}.")
+
+    found = loop.iterate(analysis, made, plan, folder=folder, resume=resume, told=told, anew=force, seen=keep)
     samples, _ = analysis.samples(found.density)
-    reason = "the optimum is real" if promised and plan.most == 1 else loop.REASONS[found.reason]
-    doubts = (*_doubts(what, found), *(promised.doubts if promised else ()))
+    made_real = promised and plan.most == 1 and found.reason == "most"
+    reason = "the optimum is real" if made_real else loop.REASONS[found.reason]
+    told_of = [*doubts(what, found, size), *(promised.doubts if promised else ())]
     result = Optimized(
         what.output, what.param, what.study, made.name, size, found.steps, found.best, reason, samples,
-        sampled(grid, found.density), what.with_samples(samples), doubts, promised,
+        sampled(grid, found.density), what.with_samples(samples), tuple(told_of), found.failed, promised,
     )  # fmt: skip
     if folder is not None:
         _write(result, Path(folder))
@@ -154,6 +199,9 @@ def optimize(
 
 def _rule(rule: str | Rule) -> Rule:
     if not isinstance(rule, str):
+        if isinstance(rule, type) or not all(hasattr(rule, name) for name in ("name", "driver", "next")):
+            raise fail("E193", f"{rule!r:.60} is no rule of the loop",
+                       hint=f"name one: {', '.join(RULES)}; or make one of porelang.optimize.rules")  # fmt: skip
         return rule
     if rule not in RULES:
         near = suggest(rule, RULES)
@@ -162,10 +210,19 @@ def _rule(rule: str | Rule) -> Rule:
     return RULES[rule]()
 
 
-def _grid(what: Adapting, cell: float, solved: bool = False) -> Grid:
-    """Voxels of a density; finer ones where displacements are `solved` on them."""
+def _sized(what: Adapting, cell: float) -> None:
+    """Errors: E193 for a cell that is none, or larger than the part."""
     if not 0 < cell < np.inf:
         raise fail("E193", f"a cell of {cell:g} mm cannot be averaged over", hint="as in --cell 10mm")
+    longest = max(h - lo for lo, h in zip(what.box.lo, what.box.hi, strict=True))
+    if cell > longest * (1 + 1e-9):
+        raise fail("E193", f"a cell of {cell:.4g} mm is larger than the part, which is {longest:.4g} mm long: averaged "
+                   "over that, all of it bears the same",
+                   hint="give the period of the lattice, or leave --cell out: it is found")  # fmt: skip
+
+
+def _grid(what: Adapting, cell: float, solved: bool = False) -> Grid:
+    """Voxels of a density; finer ones where displacements are `solved` on them."""
     field = NumpyField(what.envelope, "f64")
     size = cell / _TO_A_CELL
     if solved:
@@ -175,44 +232,39 @@ def _grid(what: Adapting, cell: float, solved: bool = False) -> Grid:
     return Grid.of(lambda p: np.asarray(field.at(p)), what.box.lo, what.box.hi, size)
 
 
-def _doubts(what: Adapting, found: loop.Outcome) -> list[Diagnostic]:
-    place = what.design.program.data[what.param].span
-    first, best = found.steps[0], found.steps[found.best]
-    out = []
-    if found.reason == "uniform" and found.best == 0:
-        out.append(Diagnostic(
-            "W268", f"what `{what.output}` bears is uniform: it varies by {first.spread:.1%}, known to "
-            f"{first.noise:.1%}",
-            place, "there is nothing to adapt to", severity="warning",
-            hint="a dense core in a light skin may still be stiffer: --rule optimum looks for it"))  # fmt: skip
-    elif found.best == 0:
-        out.append(Diagnostic(
-            "W269", f"no step was stiffer than the uniform `{what.output}`", place, "the start is kept",
-            severity="warning",
-            hint="take less of each change, as in --damping 0.5, or wider limits"))  # fmt: skip
-    else:
-        gained, error = 1 - best.compliance / first.compliance, max(first.error or 0.0, best.error or 0.0)
-        if gained < error:
-            out.append(Diagnostic(
-                "W270", f"the gain of {gained:.1%} is less than the compliance is known to, {error:.1%}", place,
-                severity="warning", hint="take finer elements: `size=` of the study"))  # fmt: skip
-    return out
-
-
 def _write(result: Optimized, folder: Path) -> None:
     samples = result.samples
-    held = io.BytesIO()
     arrays = {
         DENSITY: result.density.values[..., 0],
         result.param: samples.values[..., 0],
         "origin": np.array(samples.origin),
         "spacing": np.array(samples.spacing),
     }
+    _save(folder / f"{result.param}.npz", arrays)
+    shown = f"{result.output}: {result.study}, {result.rule}, {result.param}"
+    _show(
+        folder,
+        result.steps,
+        result.best,
+        shown,
+        result.promise,
+        f"ended: {result.reason}. The best is step {result.best}.",
+    )
+
+
+def _save(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
+    held = io.BytesIO()
     np.savez(held, **arrays)  # type: ignore[arg-type]  # NumPy's stubs take a name for its option
+    with replace_file(path) as file:
+        file.write(held.getvalue())
+
+
+def _show(folder: Path, steps: Sequence[Step], best: int, shown: str, promised: Promise | None, end: str) -> None:
+    """The table and the picture of a history."""
     picture = io.BytesIO()
-    result.plot().save(picture, "PNG")
-    text = f"{result.table}\n\n{result.rule}; ended: {result.reason}. The best is step {result.best}.\n"
-    text += f"\n{result.promise}\n" if result.promise else ""
-    for name, data in ((f"{result.param}.npz", held.getvalue()), (PICTURE, picture.getvalue()), (TABLE, text.encode())):
+    history.plot(steps, best, shown).save(picture, "PNG")
+    text = f"{history.table(steps, best)}\n\n{shown}; {end}\n"
+    text += f"\n{promised}\n" if promised else ""
+    for name, data in ((PICTURE, picture.getvalue()), (TABLE, text.encode())):
         with replace_file(folder / name) as file:
             file.write(data)

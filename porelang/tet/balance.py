@@ -28,17 +28,17 @@ LEAST = 11.0  # degrees: dihedral angles that this may leave, where they were no
 
 
 def balance(
-    at: Floats, tets: Indices, around: Stars, triangles: Indices, on: Ints, free: Flags, field: Branches, cube: float
+    at: Floats, tets: Indices, around: Stars, triangles: Indices, on: Ints, free: Flags, field: Branches, cube: Floats
 ) -> float:
     """Move vertices (n, 3), in place, of the surface that `triangles` (k, 3) make so that its volume is that of the
     part; the largest distance (mm) that one moved. `on` (n, 3) are the branches that each is on, -1 for none; it moves
-    along the axes that are `free` (n, 3)."""
+    along the axes that are `free` (n, 3); `cube` (n,) is how large cubes are there, in mm."""
     branch = common(on, triangles)
     triangles, branch = triangles[branch >= 0], branch[branch >= 0]
     tell(0, 3)
-    off = np.zeros(len(triangles))
+    off, most = np.zeros(len(triangles)), MOST * cube[triangles].min(axis=1)
     for a, b in ((0, 1), (1, 2), (2, 0)):
-        off += np.clip(_outward(at[triangles[:, [a, b]]].mean(axis=1), branch, field)[0], -MOST * cube, MOST * cube) / 3
+        off += np.clip(_outward(at[triangles[:, [a, b]]].mean(axis=1), branch, field)[0], -most, most) / 3
     tell(1, 3)
     corners = at[triangles]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
@@ -58,7 +58,7 @@ def balance(
         total += np.bincount(triangles[:, k], share, len(at))
     keep = can[some]
     some, way, part = some[keep], way[keep], part[keep]
-    by = np.clip(total[some] / weight[some], -MOST * cube, MOST * cube) / part
+    by = np.clip(total[some] / weight[some], -MOST * cube[some], MOST * cube[some]) / part
     tell(2, 3)
     return float(
         shifted(at, tets, around.start, around.of, some, at[some] + by[:, None] * way, np.cos(np.radians(LEAST)))

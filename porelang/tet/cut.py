@@ -163,12 +163,16 @@ def warp(
 
 
 def settled(at: Floats, sign: Signs, background: Background, tets: Indices) -> int:
-    """Put vertices of planes back that have left a tetrahedron there next to no volume, as where three that bound it in
-    the plane came to lie on one line; of each such tetrahedron the one that went furthest. How many are."""
-    tets = tets[(background.held[tets] != 0).sum(axis=1) > 1]
+    """Put vertices back that have left a tetrahedron next to no volume, of each the one that went furthest; how many.
+
+    It is so where three that bound one in a plane came to lie on one line, and where cubes of two sizes meet, as along
+    an edge of the larger a vertex goes far for the smaller. Among cubes of one size at least 0.3 of a volume is left.
+    """
     volume, before = volumes_of(at, tets), volumes_of(background.vertices, tets)
     some = tets[volume < LEAST * before]
-    gone = np.linalg.norm(at[some] - background.vertices[some], axis=2) * (background.held[some] != 0)
+    gone = np.linalg.norm(at[some] - background.vertices[some], axis=2)
+    planes = background.held[some] != 0
+    gone *= planes | (planes.sum(axis=1) < 2)[:, None]
     back = np.unique(some[np.arange(len(some)), gone.argmax(axis=1)][gone.max(axis=1, initial=0) > 0])
     at[back] = background.vertices[back]
     sign[back] = np.sign(background.values[back])

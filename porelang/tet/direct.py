@@ -9,25 +9,27 @@ from numpy.typing import NDArray
 
 from porelang.analysis.box import extent_of
 from porelang.analysis.branches import Branches
-from porelang.diagnostics import PoreError, fail
+from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.formula import Formula
 from porelang.progress import activity, tell
 from porelang.solid import Solid
 from porelang.tet.balance import balance
 from porelang.tet.cut import Background, cut
+from porelang.tet.finer import MANY, TURNS, Grading
 from porelang.tet.frame import Frame, Value, framed
 from porelang.tet.islands import sorted_pieces
 from porelang.tet.lattice import Lattice
+from porelang.tet.missed import missed
 from porelang.tet.moving import stars
-from porelang.tet.octree import graded, uniform
 from porelang.tet.quality import figures, sound
 from porelang.tet.sharp import Sharpened, branches_on, sharpen
-from porelang.tet.sizes import asked, thin
+from porelang.tet.sizes import Sizes, asked, thin
 from porelang.tet.tetmesh import Indices, TetMesh, boundary, interfaces, neighbours
 
 Floats = NDArray[np.float64]
 
 SOLID, BOTH = ("solid",), ("solid", "void")
+FEW = 3  # places that are told
 CRUMBS = 0.5  # of the volume: where more would be dropped as islands, there is no part left
 BESIDE = 1e-6  # cubes: a field is read as far before a plane in which the part ends, where it may be 0
 
@@ -49,9 +51,11 @@ def direct(
     the solid is meshed too, networks that do not meet as phases of their own; they share the triangles between them.
     If it is to be `sharp`, the mesh has rims where branches of the field meet, but where angles would be too small
     (`rim_triangles_left`), and vertices on bent walls leave them (by `moved` mm at most) so that the volume is that of
-    the part.
+    the part. Where the mesh would still miss something of it, cubes are halved, twice at most; what is `missing` and
+    what is `extra` after that, by more than a bend, is told in mm3.
     F. Labelle & J. R. Shewchuk, Isosurface Stuffing, SIGGRAPH 2007: where the surface is smooth and the cubes are of
-    one size and small against its bend, all dihedral angles are within 10.7 .. 164.8 degrees.
+    one size and small against its bend, all dihedral angles are within 10.7 .. 164.8 degrees; at rims and where cubes
+    of two sizes meet, smaller and larger ones are left only where stuffing has them already.
     Errors: E160 the size, E161 too many tetrahedra, E162 no mesh at this size, E110 the field is not a number.
 
     >>> from porelang.compiler import compile
@@ -68,51 +72,84 @@ def direct(
     with activity("meshing"):
         lo, hi, slack = (solid.lo, solid.hi, 0.0) if both else _box(solid)
         frame = framed(solid.value, lo, hi, sizes.finest, slack, even=1 << sizes.coarsest, whole=both)
-        cells = (
-            graded(frame, solid.decided, sizes.at, sizes.surface, sizes.coarsest, both)
-            if sizes.coarsest
-            else uniform(frame, solid.decided, both)
-        )
-        lattice = Lattice(cells, frame)
-        tell(1, 4)
-        value = _before_ends(solid.value, frame)
-        background = _background(lattice, value)
-        made = cut(background, value, both)
-        tell(2, 4)
-        if not (made.side == 0).any():
-            raise _unusable(sizes.finest, "hold nothing of the part")
-        mesh, facts = sorted_pieces(TetMesh(made.vertices, made.tets, made.side), keep_islands)
+        grading = Grading(frame, sizes.coarsest, float(frame.edges.min()))
+        for turn in range(TURNS + 1):
+            tell(3 * turn, 3 * TURNS + 3)
+            lattice, values, made = _stuffed(solid, sizes, grading, both)
+            tell(3 * turn + 1, 3 * TURNS + 3)
+            mesh, dropped, facts = sorted_pieces(made, keep_islands)
+            beside = neighbours(mesh)
+            if sharp:
+                facts |= sharpened(mesh, solid, lattice, beside)
+            tell(3 * turn + 2, 3 * TURNS + 3)
+            found = missed((mesh, dropped), middles_of(mesh, beside), lattice, values, solid)
+            looked = sound(mesh, beside)
+            wrong = np.union1d(found.cells, lattice.cell_at(mesh.vertices[looked.touching].mean(axis=1)))
+            large = grading.large(lattice, wrong)
+            if not sharp or turn == TURNS or not len(large) or len(wrong) > MANY * found.of:
+                break
+            grading = grading.parting(lattice, large)
         if facts["dropped_volume_fraction"] > CRUMBS:
             share = 100 * facts["dropped_volume_fraction"]
             raise _unusable(sizes.finest, f"break the part up: {share:.0f} % of it hangs together with nothing")
-        tell(3, 4)
-        beside = neighbours(mesh)
+        if looked.faults:  # the mesher is at fault, not the part; nobody is to compute with that
+            raise _unusable(sizes.finest, f"came out as a damaged mesh: {'; '.join(looked.faults)}")
+        facts |= figures(mesh) | {"touching_edges": len(looked.touching), "cube": tuple(frame.edges.tolist())}
+        facts |= {"missing": found.missing, "extra": found.extra}
         if sharp:
-            facts |= sharpened(mesh, solid, frame, beside)
-        found = sound(mesh, beside)
-        if found.faults:  # the mesher is at fault, not the part; nobody is to compute with that
-            raise _unusable(sizes.finest, f"came out as a damaged mesh: {'; '.join(found.faults)}")
-        facts |= figures(mesh) | {"touching_edges": found.touching_edges, "cube": tuple(frame.edges.tolist())}
-        facts["told"] += thin(solid, sizes)
+            facts["told"] += found.told(facts["volumes"]["solid"])
+        facts["told"] += [*touching(mesh.vertices[looked.touching]), *thin(solid, sizes)]
     return mesh, facts
 
 
-def sharpened(mesh: TetMesh, solid: Solid, frame: Frame, beside: Indices) -> dict[str, float]:
+def _stuffed(solid: Solid, sizes: Sizes, grading: Grading, both: bool) -> tuple[Lattice, Floats, TetMesh]:
+    """Cubes, the field at their corners and centres, and what stuffing makes of them. Errors: E110, E162."""
+    lattice = Lattice(grading.cells(sizes, solid.decided, both), grading.frame)
+    value = _before_ends(solid.value, grading.frame)
+    background = _background(lattice, value)
+    made = cut(background, value, both)
+    if not (made.side == 0).any():
+        raise _unusable(sizes.finest, "hold nothing of the part")
+    return lattice, background.values, TetMesh(made.vertices, made.tets, made.side)
+
+
+def sharpened(mesh: TetMesh, solid: Solid, lattice: Lattice, beside: Indices) -> dict[str, float]:
     """Move the vertices of a mesh, in place, so that its rims are sharp and its volume is that of the part:
     `rim_vertices`, how many were moved onto rims, `rim_triangles_left`, how many triangles still cut rims off, and
     `moved`, how far (mm) vertices left the surface at most.
     """
-    field, cube = Branches(solid.formula), float(frame.edges.min())
+    field, cube = Branches(solid.formula), lattice.cube_at(mesh.vertices)
+    frame = lattice.frame
     held = frame.held(mesh.vertices)
     free = np.stack([(held >> (2 * k)) & 3 for k in range(3)], axis=1) == 0
     triangles, _ = interfaces(mesh, beside) if len(mesh.phases) > 1 else boundary(mesh, beside)
     triangles = triangles[(held[triangles[:, 0]] & held[triangles[:, 1]] & held[triangles[:, 2]]) == 0]
-    on, around = branches_on(mesh.vertices, triangles, field, frame), stars(mesh.tets, len(mesh.vertices))
+    on, around = branches_on(mesh.vertices, triangles, field, frame, cube), stars(mesh.tets, len(mesh.vertices))
     surface = mesh.vertices, mesh.tets, around, triangles, on, free, field, cube
     with activity("sharpening"):
         done = sharpen(*surface) if field.count else Sharpened(0, 0)
         off = balance(*surface)
     return {"rim_vertices": done.moved, "rim_triangles_left": done.left, "moved": off}
+
+
+def touching(edges: Floats) -> list[Diagnostic]:
+    """W252 where a solid touches itself along edges (n, 2, 3) mm alone, with the places of some."""
+    if not len(edges):
+        return []
+    places = ", ".join(f"({x:.4g}, {y:.4g}, {z:.4g})" for x, y, z in edges.mean(axis=1)[:FEW])
+    many = f"{len(edges)} edges" if len(edges) > 1 else "an edge"
+    message = f"the solid touches itself along {many}, as at {places}: a hinge of no width"
+    hint = "take a smaller --size; or the part itself touches itself there"
+    return [Diagnostic("W252", message, hint=hint, severity="warning")]
+
+
+def middles_of(mesh: TetMesh, beside: Indices) -> Floats:
+    """The middles (n, 3) of the triangles that bound a mesh's solid."""
+    triangles, owner = boundary(mesh, beside)
+    between, _ = interfaces(mesh, beside)
+    mine = np.concatenate([triangles[mesh.phase[owner] == 0], between])
+    middles: Floats = mesh.vertices[mine].mean(axis=1)
+    return middles
 
 
 def _box(solid: Solid) -> tuple[Floats, Floats, float]:
@@ -148,5 +185,5 @@ def _background(lattice: Lattice, value: Value) -> Background:
 
 
 def _unusable(size: float, what: str) -> PoreError:
-    hint = "take a smaller --size: two cubes are to fit into its walls"
+    hint = "take smaller ones: two are to fit into its walls"
     return fail("E162", f"cubes of {size:g} mm {what}", hint=hint)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -22,7 +23,7 @@ MARGIN = 1.5  # cubes beyond a part that ends of itself
 MOST_RAYS = 128  # along a side of a face
 FLAT = 1e-6  # cubes: what ends as near to a plane as that ends in it
 STRETCHED = 8  # times what numbers of cubes are to be multiples of: with fewer cubes would be stretched for that
-FEW = 8  # rays, half a cube apart: fewer that end in a plane are the top of a dome
+FEW = 8  # rays, half a cube apart: fewer that end in a plane are the top of a dome, or of a bar
 BISECTIONS = 40
 
 
@@ -116,6 +117,10 @@ def _plane(value: Value, lo: Floats, hi: Floats, size: float, slack: float, axis
         within = solid(middle, rays)
         outer, inner = np.where(within, outer, middle), np.where(within, middle, inner)
     first = inner.min()
-    if (inner <= first + FLAT * size).sum() < few:
+    flat = np.zeros(len(at), np.bool_)
+    flat[rays[inner <= first + FLAT * size]] = True
+    # a plane touches a cylinder in a line, which symmetric rays may lie beside, and a torus in a circle
+    face = sliding_window_view(flat.reshape(counts), (3, 3)).all(axis=(2, 3)).any()
+    if flat.sum() < few or not face:
         return float("nan")
     return float(end + way * first)

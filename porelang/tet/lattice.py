@@ -80,6 +80,24 @@ class Lattice:
         rank: Ints = (odd << 40) + np.arange(len(self.at))
         return rank
 
+    def cube_at(self, points: Floats) -> Floats:
+        """How large cubes are at points (n, 3): their least edges (n,) mm; as the largest where there are none."""
+        least, largest = float(self.frame.edges.min()), max(self.levels)
+        if len(self.levels) == 1:
+            return np.full(len(points), least * (1 << largest))
+        found = self.cell_at(points)
+        return np.where(found >= 0, least * (1 << self.cells.level[found].astype(np.int64)), least * (1 << largest))
+
+    def cell_at(self, points: Floats) -> Ints:
+        """The numbers (n,) of the cubes that points (n, 3) mm are in; -1 where there are none."""
+        frame = self.frame
+        index = np.floor((np.clip(points, frame.lo, frame.hi) - frame.lo) / frame.edges).astype(np.int64)
+        index = np.clip(index, 0, frame.counts - 1)
+        found = np.full(len(points), -1)
+        for level in self.levels:
+            found = np.maximum(found, self._find(level, index >> level))
+        return found
+
     def _find(self, level: int, index: Ints) -> Ints:
         """The cubes at a level with these indices; -1 where there are none."""
         if level not in self.sorted:

@@ -18,6 +18,7 @@ Indices = NDArray[np.int32]
 Flags = NDArray[np.bool_]
 
 FLAT = 1e-6  # of the product of three edges: a smaller volume is none
+OBTUSE = 0.5  # of how far its cosine is above -1 an obtuse angle counts: 164.7 degrees is as bad as 10.8, 168.4 as 8.2
 STEPS = 3  # lengths that are tried of each way, each half of the one before
 
 
@@ -53,7 +54,8 @@ def _stars(tets: Indices, count: int) -> tuple[Ints, Indices]:
 
 @compiled
 def sharpest(at: Floats, tet: Indices) -> float:
-    """The cosine of the smallest dihedral angle of a tetrahedron; 2 where it has no volume above 0."""
+    """The cosine of the smallest dihedral angle of a tetrahedron, or of one that is as bad as its largest; 2 where it
+    has no volume above 0."""
     a, b, c, d = tet[0], tet[1], tet[2], tet[3]
     ux, uy, uz = at[b, 0] - at[a, 0], at[b, 1] - at[a, 1], at[b, 2] - at[a, 2]
     vx, vy, vz = at[c, 0] - at[a, 0], at[c, 1] - at[a, 1], at[c, 2] - at[a, 2]
@@ -70,12 +72,13 @@ def sharpest(at: Floats, tet: Indices) -> float:
     b2 = bx * bx + by * by + bz * bz
     c2 = cx * cx + cy * cy + cz * cz
     d2 = dx * dx + dy * dy + dz * dz
-    most = -(ax * bx + ay * by + az * bz) / np.sqrt(a2 * b2)
-    most = max(most, -(ax * cx + ay * cy + az * cz) / np.sqrt(a2 * c2))
-    most = max(most, -(ax * dx + ay * dy + az * dz) / np.sqrt(a2 * d2))
-    most = max(most, -(bx * cx + by * cy + bz * cz) / np.sqrt(b2 * c2))
-    most = max(most, -(bx * dx + by * dy + bz * dz) / np.sqrt(b2 * d2))
-    return float(max(most, -(cx * dx + cy * dy + cz * dz) / np.sqrt(c2 * d2)))
+    ab = -(ax * bx + ay * by + az * bz) / np.sqrt(a2 * b2)
+    ac = -(ax * cx + ay * cy + az * cz) / np.sqrt(a2 * c2)
+    ad = -(ax * dx + ay * dy + az * dz) / np.sqrt(a2 * d2)
+    bc = -(bx * cx + by * cy + bz * cz) / np.sqrt(b2 * c2)
+    bd = -(bx * dx + by * dy + bz * dz) / np.sqrt(b2 * d2)
+    cd = -(cx * dx + cy * dy + cz * dz) / np.sqrt(c2 * d2)
+    return float(max(ab, ac, ad, bc, bd, cd, 1 - OBTUSE * (1 + min(ab, ac, ad, bc, bd, cd))))
 
 
 @compiled
@@ -108,7 +111,7 @@ def relax(at: Floats, tets: Indices, start: Ints, of: Indices, v: int, ways: Flo
 @compiled
 def moved(
     at: Floats, tets: Indices, start: Ints, of: Indices, inner: Flags, v: int, to: Floats, least: float,
-    ways: Floats, length: float, rounds: int,
+    ways: Floats, length: Floats, rounds: int,
 ) -> bool:  # fmt: skip
     """Move a vertex to a place, if all angles round it stay above that with the cosine `least`, or no worse than they
     were; inner vertices of tetrahedra that do not are moved to make room. Else all stays as it was."""
@@ -139,7 +142,7 @@ def moved(
                     touched[many] = n
                     old[many] = at[n]
                     many += 1
-                better |= relax(at, tets, start, of, n, ways, length)
+                better |= relax(at, tets, start, of, n, ways, length[n])
         most = worst(at, tets, start, of, v)
         for j in range(many):
             most = max(most, worst(at, tets, start, of, touched[j]))
@@ -155,7 +158,7 @@ def moved(
 
 @compiled
 def improve(
-    at: Floats, tets: Indices, start: Ints, of: Indices, inner: Flags, least: float, ways: Floats, length: float,
+    at: Floats, tets: Indices, start: Ints, of: Indices, inner: Flags, least: float, ways: Floats, length: Floats,
     rounds: int,
 ) -> int:  # fmt: skip
     """Move inner vertices of tetrahedra that have an angle below that with the cosine `least`, where the worst of those
@@ -167,7 +170,7 @@ def improve(
             if sharpest(at, tets[t]) > least:
                 for k in range(4):
                     if inner[tets[t, k]]:
-                        better += relax(at, tets, start, of, tets[t, k], ways, length)
+                        better += relax(at, tets, start, of, tets[t, k], ways, length[tets[t, k]])
         count += better
         if not better:
             break
@@ -177,7 +180,7 @@ def improve(
 @compiled
 def onto_branches(
     at: Floats, tets: Indices, start: Ints, of: Indices, inner: Flags, on: Ints, mixed: Indices, first: Ints,
-    beside: Ints, vertex: Ints, branch: Ints, to: Floats, least: float, ways: Floats, length: float,
+    beside: Ints, vertex: Ints, branch: Ints, to: Floats, least: float, ways: Floats, length: Floats,
 ) -> int:  # fmt: skip
     """Move vertices onto a further branch, in order, where a triangle still needs it; a vertex once. How many were."""
     done = np.zeros(len(at), np.bool_)
@@ -222,14 +225,14 @@ def _one(on: Ints, triangle: Indices) -> bool:
 def shifted(at: Floats, tets: Indices, start: Ints, of: Indices, some: Ints, to: Floats, least: float) -> float:
     """Move vertices to places, as far, to a quarter, as angles allow; the largest distance that one went."""
     none = np.zeros(len(at), np.bool_)
-    ways = np.zeros((0, 3))
+    ways, length = np.zeros((0, 3)), np.zeros(0)
     most = 0.0
     for i in range(len(some)):
         v = some[i]
         x, y, z = at[v, 0], at[v, 1], at[v, 2]
         target = to[i].copy()
         for _ in range(3):
-            if moved(at, tets, start, of, none, v, target, least, ways, 0.0, 0):
+            if moved(at, tets, start, of, none, v, target, least, ways, length, 0):
                 most = max(most, np.sqrt((at[v, 0] - x) ** 2 + (at[v, 1] - y) ** 2 + (at[v, 2] - z) ** 2))
                 break
             target[0], target[1], target[2] = (x + target[0]) / 2, (y + target[1]) / 2, (z + target[2]) / 2

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,11 +18,14 @@ Flags = NDArray[np.bool_]
 Decided = Callable[[Floats, Floats], NDArray[np.int8]]
 #: The edges (n,) mm that cubes may have at points (n, 3) mm.
 Sizes = Callable[[Floats], Floats]
+#: Cubes by level and indices (n, 3).
+Parted = Sequence[tuple[int, Ints]]
 
 TESTED = 2  # levels above the finest: smaller boxes cost more to enclose than their nodes to evaluate
 COARSEST = 5  # levels above the finest at which one begins
 ALMOST = 0.9  # of an edge: what is allowed to be as large as that is as large
 AROUND = 1.01  # finest cubes round a box that is tested: no tetrahedron reaches further out of its cube
+_NONE = np.zeros((0, 3), np.int64)
 EIGHT = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1).reshape(8, 3)
 NEAR = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)]) - 1
 PLACES = np.stack(np.meshgrid(*[np.arange(3)] * 3, indexing="ij"), -1).reshape(27, 3) / 2
@@ -57,11 +60,21 @@ def uniform(frame: Frame, decided: Decided, whole: bool = False) -> Cells:
     return Cells(index, np.zeros(len(index), np.int8), known)
 
 
-def graded(frame: Frame, decided: Decided, sizes: Sizes, surface: float, coarsest: int, whole: bool = False) -> Cells:
+def graded(
+    frame: Frame,
+    decided: Decided,
+    sizes: Sizes,
+    surface: float,
+    coarsest: int,
+    whole: bool = False,
+    parted: Parted = (),
+) -> Cells:
     """Cubes that fill a frame: in the part (and in the void, where the `whole` is wanted) as large as `sizes` allow,
-    and where its surface may be no larger than `surface` (mm), from the finest up to 2^coarsest times that; neighbours
-    differ by a factor of two at most."""
+    and where its surface may be no larger than `surface` (mm), from the finest up to 2^coarsest times that; those that
+    are to be `parted` are split; neighbours differ by a factor of two at most."""
     top = max(coarsest, min(_top(frame), COARSEST))
+    within = [_key(np.concatenate([some >> (level - at) for at, some in parted if at <= level] or [_NONE]))
+              for level in range(top + 1)]  # fmt: skip
     nodes: list[Ints] = [np.zeros((0, 3), np.int64)] * (top + 1)
     split: list[Ints] = [np.zeros((0, 3), np.int64)] * (top + 1)
     nodes[top] = _grid(-(-frame.counts // (1 << top)))
@@ -75,6 +88,7 @@ def graded(frame: Frame, decided: Decided, sizes: Sizes, surface: float, coarses
             allowed = np.where(known[rest] == 0, np.minimum(allowed, surface), allowed)
             wanted[rest] = allowed < frame.edges.min() * (1 << level) * ALMOST
         wanted |= (((nodes[level] + 1) << level) > frame.counts).any(axis=1)
+        wanted |= np.isin(_key(nodes[level]), within[level])
         split[level] = nodes[level][wanted]
         children = _children(split[level])
         nodes[level - 1] = children[((children << (level - 1)) < frame.counts).all(axis=1)]

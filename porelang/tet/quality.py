@@ -13,6 +13,7 @@ from porelang.tet.tetmesh import (
     TetMesh,
     boundary,
     dihedral_angles,
+    interfaces,
     neighbours,
     volumes,
 )
@@ -24,13 +25,13 @@ BINS = np.arange(0, 181, 10)
 class Sound:
     """What keeps a mesh from being used, in counts: tetrahedra without a volume above 0; faces that belong to more than
     two; edges of the boundary with a triangle on one side alone; vertices that no tetrahedron has. And, which keeps
-    none from it, edges and vertices at which the boundary touches itself, as where two bodies meet in a line."""
+    none from it, edges (k, 2) at which the solid touches itself, as where two bodies meet in a line."""
 
     flat: int
     crowded: int
     open: int
     unused: int
-    touching_edges: int
+    touching: Indices
 
     @property
     def faults(self) -> list[str]:
@@ -47,8 +48,12 @@ class Sound:
 def sound(mesh: TetMesh, beside: Indices | None = None) -> Sound:
     """Look a mesh over: that all volumes are positive, that it conforms, and that its boundary is closed."""
     beside = neighbours(mesh) if beside is None else beside
-    triangles, _ = boundary(mesh, beside)
+    triangles, owner = boundary(mesh, beside)
     open_, touching = _edges(triangles, len(mesh.vertices))
+    if len(mesh.phases) > 1:
+        outside = triangles[mesh.phase[owner] == 0]
+        between, pair = interfaces(mesh, beside)
+        _, touching = _edges(np.concatenate([outside, between[mesh.phase[pair[:, 0]] == 0]]), len(mesh.vertices))
     used = np.zeros(len(mesh.vertices), np.bool_)
     used[mesh.tets] = True
     return Sound(int((~(volumes(mesh) > 0)).sum()), int((beside == CROWDED).sum()), open_, int((~used).sum()), touching)
@@ -72,8 +77,8 @@ def figures(mesh: TetMesh) -> dict[str, object]:
 
 
 @compiled
-def _edges(triangles: Indices, count: int) -> tuple[int, int]:
-    """How many edges have not as many triangles on one side as on the other, and how many more than one pair."""
+def _edges(triangles: Indices, count: int) -> tuple[int, Indices]:
+    """How many edges have not as many triangles on one side as on the other, and those (k, 2) with more than a pair."""
     start = np.zeros(count + 1, np.int64)
     for t in range(len(triangles)):
         for k in range(3):
@@ -89,7 +94,8 @@ def _edges(triangles: Indices, count: int) -> tuple[int, int]:
             i = put[min(a, b)]
             put[min(a, b)] += 1
             most[i], way[i] = max(a, b), 1 if a < b else -1
-    open_ = touching = 0
+    open_ = many_pairs = 0
+    touching = np.empty((len(triangles), 2), np.int32)
     for v in range(count):
         for i in range(start[v], start[v + 1]):
             total, many, first = way[i], 1, True
@@ -100,5 +106,7 @@ def _edges(triangles: Indices, count: int) -> tuple[int, int]:
                     many += 1
             if first:
                 open_ += total != 0
-                touching += many > 2
-    return open_, touching
+                if many > 2:
+                    touching[many_pairs, 0], touching[many_pairs, 1] = v, most[i]
+                    many_pairs += 1
+    return open_, touching[:many_pairs].copy()

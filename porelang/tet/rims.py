@@ -32,9 +32,10 @@ def unit(vectors: Floats) -> Floats:
     return np.where(np.isfinite(directions), directions, 0.0)
 
 
-def branch_of(points: Floats, field: Branches, cube: float) -> Ints:
-    """The branch of points on or near the surface, told a hair inside the solid: exactly on it a distance may tie."""
-    beside = points + HAIR * cube * ASKEW
+def branch_of(points: Floats, field: Branches, cube: Floats) -> Ints:
+    """The branch of points (n, 3) on or near the surface, told a hair inside the solid: exactly on it a distance may
+    tie. `cube` (n,) is how large cubes are there, in mm."""
+    beside = points + HAIR * cube[:, None] * ASKEW
     value, gradient = field.slope(beside)
     with np.errstate(all="ignore"):
         depth = np.nan_to_num(value / np.linalg.norm(gradient, axis=1), posinf=0.0, neginf=0.0)
@@ -43,43 +44,45 @@ def branch_of(points: Floats, field: Branches, cube: float) -> Ints:
 
 
 def meet(
-    start: Floats, branches: Ints, free: Floats, field: Branches, cube: float, reach: float
+    start: Floats, branches: Ints, free: Floats, field: Branches, cube: Floats, reach: float
 ) -> tuple[Floats, Flags]:
     """The points near `start` (n, 3) where all of their branches (n, k; -1: none) are 0, and which were found, within
-    `reach` mm. `free` (n, 3) is 0 along the axes that a point keeps its place on."""
+    `reach` cubes, which are `cube` (n,) mm large there. `free` (n, 3) is 0 along the axes that a point keeps its place
+    on."""
     at = start.copy()
     sure = np.zeros(len(at), np.bool_)
     todo = np.arange(len(at))
-    nudge = NUDGE * cube * ASKEW
+    nudge = NUDGE * cube[:, None] * ASKEW
     for _ in range(STEPS):
-        off, normal = _distances(at[todo] + nudge * free[todo], branches[todo], free[todo], field)
+        large = cube[todo]
+        off, normal = _distances(at[todo] + nudge[todo] * free[todo], branches[todo], free[todo], field)
         gram = np.einsum("nki,nli->nkl", normal, normal)
         none = branches[todo] < 0
         for k in range(branches.shape[1]):
             gram[none[:, k], k, k] = 1.0
             off[none[:, k], k] = 0.0
         crossing = np.linalg.det(gram) > CROSSING
-        arrived = np.abs(off + 3 * NUDGE * cube * ~none).max(axis=1, initial=0.0) < NEAR * cube
+        past = 3 * NUDGE * large[:, None] * ~none
+        arrived = np.abs(off + past).max(axis=1, initial=0.0) < NEAR * large
         sure[todo[arrived & crossing]] = True
         go = crossing & ~arrived
-        todo, off, normal, gram, none = todo[go], off[go], normal[go], gram[go], none[go]
+        todo, off, normal, gram, large = todo[go], off[go] + past[go], normal[go], gram[go], large[go]
         if not len(todo):
             break
-        right = (off + 3 * NUDGE * cube * ~none)[:, :, None]
-        step = -np.einsum("nki,nk->ni", normal, np.linalg.solve(gram, right)[:, :, 0])
+        step = -np.einsum("nki,nk->ni", normal, np.linalg.solve(gram, off[:, :, None])[:, :, 0])
         length = np.linalg.norm(step, axis=1)
-        at[todo] += step * np.minimum(1.0, cube / np.maximum(length, 1e-300))[:, None]
-        todo = todo[np.linalg.norm(at[todo] - start[todo], axis=1) <= reach]
+        at[todo] += step * np.minimum(1.0, large / np.maximum(length, 1e-300))[:, None]
+        todo = todo[np.linalg.norm(at[todo] - start[todo], axis=1) <= reach * cube[todo]]
     found = np.flatnonzero(sure)
-    sure[found] = _on(at[found], branches[found, 0], field, cube)
-    sure &= np.linalg.norm(at - start, axis=1) <= reach
+    sure[found] = _on(at[found], branches[found, 0], field, cube[found])
+    sure &= np.linalg.norm(at - start, axis=1) <= reach * cube
     return at, sure
 
 
-def _on(points: Floats, branch: Ints, field: Branches, cube: float) -> Flags:
+def _on(points: Floats, branch: Ints, field: Branches, cube: Floats) -> Flags:
     """Whether points that are on a branch are on the surface of the whole field, not hidden behind another."""
     value = field.value(points)
-    gradient = field.held(points + HAIR * cube * ASKEW, branch)[1]
+    gradient = field.held(points + HAIR * cube[:, None] * ASKEW, branch)[1]
     with np.errstate(all="ignore"):
         off = np.abs(value) / np.linalg.norm(gradient, axis=1)
     on: Flags = (off <= ON * cube) | (value == 0)

@@ -43,20 +43,21 @@ class Sharpened:
     left: int
 
 
-def branches_on(at: Floats, triangles: Indices, field: Branches, frame: Frame) -> Ints:
+def branches_on(at: Floats, triangles: Indices, field: Branches, frame: Frame, cube: Floats) -> Ints:
     """The branches (n, 3) that vertices (n, 3) of a surface's `triangles` (k, 3) are on: one each; else, and of other
-    vertices, -1."""
+    vertices, -1. `cube` (n,) is how large cubes are there, in mm."""
     some = np.unique(triangles)
     on = np.full((len(at), 3), -1)
-    on[some, 0] = branch_of(frame.before_ends(at[some], INSIDE), field, float(frame.edges.min())) if field.count else 0
+    on[some, 0] = branch_of(frame.before_ends(at[some], INSIDE), field, cube[some]) if field.count else 0
     return on
 
 
 def sharpen(
-    at: Floats, tets: Indices, around: Stars, triangles: Indices, on: Ints, free: Flags, field: Branches, cube: float
+    at: Floats, tets: Indices, around: Stars, triangles: Indices, on: Ints, free: Flags, field: Branches, cube: Floats
 ) -> Sharpened:
     """Move vertices (n, 3), in place, of the surface that `triangles` (k, 3) make onto its rims, and add to the
-    branches (n, 3) that they are `on`. Each moves along the axes that are `free` (n, 3)."""
+    branches (n, 3) that they are `on`. Each moves along the axes that are `free` (n, 3); `cube` (n,) is how large
+    cubes are there, in mm."""
     inner: Flags = np.asarray((on < 0).all(axis=1) & free.all(axis=1))
     total = left = 0
     least = FIRST
@@ -66,7 +67,7 @@ def sharpen(
         vertex, branch = _wanted(mixed, on, free)
         branches = np.concatenate([on[vertex], branch[:, None]], axis=1)
         branches = np.sort(branches, axis=1)[:, :0:-1]  # three at most, those that are none last
-        to, sure = meet(at[vertex], branches, free[vertex].astype(np.float64), field, cube, REACH * cube)
+        to, sure = meet(at[vertex], branches, free[vertex].astype(np.float64), field, cube[vertex], REACH)
         vertex, branch, to = vertex[sure], branch[sure], to[sure]
         left = _left(mixed, on, vertex, branch)
         if not left or turn == ROUNDS:

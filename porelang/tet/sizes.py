@@ -22,6 +22,7 @@ BYTES = 500  # of memory for each tetrahedron, at most, while it is made
 PLACES = 32  # along a side, at which a field of sizes is looked at
 COARSEST = 10  # times that a size may double
 LAYERS = 5  # of the finest cubes, at a surface
+ACROSS = 3.0  # cubes that a thinnest wall is to have, where they can be afforded
 TWO = 2  # cubes: what is thinner bends as nothing does in a solver
 
 
@@ -77,8 +78,9 @@ def thin(solid: Solid, sizes: Sizes) -> list[Diagnostic]:
         f"the thinnest walls are {found.wall:.3g} mm thick, as at ({x:.4g}, {y:.4g}, {z:.4g}), "
         f"less than two cubes of {cube:.3g} mm"
     )
-    less = walls.rounded(found.wall / TWO)
-    hint = f"take a --size of {less} mm, or less: a wall of one element is too stiff, and may break"
+    hint = (
+        f"take a --size of {walls.rounded(found.wall / ACROSS)} mm: a wall of one element is too stiff, and may break"
+    )
     return [Diagnostic("W250", message, hint=hint, severity="warning")]
 
 

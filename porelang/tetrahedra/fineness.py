@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from porelang.diagnostics import fail
+from porelang.diagnostics import PoreError, fail
 from porelang.formula import Formula
 from porelang.program import Design
 from porelang.solid import Solid
+from porelang.tet.sizes import ACROSS
 from porelang.walls import Thinnest, on_surface, rounded, walls_at
 
 AUTO = "auto"
 #: Tetrahedra that each mesher makes without being asked for so many: some ten seconds, some minutes.
 AFFORDABLE = {"direct": 1e6, "ftetwild": 2e4}
-#: Tetrahedra across the thinnest wall: three, where they can be afforded.
-ACROSS = 3.0
 #: Of the longest side, where walls do not ask for less.
 USUAL = 1 / 20
 #: Tetrahedra in a cube of their size, of the body-centred lattice (F. Labelle, J. Shewchuk, Isosurface Stuffing, 2007).
@@ -61,7 +60,13 @@ def fineness(design: Design, part: Solid, size: float | str | None, mesher: str,
     if isinstance(size, str) and size != AUTO:
         if mesher != "direct":
             raise fail("E108", "fTetWild takes one size", hint="give a length, or use --mesher direct")
-        return Fineness(design.formula(*design.program.field_roots(size)), wanted, wall, False)
+        try:
+            roots = design.program.field_roots(size)
+        except PoreError as unknown:
+            said = f"`{size}` is no length, as `3mm`, and "
+            raise PoreError([replace(d, message=said + d.message) if d.code == "E100" else d
+                             for d in unknown.diagnostics]) from None  # fmt: skip
+        return Fineness(design.formula(*roots), wanted, wall, False)
     if isinstance(size, int | float):
         return Fineness(float(size), wanted, wall, False)
     usual = float((part.hi - part.lo).max()) * USUAL

@@ -28,6 +28,7 @@ from porelang.tet.tetmesh import TetMesh
 from porelang.tetrahedra.doubts import refuse_loss, volume_doubts
 from porelang.tetrahedra.fineness import Fineness, fineness
 from porelang.tetrahedra.result import Tetrahedra
+from porelang.walls import rounded
 
 Mesher = Literal["direct", "ftetwild"]
 MESHERS: tuple[Mesher, ...] = ("direct", "ftetwild")
@@ -76,7 +77,10 @@ def tetrahedra(
     else:
         ends = bounds is not None or len(wanted) > 1  # else the part ends of itself, and is not cut
         solid = part if ends else Solid(part.formula, _roomy(box))
-        mesh, facts = direct(solid, fine.size, surface_size=surface_size, phases=wanted, keep_islands=keep_islands)
+        try:
+            mesh, facts = direct(solid, fine.size, surface_size=surface_size, phases=wanted, keep_islands=keep_islands)
+        except PoreError as error:
+            raise PoreError([_with_walls(d, part, fine, bounds) for d in error.diagnostics]) from None
     meshing = time.perf_counter() - start
     with activity("looking at tetrahedra"):
         report = _report(design, name, mesh, box if bounds is not None else None)
@@ -94,10 +98,12 @@ def tetrahedra(
     doubts: list[Diagnostic] = facts["told"]
     span = design.program.outputs[design.program.output(name)].span
     lost = report["dropped_volume_fraction"]
-    held = report["volume"] / (1 - lost if len(wanted) == 1 else 1)  # what is left out has its own doubt
     if not force:
         refuse_loss(report["islands"], lost, span)
-    doubts += volume_doubts(held, Reduced(report["field_volume"], report["field_volume_error"]), fine, force, span)
+    true, islands = Reduced(report["field_volume"], report["field_volume_error"]), 0.0
+    if len(wanted) == 1:
+        islands = report["volume"] * lost / (1 - lost)
+    doubts += volume_doubts(report["volume"], true, fine, force, span, islands)
     return Tetrahedra(mesh, report, doubts, notes_of(design, name))
 
 
@@ -127,6 +133,19 @@ def wishes(mesher: str, phases: Sequence[str], size: Any, surface_size: Any, tim
             raise fail("E108", "fTetWild makes tetrahedra of the solid alone", hint=hint)
         installed()
     return tuple(phase for phase in PHASES if phase in wanted)
+
+
+def _with_walls(d: Diagnostic, part: Solid, fine: Fineness, bounds: Bounds | None) -> Diagnostic:
+    """What is said where there is no mesh at a size, with the walls that it did not see, or an empty box."""
+    if d.code != "E162":
+        return d
+    if bounds is not None and not part.guess[0]:
+        return replace(d, hint="the bounds are beside the part, or hold hardly any of it: leave them out, or move them")
+    if fine.wall is None:
+        return replace(d, hint="take a smaller --size: two are to fit into its walls")
+    size = rounded(fine.wall.wall / 2)
+    return replace(d, hint=f"the thinnest walls are about {fine.wall.wall:.2g} mm, and two are to fit into them: "
+                           f"--size {size}mm")  # fmt: skip
 
 
 def _roomy(box: Box) -> tuple[Triple, Triple]:

@@ -112,8 +112,7 @@ def undefined(points: Points, values: NDArray[np.float64]) -> PoreError:
     at = min(points[bad], key=lambda p: float(np.abs(p).max()))
     return fail(
         "E093",
-        f"the field of this number is {'not a number' if np.isnan(values).any() else 'infinite'} at "
-        f"({coordinates(at)}) mm",
+        f"the field is {'not a number' if np.isnan(values).any() else 'infinite'} at ({coordinates(at)}) mm",
         hint="look for a division by zero, or a root, logarithm or power of a negative number there",
     )
 

@@ -15,9 +15,14 @@ from porelang.ir import constant
 from porelang.ops.studies import ACTIONS, HEAD
 from porelang.solid import Solid
 from porelang.tasks.bake import region
+from porelang.tasks.numbers.region import refuse_undefined
+from porelang.tasks.study.conditions import certain_and_possible
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+_GUARD = (
+    "look for a division by zero, or a root, logarithm or power of a negative number there, and say what holds then"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,16 +34,25 @@ class Acts:
     numbers: tuple[float, ...]
 
     def holds(self, points: Floats) -> Flags:
-        """At which points (n, 3) mm the condition holds."""
+        """At which points (n, 3) mm the condition holds. Errors: E174 where what it compares is not a number."""
         if not self.where.root.axes:
             return np.full(len(points), bool(self.where.numbers[0]))
-        return np.asarray(NumpyField(self.where, "f64").at(points), np.bool_)
+        with np.errstate(all="ignore"):
+            found = np.asarray(
+                NumpyField(self.where.with_roots(*certain_and_possible(self.where.root)), "f64").at(points), np.bool_
+            )
+        if (unknown := found[:, 0] != found[:, 1]).any():
+            at = coordinates(points[int(np.argmax(unknown))])
+            raise fail("E174", f"where this `{self.name}` acts is not known: its condition compares what is not a "
+                       f"number at ({at}) mm, on the surface of the part", hint=_GUARD)  # fmt: skip
+        return found[:, 0]
 
 
 @dataclass(frozen=True, slots=True)
 class Question:
     """A study: `young` (MPa), `poisson` and `density` (g/cm3, 0 everywhere where it is not known) are fields; `size`
-    is the edge of elements in mm, 0 where it is to be found; `order` that of their polynomials."""
+    is the edge of elements in mm, 0 where it is to be found; `order` that of their polynomials; `yields` the stress
+    (MPa) at which the material does, 0 where it is not known; `balanced` says that loads balance each other."""
 
     part: Formula
     young: Formula
@@ -47,6 +61,8 @@ class Question:
     size: float
     order: int
     acts: tuple[Acts, ...]
+    yields: float = 0.0
+    balanced: bool = False
 
     @property
     def whole(self) -> Acts | None:
@@ -55,8 +71,10 @@ class Question:
 
 
 def solid_of(asked: Question) -> Solid:
-    """The part, cut at the box that holds it. Errors: E091 where it has no end, E092 where it is empty."""
+    """The part, cut at the box that holds it. Errors: E091 where it has no end, E092 where it is empty, E093 where its
+    field is not a number."""
     box = region(asked.part, "this study", "part")
+    refuse_undefined(asked.part, box)
     return Solid(asked.part, (box.lo, box.hi))
 
 
@@ -67,7 +85,7 @@ _WHOLE = frozenset(row.name for row in ACTIONS if row.does == "whole")
 
 def question(asked: Formula) -> Question:
     """The study of the arguments of a task. Errors: E186 for a load of 0, E187 for a size that is none."""
-    part, young, poisson, density, size, order = (asked.with_roots(root) for root in asked.roots[: len(HEAD)])
+    given = dict(zip(HEAD, map(asked.with_roots, asked.roots[: len(HEAD)]), strict=True))
     acts: list[Acts] = []
     rest = list(asked.roots[len(HEAD) :])
     while rest:
@@ -75,12 +93,15 @@ def question(asked: Formula) -> Question:
         numbers = tuple(float(asked.with_roots(n).numbers[0]) for n in rest[2 : 2 + len(row.numbers)])
         acts.append(Acts(row.name, asked.with_roots(rest[1]), numbers))
         del rest[: 2 + len(row.numbers)]
-    edge = float(size.numbers[0])
+    edge = float(given["size"].numbers[0])
     if not 0 <= edge < np.inf:
         raise fail("E187", f"elements of {edge:g} mm cannot be had", hint="as in `size=4mm`, or leave it out")
     for act in acts:
         _checked(act)
-    return Question(part, young, poisson, density, edge, int(order.numbers[0]), tuple(acts))
+    return Question(
+        given["part"], given["E"], given["nu"], given["density"], edge, int(given["order"].numbers[0]), tuple(acts),
+        float(given["yields"].numbers[0]), bool(given["balanced"].numbers[0]),
+    )  # fmt: skip
 
 
 def _checked(act: Acts) -> None:
@@ -94,8 +115,15 @@ def _checked(act: Acts) -> None:
         raise fail("E186", f"{what} of 0 does nothing", hint="give it a value, or leave it out")
 
 
-def valued(field: Formula, points: Floats, what: str, least: float, most: float, hint: str) -> Floats:
-    """A number of the material at points (n, 3) mm, between two others. Errors: E185 where it is not, and where."""
+#: What a number of the material is, its unit, between which it lies, and what is said where it does not.
+YOUNG = "Young's modulus", "MPa", 0.0, np.inf, "it is above 0, and finite, in all of a part"
+POISSON = "Poisson's ratio", "", -1.0, 0.5, "it lies between -1 and 0.5: 0.49 at most"
+DENSITY = "the density", "g/cm3", -1e-300, np.inf, "it is 0 or more in all of a part"
+
+
+def valued(field: Formula, points: Floats, what: str, unit: str, least: float, most: float, hint: str) -> Floats:
+    """A number of the material at points (n, 3) mm, in a unit, between two others. Errors: E185 where it is not, and
+    where."""
     if not field.root.axes:
         values = np.full(len(points), float(field.numbers[0]))
     else:
@@ -104,7 +132,7 @@ def valued(field: Formula, points: Floats, what: str, least: float, most: float,
     bad = ~((values > least) & (values < most))
     if bad.any():
         at = int(np.flatnonzero(bad)[0])
-        is_ = "not a number" if np.isnan(values[at]) else f"{values[at]:.4g}"
-        place = f" at ({coordinates(points[at])})" if field.root.axes else ""
+        is_ = "not a number" if np.isnan(values[at]) else f"{values[at]:.4g} {unit}".rstrip()
+        place = f" at ({coordinates(points[at])}) mm" if field.root.axes else ""
         raise fail("E185", f"{what} is {is_}{place}", hint=hint)
     return values

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.diagnostics import fail
-from porelang.fea import Force, Moment, Pressure, Support, Weight
+from porelang.fea import Force, Moment, OnSurface, Pressure, Support, Weight
 from porelang.fea.nodes import number
 from porelang.fea.surface import Surface, surface
-from porelang.tasks.study.asked import Acts, Question
+from porelang.solid import Solid, onto
+from porelang.tasks.study.asked import Acts, Question, solid_of
 from porelang.tet.tetmesh import TetMesh, boundary
 
 Floats = NDArray[np.float64]
@@ -21,6 +22,9 @@ Flags = NDArray[np.bool_]
 Load = Force | Pressure | Moment | Weight
 #: What lies at an end, or on a side, within this part of an element's edge does lie on it.
 FLAT = 0.02
+#: Newton's steps to the surface of a part, how far of an element's edge it is from a facet at most, and what is no
+#: distance.
+_STEPS, _NEAR, _ROUNDED = 3, 0.2, 1e-6
 #: Of the box of a part across an axis, how much of an end has to be flat that a platen can press.
 _LEAST_FACE = 1e-3
 #: Of a beam that is bent by three points, how far the outer ones are apart and how wide each pad is, unless given.
@@ -49,7 +53,7 @@ def setting(asked: Question, mesh: TetMesh, size: float) -> Setting:
     that no platen can press."""
     whole = asked.whole
     if whole is None:
-        return _listed(asked.acts)
+        return _listed(asked.acts, OnPart(solid_of(asked), size), asked.balanced)
     ends = Ends(mesh, size)
     if whole.name == "compress":
         return _compressed(ends, *whole.numbers)
@@ -60,26 +64,48 @@ def setting(asked: Question, mesh: TetMesh, size: float) -> Setting:
     return _twisted(ends, *whole.numbers)
 
 
-def _listed(acts: Sequence[Acts]) -> Setting:
+@dataclass(frozen=True, slots=True)
+class OnPart:
+    """The surface of a part, on which conditions are asked: at what is nearest to a point on the boundary of elements.
+
+    A round wall has flat faces in elements, and corners a little off it so that the volume is that of the part: half
+    of `length(p) < 10.01mm` in a hollow sphere of that radius would not hold on them.
+    """
+
+    part: Solid
+    size: float
+
+    def nearest(self, points: Floats) -> Floats:
+        """The places (n, 3) on the surface next to points (n, 3) mm; those that are farther from it than facets are
+        stay where they are, and so do those that lie on it but for rounding."""
+        at = onto(self.part, points, _STEPS, _NEAR * self.size)
+        with np.errstate(all="ignore"):
+            away = np.linalg.norm(at - points, axis=1)
+            moves = (away > _ROUNDED * self.size) & (away < _NEAR * self.size) & self.part.within(at)
+        return np.where(moves[:, None], at, points)
+
+
+def _listed(acts: Sequence[Acts], on: OnPart, balanced: bool) -> Setting:
     supports: list[Support] = []
     loads: list[Load] = []
     names = [a.name for a in acts]
     for i, act in enumerate(acts):
         name = act.name if names.count(act.name) == 1 else f"{act.name} #{names[: i + 1].count(act.name)}"
+        where = OnSurface(act.holds, on.nearest)
         match act.name, act.numbers:
             case "held", (x, y, z):
-                supports.append(Support(act.holds, (bool(x), bool(y), bool(z)), name=name))
+                supports.append(Support(where, (bool(x), bool(y), bool(z)), name=name))
             case "moved", (x, y, z, dx, dy, dz):
-                supports.append(Support(act.holds, (bool(x), bool(y), bool(z)), (dx, dy, dz), name))
+                supports.append(Support(where, (bool(x), bool(y), bool(z)), (dx, dy, dz), name))
             case "force", (x, y, z):
-                loads.append(Force(act.holds, (x, y, z), name))
+                loads.append(Force(where, (x, y, z), name))
             case "pressure", (p,):
-                loads.append(Pressure(act.holds, p, name))
+                loads.append(Pressure(where, p, name))
             case "torque", (x, y, z):
-                loads.append(Moment(act.holds, (x, y, z), name))
+                loads.append(Moment(where, (x, y, z), name))
             case "weight", (x, y, z):
                 loads.append(Weight((x * GRAVITY, y * GRAVITY, z * GRAVITY)))
-    return Setting(tuple(supports), tuple(loads))
+    return Setting(tuple(supports), tuple(loads), balanced=balanced)
 
 
 class Ends:

@@ -15,7 +15,7 @@ from porelang.tasks.readers.raster import gridded, spacing_of
 from porelang.tet.tetmesh import TetMesh
 
 Floats = NDArray[np.float64]
-#: Nodes of the grid: of twelve numbers each, 40 MB.
+#: Nodes of the grid: of eighteen numbers each, 60 MB.
 NODES = 800_000
 
 

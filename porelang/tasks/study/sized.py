@@ -7,14 +7,15 @@ from functools import cached_property
 
 from porelang.diagnostics import fail
 from porelang.solid import Solid
-from porelang.tasks.study.got import THROUGH
-from porelang.walls import Thinnest, on_surface, triangles, walls_at
+from porelang.walls import Thinnest, on_surface, rounded, triangles, walls_at
 
+#: Walls are to be so many elements thick.
+THROUGH = 2.0
 #: Elements through the least side of a part without walls.
 ACROSS = 10.0
 #: Elements of order 2 are found so fine that there are no more unknowns than this: a minute or so. More are for who
-#: gives a size, up to the most that a machine with 8 GB takes.
-AFFORDABLE, MOST = 800_000, 4_000_000
+#: gives a size, up to the most that a machine with 8 GB takes; and some where walls would fall into pieces otherwise.
+AFFORDABLE, HOLDING, MOST = 800_000, 2_500_000, 4_000_000
 #: Elements and unknowns of the first and of the second order: for every cube of an edge in the part, and for every
 #: square of it on its surface (measured: cylinders, boxes, gyroids).
 _TETRAHEDRA = 12.0, 3.0
@@ -28,7 +29,8 @@ _SECONDS = {1: 4e-5, 2: 5e-5}
 @dataclass(frozen=True)
 class Sized:
     """Elements of an edge `size` (mm) for a part of a volume (mm3) and an area (mm2), of which walls ask for `wanted`
-    (mm); the thinnest of them, None where there are none."""
+    (mm); the thinnest of them, None where there are none. Of a graded mesh `size` is that of the largest, and
+    `finest` that of the smallest."""
 
     size: float
     wanted: float
@@ -36,6 +38,26 @@ class Sized:
     volume: float
     area: float
     order: int
+    finest: float = 0.0
+
+    @property
+    def span(self) -> str:
+        """From which size to which elements are, without the unit."""
+        return f"{f'{self.finest:.3g} to ' if self.finest else ''}{self.size:.3g}"
+
+    @property
+    def finer(self) -> str:
+        """What to do where elements are too coarse for walls, and what that takes."""
+        if self.wall is None or self.wall.wall >= THROUGH * self.size:
+            return f"take finer elements, `size={rounded(self.size / 2)}mm`"
+        return for_walls(self.wall.wall, self.through_takes)
+
+    @property
+    def through_takes(self) -> int:
+        """About how many unknowns there would be with two elements through the thinnest wall."""
+        if self.wall is None:
+            return 0
+        return _count(_UNKNOWNS[self.order], self.wall.wall / THROUGH, self.volume, self.area)
 
     @cached_property
     def elements(self) -> int:
@@ -53,6 +75,16 @@ class Sized:
         return _SECONDS[self.order] * self.unknowns
 
 
+def for_walls(wall: float, unknowns: float) -> str:
+    """What to do where the thinnest walls (mm) are thinner than two elements: which size makes two, and what that
+    takes."""
+    size = rounded(wall / THROUGH)
+    said = f"`size={size}mm` makes two through walls of {wall:.2g} mm: some {float(f'{unknowns:.2g}'):,.0f} unknowns"
+    if unknowns <= MOST:
+        return said
+    return f"{said}, and {MOST / 1e6:g} million are the most: take a part of it"
+
+
 def sized(part: Solid, size: float, order: int) -> Sized:
     """The size of elements: the one that is given (mm), or found (0). Errors: E187 for one that makes too many."""
     volume = part.guess[0]
@@ -60,12 +92,15 @@ def sized(part: Solid, size: float, order: int) -> Sized:
     least = float((part.hi - part.lo).min()) / ACROSS
     wanted = least if wall is None else min(least, wall.wall / THROUGH)
     area = triangles(part, wanted / 2) / _TRIANGLES
-    enough = _edge(_UNKNOWNS[order], MOST if size else AFFORDABLE, volume, area)
+    enough = _edge(_UNKNOWNS[order], MOST, volume, area)
     if size and size < enough:
         many = _count(_UNKNOWNS[order], size, volume, area)
         raise fail("E187", f"elements of {size:.3g} mm make some {float(f'{many:.2g}'):,.0f} unknowns of this part",
                    hint=f"take some of {1.05 * enough:.2g} mm or more, or a part of it")  # fmt: skip
-    return Sized(size or max(wanted, enough), wanted, wall, volume, area, order)
+    affordable = _edge(_UNKNOWNS[order], AFFORDABLE, volume, area)
+    if wall is not None and _edge(_UNKNOWNS[order], HOLDING, volume, area) <= wall.wall:
+        affordable = min(affordable, wall.wall)  # elements that are larger than a wall do not hold it together
+    return Sized(size or max(wanted, affordable), wanted, wall, volume, area, order)
 
 
 def _count(of: tuple[float, float], size: float, volume: float, area: float) -> int:

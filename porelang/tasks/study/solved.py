@@ -3,47 +3,58 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.data import Reduced, coordinates
-from porelang.diagnostics import fail
-from porelang.fea import Problem, Solution, refined_sizes, solve
+from porelang.data import Reduced, SampledField, coordinates
+from porelang.diagnostics import PoreError, fail
+from porelang.fea import Force, Problem, Resultant, Solution, refined_sizes, solve
+from porelang.fea.means import mean_length
+from porelang.fea.stress import energy_density
 from porelang.formula import Formula
 from porelang.ir import X, Y, Z, node
 from porelang.progress import activity
 from porelang.solid import Solid
 from porelang.tasks.readers.cells import Cells
 from porelang.tasks.readers.raster import gridded, spacing_of
-from porelang.tasks.study.asked import Question, solid_of, valued
+from porelang.tasks.study.asked import DENSITY, POISSON, YOUNG, Question, solid_of, valued
 from porelang.tasks.study.ends import Setting, Side, setting
-from porelang.tasks.study.numbers import Measured, numbers_of, surface_error
+from porelang.tasks.study.interfaces import interfaces
+from porelang.tasks.study.missed import Missed, missed
+from porelang.tasks.study.numbers import Measured, numbers_of
 from porelang.tasks.study.samples import NODES
-from porelang.tasks.study.sized import Sized, sized
+from porelang.tasks.study.sized import THROUGH, Sized, sized
 from porelang.tet.direct import direct
 from porelang.tet.tetmesh import TetMesh, components, taken, volumes
 
 Floats = NDArray[np.float64]
-MESHING, SOLVING = "making elements", "solving for stresses"
+MESHING, SOLVING, COMPARING = "making elements", "solving for stresses", "comparing elements with the part"
 #: A step of refinement is to bring the error to this share of what it was.
 _REFINED = 0.5
+#: Where elements missed the part, those of a refined study have between these shares of their size: as walls ask for.
+_LOST_SIZES = 0.25, 0.5
+#: By which factors sizes become smaller where the mesher makes no sound mesh.
+_SMALLER = 0.93, 0.93
 #: The mesher's cubes hold twelve tetrahedra each: their edge for that of a regular tetrahedron of the same volume.
 _CUBE = 2.0 ** (1 / 6)
 #: What is in pieces, of which those that are not the largest hold more than this of the volume, is no part.
 _LOST = 0.05
+#: Elements of a graded mesh that may be finer, or coarser, than the sizes that are said of it.
+_FEW = 0.05
 
 
 @dataclass(frozen=True, slots=True)
 class Fields:
     """What a study finds at the corners of its elements: `displacement` (p, 3) mm, `stress` (p, 6) MPa in VTK's order,
-    `von_mises` (p,) MPa, `energy` (p,) N/mm2. Where the material jumps a vertex has a place for each side: `mesh` has
-    these places as its vertices."""
+    `strain` (p, 6) likewise (shear is half of the engineers'), `von_mises` (p,) MPa, `energy` (p,) N/mm2. Where the
+    material jumps a vertex has a place for each side: `mesh` has these places as its vertices."""
 
     mesh: TetMesh
     displacement: Floats
     stress: Floats
+    strain: Floats
     von_mises: Floats
     energy: Floats
 
@@ -51,7 +62,10 @@ class Fields:
 @dataclass(frozen=True, slots=True)
 class Solved:
     """A study in elements: `fields` at their corners, by which share stresses err in the energy of each (m,), the
-    numbers of `porelang.ops.studies` by name, with their errors, the forces of supports (N) by name.
+    numbers of `porelang.ops.studies` by name, with their errors; what `supports` and `loads` found and come to.
+
+    `missed` is what elements miss of the part, `shared` by which share of the energy the material within elements is
+    open, most of all in the element round `seam`.
 
     `young` (m,) MPa is that of each element; `solution` what the solver found, before a platen got its force; `lost`
     the share of the part in `pieces` that are left out. Displacements are counted from where the part rests.
@@ -65,12 +79,23 @@ class Solved:
     solution: Solution
     sized: Sized
     numbers: Mapping[str, Reduced]
-    reactions: Mapping[str, Floats]
+    supports: tuple[Resultant, ...]
+    loads: tuple[Resultant, ...]
+    missed: Missed
+    shared: float
+    seam: tuple[float, float, float]
     unknowns: int
     iterations: int
     residual: float
     lost: float
     pieces: int
+    rests: tuple[str, ...]
+
+    @property
+    def reactions(self) -> Mapping[str, Floats]:
+        """The forces (3,) N of supports by name, and of those loads in balance that stand for them (`rests`): the outer
+        pads of what is bent by three points."""
+        return {r.name: r.force for r in (*self.supports, *(load for load in self.loads if load.name in self.rests))}
 
 
 def solved(asked: Question) -> Solved:
@@ -81,13 +106,19 @@ def solved(asked: Question) -> Solved:
     part = solid_of(asked)
     with activity(MESHING):
         found = sized(part, asked.size, asked.order)
-        mesh, lost, pieces = _meshed(part, found.size, found.size)
+        mesh, lost, pieces = _meshed(part, found.size, found)
     return on(asked, part, mesh, found, lost, pieces)
 
 
-def _meshed(part: Solid, size: float | Formula, finest: float) -> tuple[TetMesh, float, int]:
-    """Elements of a part in its largest piece; which share of the volume is in others, in how many. Errors: E188."""
-    mesh, _ = direct(part, size, keep_islands=True)
+def _meshed(part: Solid, size: float | Formula, found: Sized) -> tuple[TetMesh, float, int]:
+    """Elements of a part in its largest piece; which share of the volume is in others, in how many.
+
+    Errors: E162 where so large elements hold nothing of it, E188 where much is in other pieces.
+    """
+    try:
+        mesh, _ = direct(part, size, keep_islands=True)
+    except PoreError as error:
+        raise PoreError([replace(d, hint=found.finer) if d.code == "E162" else d for d in error.diagnostics]) from None
     piece = components(mesh)
     count = int(piece.max())
     if not count:
@@ -97,8 +128,12 @@ def _meshed(part: Solid, size: float | Formula, finest: float) -> tuple[TetMesh,
     if lost > _LOST:
         some = piece == 1
         at = np.average(mesh.vertices[mesh.tets[some]].mean(axis=1), axis=0, weights=volume[some])
-        text = f"{lost:.0%} of the part hang together with its largest piece by nothing, as at ({coordinates(at)})"
-        hint = f"join the pieces, or study each by itself; or elements of {finest:.3g} mm are too coarse for what joins"
+        if found.wall is not None and found.wall.wall < THROUGH * found.size:
+            text = (f"elements of {found.span} mm are too coarse for walls {found.wall.wall:.3g} mm thick, as at "
+                    f"({coordinates(found.wall.at)}) mm: they come out as {count + 1:,} pieces")  # fmt: skip
+            raise fail("E188", text, hint=found.finer)
+        text = f"{lost:.0%} of the part hang together with its largest piece by nothing, as at ({coordinates(at)}) mm"
+        hint = f"join the pieces, or study each by itself; or elements of {found.span} mm are too coarse for what joins"
         raise fail("E188", text, hint=hint)
     return taken(mesh, piece == 0), lost, count
 
@@ -107,21 +142,65 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
     """What is solved on a mesh. Errors: those of `solved` but for the mesh's."""
     acting = setting(asked, mesh, found.size)
     middles = mesh.vertices[mesh.tets].mean(axis=1)
-    young = valued(asked.young, middles, "Young's modulus", 0.0, np.inf, "it is above 0, and finite, in all of a part")
-    poisson = valued(asked.poisson, middles, "Poisson's ratio", -1.0, 0.5, "it lies between -1 and 0.5: 0.49 at most")
-    density = valued(asked.density, middles, "the density", -1e-300, np.inf, "it is 0 or more in all of a part")
+    young, poisson, density = (
+        valued(field, middles, *words)
+        for field, words in ((asked.young, YOUNG), (asked.poisson, POISSON), (asked.density, DENSITY))
+    )
     problem = Problem(mesh, young, poisson, density, acting.supports, acting.loads, 1 if asked.order == 1 else 2,
                       acting.balanced)  # fmt: skip
     with activity(SOLVING):
         solution = solve(problem)
     factor, stiffness, work = _scaled(asked, acting, solution)
-    fields = _fields(solution, factor, acting, mesh)
-    errors = _errors(solution, fields)
-    measured = Measured(fields.displacement, fields.von_mises, work, stiffness, solution.error.relative, errors)
-    numbers = numbers_of(fields.mesh, density, measured, surface_error(mesh, part))
-    reactions = {r.name: factor * r.force for r in solution.reactions}
-    return Solved(asked, mesh, young, fields, errors, solution, found, numbers, reactions, solution.unknowns,
-                  solution.iterations, solution.residual, lost, pieces)  # fmt: skip
+    moved = factor * solution.displacement
+    if acting.rests:
+        moved = moved - _ridden(moved, solution.nodes.points, acting.rests)
+    fields = _fields(solution, factor, moved, mesh)
+    with activity(COMPARING):
+        lacks = missed(part, mesh, found.size)
+    between = interfaces(mesh, asked.young, asked.poisson)
+    energy = energy_density(solution.stress_of_tets, young, poisson) * volumes(mesh)
+    open_ = energy * between.gap / max(float(energy.sum()), 1e-300)
+    x, y, z = (float(c) for c in middles[np.argmax(open_)])
+    measured = Measured(
+        most=float(np.linalg.norm(moved, axis=1).max()),
+        mean=mean_length(solution.nodes, moved),
+        von_mises=fields.von_mises,
+        work=work,
+        stiffness=stiffness,
+        error=solution.error.relative,
+        errors=(errors := _errors(solution, fields)),
+        missed=lacks,
+        shared=float(open_.sum()),
+        jumps=_at_vertices(mesh, between.spread)[solution.sites.vertex],
+    )
+    return Solved(
+        asked=asked,
+        mesh=mesh,
+        young=young,
+        fields=fields,
+        errors=errors,
+        solution=solution,
+        sized=found,
+        numbers=numbers_of(fields.mesh, density, measured),
+        supports=tuple(r.scaled(factor) for r in solution.reactions),
+        loads=tuple(r.scaled(factor) for r in solution.loads),
+        missed=lacks,
+        shared=measured.shared,
+        seam=(x, y, z),
+        unknowns=solution.unknowns,
+        iterations=solution.iterations,
+        residual=solution.residual,
+        lost=lost,
+        pieces=pieces,
+        rests=tuple(a.name for a in acting.loads if isinstance(a, Force) and a.where in acting.rests),
+    )
+
+
+def _at_vertices(mesh: TetMesh, values: Floats) -> Floats:
+    """The greatest value (n,) of the elements round each vertex, of values (m,)."""
+    out = np.zeros(len(mesh.vertices))
+    np.maximum.at(out, mesh.tets.ravel(), np.repeat(values, 4))
+    return out
 
 
 def _scaled(asked: Question, acting: Setting, solution: Solution) -> tuple[float, float | None, float]:
@@ -150,17 +229,21 @@ def _scaled(asked: Question, acting: Setting, solution: Solution) -> tuple[float
     return 1.0, None, work
 
 
-def _fields(solution: Solution, factor: float, acting: Setting, mesh: TetMesh) -> Fields:
-    displacement, sites = factor * solution.at_vertices, solution.sites
-    if acting.rests:
-        displacement = displacement - _ridden(displacement, mesh.vertices, acting.rests)
+def _fields(solution: Solution, factor: float, moved: Floats, mesh: TetMesh) -> Fields:
+    sites = solution.sites
     apart = TetMesh(mesh.vertices[sites.vertex], sites.corners, mesh.phase, mesh.phases)
-    return Fields(apart, displacement[sites.vertex], factor * solution.stress, abs(factor) * solution.von_mises,
-                  factor**2 * solution.energy_density)  # fmt: skip
+    return Fields(
+        mesh=apart,
+        displacement=moved[sites.vertex],
+        stress=factor * solution.stress,
+        strain=factor * solution.strain,
+        von_mises=abs(factor) * solution.von_mises,
+        energy=factor**2 * solution.energy_density,
+    )
 
 
 def _ridden(displacement: Floats, at: Floats, rests: tuple[Side, ...]) -> Floats:
-    """The rigid motion (n, 3) that is the nearest to what the vertices on some sides do: what lies on supports does not
+    """The rigid motion (n, 3) that is the nearest to what the nodes on some sides do: what lies on supports does not
     move with them."""
     on_them = np.zeros(len(at), np.bool_)
     for side in rests:
@@ -188,14 +271,51 @@ def _errors(solution: Solution, fields: Fields) -> Floats:
 
 
 def refined(found: Solved) -> Solved:
-    """The study solved again with elements of sizes that halve its error with the fewest of them, by the estimate."""
+    """The study solved again with elements of sizes that halve its error with the fewest of them, by the estimate; and
+    half as large, or less, where the first missed the part."""
     sizes = _CUBE * refined_sizes(found.solution, _REFINED * max(found.solution.error.relative, 1e-9))
     cells = Cells(found.mesh.vertices, found.mesh.tets.astype(np.int64), sizes[:, None], False, found.mesh.vertices,
                   sizes[:, None], len(found.mesh.tets), 0, 0, True)  # fmt: skip
     samples = gridded(cells, spacing_of(cells, NODES)).samples
-    grid = node("bound", value=(samples.digest,))
-    wanted = Formula((node("lookup", grid, X, Y, Z, value=(0, 0, 0, 0)),), {grid: samples})
+    samples = _finer_at(samples, found.missed.lost, _size_where_lost(found.sized), found.sized.size)
     part = solid_of(found.asked)
     with activity(MESHING):
-        mesh, lost, pieces = _meshed(part, wanted, float(sizes.min()))
-    return on(found.asked, part, mesh, found.sized, lost, pieces)
+        mesh, lost, pieces = _meshed_to(part, samples, found.sized)
+    # of a uniform mesh twelve tetrahedra fill a cube of its size
+    finest, coarsest = np.quantile(np.cbrt(12 * volumes(mesh)), (_FEW, 1 - _FEW))
+    graded = replace(found.sized, size=float(coarsest), finest=float(finest))
+    return on(found.asked, part, mesh, graded, lost, pieces)
+
+
+def _meshed_to(part: Solid, sizes: SampledField, sized: Sized) -> tuple[TetMesh, float, int]:
+    """Elements of sizes (mm) that are sampled: where the mesher makes no sound mesh of these, of somewhat smaller ones.
+    Errors: those of `_meshed`."""
+    for smaller in (*_SMALLER, None):
+        grid = node("bound", value=(sizes.digest,))
+        wanted = Formula((node("lookup", grid, X, Y, Z, value=(0, 0, 0, 0)),), {grid: sizes})
+        try:
+            return _meshed(part, wanted, sized)
+        except PoreError as error:
+            if smaller is None or [d.code for d in error.diagnostics] != ["E162"]:
+                raise
+            sizes = SampledField.from_array(smaller * sizes.values, sizes.origin, sizes.spacing)
+    raise AssertionError  # the last one returned, or raised
+
+
+def _size_where_lost(sized: Sized) -> float:
+    least, most = _LOST_SIZES
+    return float(np.clip(sized.wanted, least * sized.size, most * sized.size))
+
+
+def _finer_at(samples: SampledField, places: Floats, size: float, reach: float) -> SampledField:
+    """Samples of sizes that are no larger than one size (mm) within a reach (mm) of some places (n, 3)."""
+    if not len(places):
+        return samples
+    from scipy.spatial import cKDTree
+
+    axes = [o + s * np.arange(n) for o, s, n in zip(samples.origin, samples.spacing, samples.shape, strict=True)]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    near = cKDTree(places).query(nodes, distance_upper_bound=reach)[0] <= reach
+    values = samples.values[..., 0].copy()
+    values.reshape(-1)[near] = np.minimum(values.reshape(-1)[near], size)
+    return SampledField.from_array(values, samples.origin, samples.spacing)

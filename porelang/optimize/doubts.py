@@ -1,0 +1,71 @@
+"""What is doubtful about a loop of a program, told at its end: what it gained, its record, its best step."""
+
+from __future__ import annotations
+
+from porelang.diagnostics import Diagnostic
+from porelang.optimize import loop
+from porelang.optimize.adapting import Adapting
+
+
+def doubts(what: Adapting, found: loop.Outcome, cell: float) -> list[Diagnostic]:
+    """Of a loop that averaged over a cell in mm."""
+    return [*_gained(what, found, cell), *_ended(what, found), *_of_the_best(what, found)]
+
+
+def _gained(what: Adapting, found: loop.Outcome, cell: float) -> list[Diagnostic]:
+    place = what.design.program.data[what.param].span
+    first, best = found.steps[0], found.steps[found.best]
+    stiffest = min(found.steps, key=lambda step: step.softness)
+    gained, apart = 1 - stiffest.softness / first.softness, loop.noise_of(first, stiffest)
+    if found.reason == "uniform" and found.best == 0 and stiffest is first:
+        known = max(first.noise, first.error or 0.0)
+        return [Diagnostic(
+            "W268", f"what `{what.output}` bears is uniform: it varies by {first.spread:.1%} over cells of "
+            f"{cell:.4g} mm, known to {known:.1%}", place, "there is nothing to adapt to", severity="warning",
+            hint="finer elements may tell more; and a dense core in a light skin may still be stiffer: "
+            "--rule optimum looks for it")]  # fmt: skip
+    if found.best == 0 and gained > 0:
+        return [Diagnostic(
+            "W270", f"the gain of {gained:.1%} in step {stiffest.number} is less than meshes of this part differ by, "
+            f"{apart:.1%}", place, "the start is kept", severity="warning",
+            hint="take finer elements: `size=` of the study")]  # fmt: skip
+    if found.best == 0 and len(found.steps) > 1:
+        return [Diagnostic(
+            "W269", f"no step was stiffer than the uniform `{what.output}`", place, "the start is kept",
+            severity="warning",
+            hint="take less of each change, as in --damping 0.5, or wider limits")]  # fmt: skip
+    gained, error = 1 - best.softness / first.softness, max(first.error or 0.0, best.error or 0.0)
+    if found.best and gained < error:
+        return [Diagnostic(
+            "W270", f"the gain of {gained:.1%} is less than the stiffness is known to, {error:.1%}", place,
+            "both meshes err alike, so it may be real", severity="warning",
+            hint="take finer elements: `size=` of the study")]  # fmt: skip
+    return []
+
+
+def _ended(what: Adapting, found: loop.Outcome) -> list[Diagnostic]:
+    out = []
+    if found.missed:
+        out.append(Diagnostic(
+            "W272", f"the record was damaged: {found.missed}", None, severity="warning",
+            hint="nothing is left to do: its files are whole again"))  # fmt: skip
+    if found.reason == "failed":
+        count = len(found.steps)
+        place = what.design.program.places.get(what.design.program.studies[what.study])
+        why = "; ".join(f"{d.code}: {d.message}" for d in found.failed)
+        kept = "the start" if found.best == 0 else f"step {found.best}, the best so far,"
+        out.append(Diagnostic(
+            "W277", f"step {count} could not be solved, so that the loop ended: {why}", place, f"{kept} is kept",
+            severity="warning",
+            hint="take finer elements, `size=` of the study, or narrower limits, and begin anew with --force; --resume "
+            "tries that step again"))  # fmt: skip
+    return out
+
+
+def _of_the_best(what: Adapting, found: loop.Outcome) -> list[Diagnostic]:
+    """What the study of the best step doubts of itself."""
+    place = what.design.program.places.get(what.design.program.studies[what.study])
+    return [
+        Diagnostic(code, f"in step {found.best}, which is kept: {said}", place, label, hint=hint, severity="warning")
+        for code, said, label, hint in found.steps[found.best].doubts
+    ]

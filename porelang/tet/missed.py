@@ -1,0 +1,196 @@
+"""What of a part its tetrahedra miss, and what they have too much: points all over the cubes at its surface, asked.
+
+Stuffing knows the field where its edges cross it. A tongue that is thinner than a cube, as where a wall meets an
+envelope at a small angle, may lie between its vertices, and a rim may be cut off: the mesh looks well and is not the
+part. So each cube near the surface is looked at in some PLACES, in the field and in the mesh. Where they differ by more
+than a bend does, the cube is too large.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.compiled import compiled
+from porelang.diagnostics import Diagnostic
+from porelang.solid import Solid
+from porelang.tet.frame import Frame
+from porelang.tet.lattice import Lattice
+from porelang.tet.tetmesh import TetMesh
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Indices = NDArray[np.int32]
+Flags = NDArray[np.bool_]
+
+#: In a cube: spread evenly along each axis too, which a grid is not (R3 of M. Roberts, The unreasonable effectiveness
+#: of quasirandom sequences, 2018: parts of the powers of the root of x^4 = x + 1).
+PLACES = (0.5 + np.arange(1, 13)[:, None] * 1.2207440846057596 ** -np.arange(1.0, 4.0)) % 1.0
+BEND = 0.08  # cubes: a triangle whose middle is further off the surface cuts a rim off
+MUCH = 0.003  # of the volume: more than that missing is told
+DEEP = 0.1  # cubes: what is missed by less is a bend between vertices, or what they have moved to make up for it
+
+
+@dataclass(frozen=True, slots=True)
+class Missed:
+    """What of a part is `missing` in a mesh, and what it has too much, `extra`, where that is more than a bend, in mm3;
+    the `worst` place (3,) mm; and the `cells`, numbers (k,) of cubes that are too large, `of` how many at the surface.
+    """
+
+    missing: float
+    extra: float
+    worst: Floats
+    cells: Ints
+    of: int
+
+    def told(self, volume: float) -> list[Diagnostic]:
+        """W253 where much of the `volume` (mm3) is missing, or too much."""
+        if self.missing + self.extra <= MUCH * volume:
+            return []
+        x, y, z = self.worst
+        share = 100 * (self.missing + self.extra) / volume
+        message = (
+            f"the mesh lacks {self.missing:.3g} mm3 of the part and has {self.extra:.3g} mm3 too much, {share:.2g} % "
+            f"of it, as at ({x:.4g}, {y:.4g}, {z:.4g}): the cubes are too large for what is there"
+        )
+        return [Diagnostic("W253", message, hint="take a smaller --size", severity="warning")]
+
+
+def missed(meshes: Sequence[TetMesh], middles: Floats, lattice: Lattice, values: Floats, solid: Solid) -> Missed:
+    """Compare meshes with the field of their part, of which the lattice's vertices have the `values` (n,)."""
+    cells, frame = lattice.cells, lattice.frame
+    some = near(lattice, values)
+    side = frame.edges * (1 << cells.level[some].astype(np.int64))[:, None]
+    low = frame.lo + cells.index[some] * side
+    places = (low[:, None] + PLACES * side[:, None]).reshape(-1, 3)
+    inside = solid.value(places) < 0
+    held = covered(meshes, cells.index[some], cells.level[some], frame).ravel()
+    differ = np.flatnonzero(inside != held)
+    value, slope = solid.slope(places[differ])
+    with np.errstate(all="ignore"):
+        depth = np.abs(value) / np.linalg.norm(slope, axis=1)
+    which = differ // len(PLACES)
+    deep = ~(depth < DEEP * side.min(axis=1)[which])
+    share = side.prod(axis=1) / len(PLACES)
+    count = [np.bincount(which[deep & (held[differ] == h)], minlength=len(some)) * share for h in (False, True)]
+    total = count[0] + count[1]
+    worst = low[total.argmax()] + side[total.argmax()] / 2 if len(some) else frame.lo
+    wrong = np.union1d(some[total > 0], off(middles, lattice, solid))
+    return Missed(float(count[0].sum()), float(count[1].sum()), worst, wrong, len(some))
+
+
+def off(middles: Floats, lattice: Lattice, solid: Solid) -> Ints:
+    """The cubes with a triangle of the surface whose middle (n, 3) is further off than a bend: it cuts a rim off."""
+    value, slope = solid.slope(middles)
+    with np.errstate(all="ignore"):
+        depth = np.abs(value) / np.linalg.norm(slope, axis=1)
+    cells = lattice.cell_at(middles)
+    return np.unique(cells[(depth > BEND * lattice.cube_at(middles)) & (cells >= 0)])
+
+
+def near(lattice: Lattice, values: Floats) -> Ints:
+    """The cubes that a surface may pass: those at whose corners and centres a field is not so far from 0 that it cannot
+    become that between them, unless it changes there twice as fast as from one of them to another."""
+    around = np.concatenate([lattice.corner, lattice.centre[:, None]], axis=1)
+    found = values[around]
+    low, high = found.min(axis=1), found.max(axis=1)
+    away = np.maximum(low, -high)
+    sure = (lattice.known[around] != 0).all(axis=1)
+    return np.flatnonzero(~sure & (away <= high - low))
+
+
+def covered(meshes: Sequence[TetMesh], index: Ints, level: NDArray[np.int8], frame: Frame) -> Flags:
+    """Which of the PLACES (k, n) in cubes are within tetrahedra of the solid."""
+    found = np.zeros((len(index), len(PLACES)), np.bool_)
+    levels = np.unique(level).astype(np.int64)
+    table = _table(index, level)
+    for mesh in meshes:
+        at = (mesh.vertices - frame.lo) / frame.edges
+        _cover(at, mesh.tets[mesh.phase == 0], levels, index, level, table, PLACES, found)
+    return found
+
+
+@compiled
+def _slot(level: int, i: int, j: int, k: int, mask: int) -> int:
+    key = (((i << 21) | j) << 21 | k) * 0x9E3779B97F4A7C1 + level * 0x1F3D5B79
+    return int((key ^ (key >> 29)) & mask)
+
+
+@compiled
+def _table(index: Ints, level: NDArray[np.int8]) -> Indices:
+    size = 16
+    while size < 2 * len(index):
+        size *= 2
+    table = np.full(size, np.int32(-1), np.int32)
+    for c in range(len(index)):
+        s = _slot(level[c], index[c, 0], index[c, 1], index[c, 2], size - 1)
+        while table[s] >= 0:
+            s = (s + 1) & (size - 1)
+        table[s] = c
+    return table
+
+
+@compiled
+def _cover(
+    at: Floats, tets: Indices, levels: Ints, index: Ints, level: NDArray[np.int8], table: Indices, places: Floats,
+    found: Flags,
+) -> None:  # fmt: skip
+    mask = len(table) - 1
+    inverse, corner = np.empty((3, 3)), np.empty((4, 3))
+    low, high, first, last = np.empty(3), np.empty(3), np.empty(3, np.int64), np.empty(3, np.int64)
+    for t in range(len(tets)):
+        for c in range(4):
+            corner[c] = at[tets[t, c]]
+        for x in range(3):
+            low[x] = min(corner[0, x], corner[1, x], corner[2, x], corner[3, x])
+            high[x] = max(corner[0, x], corner[1, x], corner[2, x], corner[3, x])
+        solved = False
+        for m in levels:
+            side = float(1 << m)
+            for x in range(3):
+                first[x], last[x] = max(0, int(np.floor(low[x] / side))), int(np.floor(high[x] / side))
+            for i in range(first[0], last[0] + 1):
+                for j in range(first[1], last[1] + 1):
+                    for k in range(first[2], last[2] + 1):
+                        s = _slot(m, i, j, k, mask)
+                        n = table[s]
+                        while n >= 0 and not (
+                            level[n] == m and index[n, 0] == i and index[n, 1] == j and index[n, 2] == k
+                        ):
+                            s = (s + 1) & mask
+                            n = table[s]
+                        if n < 0:
+                            continue
+                        if not solved:
+                            _inverse(corner, inverse)
+                            solved = True
+                        _within(corner, inverse, i * side, j * side, k * side, side, places, found[n])
+
+
+@compiled
+def _inverse(corner: Floats, inverse: Floats) -> None:
+    """The matrix that gives the shares of the last three corners of a tetrahedron in a place, from the first one on."""
+    u, v, w = corner[1] - corner[0], corner[2] - corner[0], corner[3] - corner[0]
+    vw = np.array([v[1] * w[2] - v[2] * w[1], v[2] * w[0] - v[0] * w[2], v[0] * w[1] - v[1] * w[0]])
+    wu = np.array([w[1] * u[2] - w[2] * u[1], w[2] * u[0] - w[0] * u[2], w[0] * u[1] - w[1] * u[0]])
+    uv = np.array([u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]])
+    det = u[0] * vw[0] + u[1] * vw[1] + u[2] * vw[2]
+    inverse[0], inverse[1], inverse[2] = vw / det, wu / det, uv / det
+
+
+@compiled
+def _within(
+    corner: Floats, inverse: Floats, x: float, y: float, z: float, side: float, places: Floats, found: Flags
+) -> None:
+    for n in range(len(places)):
+        if not found[n]:
+            p = x + places[n, 0] * side - corner[0, 0]
+            q = y + places[n, 1] * side - corner[0, 1]
+            r = z + places[n, 2] * side - corner[0, 2]
+            a = inverse[0, 0] * p + inverse[0, 1] * q + inverse[0, 2] * r
+            b = inverse[1, 0] * p + inverse[1, 1] * q + inverse[1, 2] * r
+            c = inverse[2, 0] * p + inverse[2, 1] * q + inverse[2, 2] * r
+            found[n] = a >= -1e-9 and b >= -1e-9 and c >= -1e-9 and a + b + c <= 1 + 1e-9

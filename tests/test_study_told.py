@@ -1,0 +1,214 @@
+"""What studies check of themselves and say: fields that are no numbers, units, sizes, what holds against the load."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import porelang
+from porelang import store
+from porelang.backends.numpy import NumpyField
+from porelang.cli import main
+from porelang.diagnostics import PoreError
+from porelang.formula import Formula
+from porelang.ir import ONE, ZERO, X, Y, const, node
+from porelang.strength import Strength, carry_out
+from porelang.tasks.study import estimate
+from porelang.tasks.study.conditions import certain_and_possible
+
+MATERIAL = "E=2GPa, nu=0.3"
+BOX = "let body = box([40mm, 10mm, 8mm])\n"
+HELD = "x < -19.9mm"
+PUSH = "force(x > 19.9mm, [0, 0, -100N])"
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    patched = pytest.MonkeyPatch()
+    patched.setenv("PORELANG_CACHE", str(tmp_path_factory.mktemp("kept")))
+    store.forget()
+    yield
+    patched.undo()
+    store.forget()
+
+
+def found(call: str, before: str = BOX, refine: bool = False, **settings: Any) -> Strength:
+    program = porelang.compile(f"{before}let s = {call}\nout part = body")
+    return carry_out(program.design(**settings), refine=refine)
+
+
+def codes(of: Strength) -> set[str]:
+    return {d.code for d in of.told if d.code}
+
+
+def said(of: Strength, code: str) -> str:
+    (one,) = (d for d in of.told if d.code == code)
+    return f"{one.message}; {one.hint}"
+
+
+# ---- what is no number
+
+
+def test_a_part_whose_field_is_not_a_number_is_refused_with_a_place() -> None:
+    with pytest.raises(PoreError, match=r"E093.*not a number at \(") as told:
+        found(f"compress(body, 1kN, {MATERIAL}, size=4mm)", "let body = cube(10mm) + 0mm * sqrt(x / 1mm - 2)\n")
+    x = float(re.findall(r"at \(([-\d.]+)", str(told.value))[0])
+    assert x < 2
+
+
+@pytest.mark.parametrize("where", ["sqrt(x / 1mm) < 1", "not (sqrt(x / 1mm) < 1)", "0 * log(x / 1mm) == 0"])
+def test_a_condition_without_an_answer_is_refused_with_a_place(where: str) -> None:
+    with pytest.raises(PoreError, match=r"E174.*this `held`.*not a number at \(-\d"):
+        found(f"study(body, fix={where}, load={PUSH}, {MATERIAL}, size=8mm)")
+
+
+def test_a_condition_that_does_not_ask_there_has_its_answer() -> None:
+    guarded = f"{HELD} or (x > 19mm and sqrt(x / 1mm - 19) < 0.5)"
+    held = found(f"study(body, fix={guarded}, load=force(z > 3.9mm, [0, 0, -9N]), {MATERIAL}, size=8mm)")
+    np.testing.assert_allclose(held.reaction, [0, 0, 9], atol=1e-6)
+
+
+def test_conditions_are_kleenes() -> None:
+    """What might hold, by the truth tables of three values."""
+    none = const(float("nan"))
+    yes, no, unknown = node("lt", ZERO, ONE), node("lt", ONE, ZERO), node("lt", none, X)
+
+    def answer(n: Any) -> bool | None:
+        forms = (node("and", node("le", Y, Y), form) for form in certain_and_possible(n))
+        certain, possible = NumpyField(Formula.of(*forms), "f64").at(np.zeros((1, 3)))[0]
+        assert possible or not certain
+        return bool(certain) if certain == possible else None
+
+    known = {True: yes, False: no, None: unknown}
+    for a, first in known.items():
+        assert answer(first) is a
+        assert answer(node("not", first)) is (None if a is None else not a)
+        for b, second in known.items():
+            either = True if True in (a, b) else None if None in (a, b) else False
+            both = False if False in (a, b) else None if None in (a, b) else True
+            assert answer(node("or", first, second)) is either
+            assert answer(node("and", first, second)) is both
+            chosen = (a if b is True else False) if b is not None else (None if a is not False else False)
+            assert answer(node("select", second, first, no)) is chosen
+    assert answer(node("eq", none, X)) is None
+
+
+# ---- what holds against the load
+
+
+def test_the_reaction_is_of_what_stands_still() -> None:
+    """It is opposite to the load, and to what a support that moves the part presses with."""
+    two = found(f"study(body, fix=[{HELD}, x > 19.9mm], load=force(z > 3.9mm, [0, 0, -10N]), {MATERIAL}, size=8mm)")
+    np.testing.assert_allclose(two.report["reaction"], [0, 0, 10], atol=1e-6)
+    pressed = found(f"compress(body, 10N, axis=x, {MATERIAL}, size=8mm)").report
+    np.testing.assert_allclose(pressed["reaction"], [10, 0, 0], atol=1e-6)
+    bent = found(f"bend(body, 10N, pads=4mm, {MATERIAL}, size=4mm)").report
+    np.testing.assert_allclose(bent["reaction"], [0, 0, 10], atol=1e-9)
+    assert set(bent["reactions"]) == {"first support", "second support"}
+    moved = found(f"study(body, fix={HELD}, load=moved(x > 19.9mm, [0.1mm, 0, 0]), {MATERIAL}, size=8mm)").report
+    assert moved["reaction"] == moved["reactions"]["held"]
+    assert moved["reaction"][0] < -300
+
+
+# ---- loads that balance each other
+
+
+def test_a_part_under_pressure_on_all_sides_needs_no_support() -> None:
+    """Hydrostatic: sigma = -p everywhere, strain = -p (1 - 2 nu) / E along each axis, counted from the middle."""
+    free = found(f"study(body, fix=[], load=pressure(true, 3MPa), {MATERIAL}, size=8mm, balanced=true)")
+    fields = free.solved.fields
+    np.testing.assert_allclose(fields.stress, np.tile([-3.0, -3, -3, 0, 0, 0], (len(fields.stress), 1)), atol=1e-5)
+    strain = -3 * (1 - 2 * 0.3) / 2000
+    np.testing.assert_allclose(fields.displacement, strain * fields.mesh.vertices, atol=1e-7)
+
+
+def test_what_only_seems_to_balance_is_refused() -> None:
+    with pytest.raises(PoreError, match=r"E171.*loads drive a motion"):
+        found(f"study(body, fix=[], load={PUSH}, {MATERIAL}, size=8mm, balanced=true)")
+    with pytest.raises(PoreError, match=r"(?s)E171.*nothing holds.*balanced=true"):
+        found(f'study(body, fix=held({HELD}, along="x"), load=pressure(true, 3MPa), {MATERIAL}, size=8mm)')
+
+
+# ---- doubts about numbers
+
+
+def test_units_of_elsewhere_are_doubted_when_they_are_known() -> None:
+    """What the text does not show, of a param and of a field, is seen when it is solved."""
+    params = "param e = 210e9 in 1..1e12\nparam rho = 7850 in 1..8000\n"
+    wrong = found(f"study(body, fix={HELD}, load={PUSH}, E=e, nu=0.3, density=rho * (1 + abs(x) / 1m), size=8mm)",
+                  params + BOX)  # fmt: skip
+    told = [f"{d.message}; {d.hint}" for d in wrong.told if d.code == "W273"]
+    assert re.search(r"2.1e\+11 MPa .*`E=210GPa`", told[0])
+    assert re.search("g/cm3 .* kg/m3", told[1])
+    right = found(f"study(body, fix={HELD}, load={PUSH}, E=e, nu=0.3, density=rho, size=8mm)", params + BOX, e=210e3,
+                  rho=7.85)  # fmt: skip
+    assert "W273" not in codes(right)
+
+
+def test_large_displacements_and_yield_are_doubted() -> None:
+    call = f'study(body, fix={HELD}, load=force(x > 19.9mm, [0, 0, -LOAD]), material="steel", size=4mm)'
+    assert not codes(found(call.replace("LOAD", "50N")))
+    yielding = found(call.replace("LOAD", "5kN"))
+    assert codes(yielding) == {"W275"}
+    assert "yields at 235" in said(yielding, "W275")
+    absurd = found(call.replace("LOAD", "1e9N"))
+    assert codes(absurd) >= {"W274", "W275"}
+    assert "40 mm long" in said(absurd, "W274")
+    squeezed = found(f"compress(body, 30kN, {MATERIAL}, size=4mm)")  # 75 MPa, 3.75 %: shorter by .3 mm
+    assert "W274" not in codes(squeezed)
+    assert "strained by 0.15" in said(found(f"compress(body, 120kN, {MATERIAL}, size=4mm)"), "W274")
+
+
+# ---- sizes
+
+
+def test_what_two_elements_through_a_wall_take_is_about_what_they_do() -> None:
+    coarse = found(f"study(body, fix={HELD}, load={PUSH}, {MATERIAL}, size=50mm)")
+    told = said(coarse, "W265")
+    assert "walls 8 mm thick" in told
+    size, count = re.findall(r"`size=([\d.]+)mm` .* some ([\d,]+) unknowns", told)[0]
+    assert float(size) == 4
+    fine = found(f"study(body, fix={HELD}, load={PUSH}, {MATERIAL}, size={size}mm)")
+    assert "W265" not in codes(fine)
+    assert 0.5 < int(count.replace(",", "")) / fine.solved.unknowns < 2
+
+
+def test_elements_that_are_too_coarse_for_walls_are_called_so() -> None:
+    sheet = "let body = metric(gyroid(10mm)) |> shell(WALL) & cube(20mm)\n"
+    with pytest.raises(PoreError, match=r"(?s)E162.*makes two through walls of 0\.\d+ mm.*4 million are the most"):
+        found(f"compress(body, 1kN, {MATERIAL}, size=2mm)", sheet.replace("WALL", "0.02mm"))
+    with pytest.raises(
+        PoreError, match=r"E188.*elements of 1\.8 mm are too coarse for walls 0\.\d+ mm thick, as at"
+    ) as e:
+        found(f"compress(body, 1kN, {MATERIAL}, size=1.8mm)", sheet.replace("WALL", "0.9mm"))
+    assert "hang together" not in str(e.value)
+
+
+def test_elements_found_are_no_larger_than_walls_that_hold_a_part_together() -> None:
+    """Of a minute's elements, larger than these walls, a mesh would be crumbs; of larger parts it is, and says so."""
+    text = f"let body = gyroid(10mm) |> shell(1) & cube(42mm)\nlet s = compress(body, 1kN, {MATERIAL})"
+    program = porelang.compile(f"{text}\nout part = body")
+    design = program.design()
+    planned = estimate(design.formula(*program.studies["s"].args))
+    assert planned.wall is not None
+    assert planned.size <= planned.wall.wall * (1 + 1e-9)
+    assert 800_000 < planned.unknowns <= 2_500_000
+
+
+def test_a_graded_mesh_says_its_sizes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "s.pore"
+    file.write_text(f"{BOX}let s = study(body, fix={HELD}, load={PUSH}, {MATERIAL}, size=8mm)\nbody", encoding="utf-8")
+    assert main(["fea", str(file), "--refine", "--json", "-q"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["finest_size"] < 0.8 * told["size"]
+    assert main(["fea", str(file), "-q"]) == 0  # the report is the result
+    told = capsys.readouterr()
+    assert re.search("of 8 mm(.|\n)*stiffness", told.out)
+    assert not told.err
+    assert main(["fea", str(file), "-q", "-o", str(tmp_path / "s.vtu")]) == 0
+    assert capsys.readouterr().out == ""
