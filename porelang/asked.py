@@ -190,7 +190,11 @@ def homogenize(
     from porelang import homogenize as work
 
     sides = read("cell", cell, values.cell)
-    ratio = float(read("nu", nu, values.number))
+    if isinstance(sides, int | float | np.number):
+        sides = (sides,) * 3
+    if isinstance(sides, tuple | list) and len(sides) == 3:
+        sides = tuple(length("cell", side) for side in sides)
+    ratio, resolution = number("nu", nu, values.number), whole("resolution", resolution)
     if check:
         keep_checks(design)
     found: Any
