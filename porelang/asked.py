@@ -8,7 +8,7 @@ The functions that do the work (`mesh.part`, `measure`, `slices`, `render`) take
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
@@ -183,26 +183,24 @@ def render(
 
 
 def homogenize(
-    design: Design, name: str | None, cell: str | Sequence[float] | None, nu: float, resolution: int,
-    sweep: str | None, check: bool,
+    design: Design, name: str | None, cell: float | str | Sequence[float | str] | None, nu: float | str,
+    resolution: int | str, sweep: str | None, check: bool, fixed: Collection[str] = (),
 ) -> Any:  # fmt: skip
-    """A period of an output as a material, or of a sweep each; see `Program.homogenize`."""
+    """A period of an output as a material, or of a sweep each, of a param that is not among those `fixed`; see
+    `Program.homogenize`."""
     from porelang import homogenize as work
 
-    sides = read("cell", cell, values.cell)
-    if isinstance(sides, int | float | np.number):
-        sides = (sides,) * 3
-    if isinstance(sides, tuple | list) and len(sides) == 3:
-        sides = tuple(length("cell", side) for side in sides)
-    ratio, resolution = number("nu", nu, values.number), whole("resolution", resolution)
+    sides = None if cell is None else read("cell", cell if isinstance(cell, str) else _joined(cell), values.cell)
+    ratio = read("nu", nu, values.poisson)
+    voxels = read("resolution", resolution, values.voxels)
     if check:
         keep_checks(design)
     found: Any
     if sweep is None:
-        found = work.homogenize(design, name, sides, ratio, resolution)
+        found = work.homogenize(design, name, sides, ratio, voxels)
     else:
         param, low, high, count = read("sweep", sweep, values.swept)
-        found = work.sweep(design, param, low, high, count, name, sides, ratio, resolution)
+        found = work.sweep(design, param, low, high, count, name, sides, ratio, voxels, fixed)
     warn([*found.doubts, *design.told(*design.program.roots(name))])
     return found
 

@@ -47,6 +47,13 @@ class Reduced:
 
 
 @dataclass(frozen=True, eq=False)
+class Numbers:
+    """Numbers (n,) that were found together, float64 and finite; what they mean knows who asked for them."""
+
+    values: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
 class SampledField:
     """Values at the nodes of a regular grid, of one component or several.
 

@@ -380,9 +380,9 @@ class Doors(ABC):
         self,
         name: str | None = None,
         /,
-        cell: str | Sequence[float] | None = None,
-        nu: float = 0.3,
-        resolution: int = 64,
+        cell: float | str | Sequence[float | str] | None = None,
+        nu: float | str = 0.3,
+        resolution: int | str = 64,
         sweep: str | None = None,
         check: bool = True,
         settings: Settings | None = None,
@@ -391,12 +391,12 @@ class Doors(ABC):
     ) -> Any:
         """One period of an output as a material, for a solid of unit Young's modulus and the Poisson's ratio `nu`.
 
-        `cell` are the sides of the period in mm (`(10, 10, 15)` or `"10,10,15"`), else those of its lattices;
-        `resolution` counts voxels along the longest side of the finest grid. Gives a
+        `cell` are the sides of the period in mm (`(10, 10, 15)`, `"1cm,1cm,15mm"`, or one of a cube), else those of its
+        lattices; `resolution` counts voxels along the longest side of the finest grid, in eights. Gives a
         `porelang.homogenize.Homogenized`: stiffness (6, 6), conductivity (3, 3), `numbers` and `errors`, `report()`,
-        `picture()`. With `sweep="t=0.2..1.2:6"` gives a `porelang.homogenize.Swept`, its `law` a function of the
-        density. What is doubtful is told as a `PoreWarning` (W260-W263). Errors: those of an output; E068 where a
-        `check` fails, unless `check` is False; E180-E183.
+        `picture()`; print it. With `sweep="t=0.2..1.2:6"` gives a `porelang.homogenize.Swept`, its `law` a function of
+        the density. What was solved is kept. What is doubtful is told as a `PoreWarning` (W260-W263). Errors: those of
+        an output; E068 where a `check` fails, unless `check` is False; E180-E183.
 
         >>> import porelang
         >>> found = porelang.compile("gyroid(10)").homogenize(resolution=16)
@@ -405,7 +405,8 @@ class Doors(ABC):
         """
         from porelang.asked import homogenize
 
-        return homogenize(self.design(settings, preset=preset, **more), name, cell, nu, resolution, sweep, check)
+        return homogenize(self.design(settings, preset=preset, **more), name, cell, nu, resolution, sweep, check,
+                          {*(settings or {}), *more})  # fmt: skip
 
 
 @cache

@@ -29,9 +29,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang import cache
-from porelang.data import Reduced, SampledField, Segments
+from porelang.data import Numbers, Reduced, SampledField, Segments
 
 Result = Reduced | SampledField | Segments
+Stored = Result | Numbers
 
 LIMIT = "PORELANG_CACHE_LIMIT"
 _DEFAULT = 2_000_000_000
@@ -95,7 +96,7 @@ class _Ledger:
 class _Memory:
     """What this process holds, the last used at the end."""
 
-    results: OrderedDict[str, tuple[Result, int]] = field(default_factory=OrderedDict)
+    results: OrderedDict[str, tuple[Stored, int]] = field(default_factory=OrderedDict)
     bytes: int = 0
     ledgers: dict[Path, _Ledger] = field(default_factory=dict)
 
@@ -105,7 +106,18 @@ _memory = _Memory()
 
 
 def get(key: str) -> Result | None:
-    """What was put under a key, from memory or from disk; None if nothing was or it is not whole."""
+    """The result of a task that was put under a key, from memory or from disk; None if none was or it is not whole."""
+    found = _get(key)
+    return None if isinstance(found, Numbers) else found
+
+
+def numbers(key: str) -> Numbers | None:
+    """The numbers that were put under a key, as `get` has results."""
+    found = _get(key)
+    return found if isinstance(found, Numbers) else None
+
+
+def _get(key: str) -> Stored | None:
     _checked(key)
     with _lock:
         if key in _memory.results:
@@ -117,7 +129,7 @@ def get(key: str) -> Result | None:
     return found
 
 
-def put(key: str, result: Result, label: str = "", disk: bool = True) -> None:
+def put(key: str, result: Stored, label: str = "", disk: bool = True) -> None:
     """Keep a result under a key (a digest in hexadecimal), with a line that says to a person what it is.
 
     It is kept on disk where that can be done and `disk` says so; a full or read-only disk is no error.
@@ -238,7 +250,7 @@ def _folder() -> Path | None:
     return None if where is None else where / "results"
 
 
-def _hold(key: str, result: Result) -> None:
+def _hold(key: str, result: Stored) -> None:
     """Remember a result in memory, and forget those that were not used for longest."""
     size = sum(part.nbytes for part in _parts(result))
     with _lock:
@@ -253,21 +265,25 @@ def _hold(key: str, result: Result) -> None:
             _memory.bytes -= gone
 
 
-def _kind(result: Result) -> str:
+def _kind(result: Stored) -> str:
     match result:
         case Reduced():
             return "number"
+        case Numbers():
+            return "numbers"
         case SampledField():
             return "sampled field"
         case Segments():
             return "segments"
 
 
-def _parts(result: Result) -> list[NDArray[Any]]:
+def _parts(result: Stored) -> list[NDArray[Any]]:
     """The arrays that make up a result, contiguous and little-endian."""
     match result:
         case Reduced():
             parts = [np.array([result.value, result.error, result.sole])]
+        case Numbers():
+            parts = [result.values]
         case SampledField():
             facts = np.array(result.facts, np.float64)
             parts = [np.array(result.origin), np.array(result.spacing), facts, result.values]
@@ -276,7 +292,7 @@ def _parts(result: Result) -> list[NDArray[Any]]:
     return [np.ascontiguousarray(p, p.dtype.newbyteorder("<")) for p in parts]
 
 
-def _from_parts(kind: str, parts: Sequence[NDArray[Any]]) -> Result | None:
+def _from_parts(kind: str, parts: Sequence[NDArray[Any]]) -> Stored | None:
     """The result that arrays make up; None if they do not."""
     shapes = [p.shape for p in parts]
     if any(p.dtype != np.float64 for p in parts[: 3 if kind == "sampled field" else None]):
@@ -284,6 +300,8 @@ def _from_parts(kind: str, parts: Sequence[NDArray[Any]]) -> Result | None:
     if kind == "number" and shapes == [(3,)]:
         value, error, sole = map(float, parts[0])
         return Reduced(value, error, bool(sole)) if sole in (0.0, 1.0) else None
+    if kind == "numbers" and [len(s) for s in shapes] == [1]:
+        return Numbers(parts[0])
     if kind == "sampled field" and [len(s) for s in shapes] == [1, 1, 1, 4] and shapes[:2] == [(3,), (3,)]:
         (x, y, z), (dx, dy, dz), facts = (tuple(map(float, p)) for p in parts[:3])
         return SampledField(parts[3], (x, y, z), (dx, dy, dz), facts)
@@ -293,11 +311,13 @@ def _from_parts(kind: str, parts: Sequence[NDArray[Any]]) -> Result | None:
     return None
 
 
-def _plausible(result: Result) -> bool:
+def _plausible(result: Stored) -> bool:
     """Whether a result is one that a task can have found."""
     match result:
         case Reduced():
             return not math.isnan(result.value) and result.error >= 0
+        case Numbers():
+            return result.values.dtype == np.float64 and bool(np.isfinite(result.values).all())
         case SampledField():
             whole = min(result.shape) >= 2 and result.components >= 1 and min(result.spacing) > 0
             known = result.values.dtype in (np.float32, np.float64)
@@ -307,16 +327,16 @@ def _plausible(result: Result) -> bool:
             return whole and all(bool(np.isfinite(p).all()) for p in _parts(result))
 
 
-def _digest(result: Result) -> str:
+def _digest(result: Stored) -> str:
     """A digest of the content: for data the one they are known by, so that it is computed once."""
-    if isinstance(result, Reduced):
+    if isinstance(result, Reduced | Numbers):
         return hashlib.sha256(_parts(result)[0].tobytes()).hexdigest()
     if isinstance(result, SampledField) and result.facts:
         return hashlib.sha256(result.digest.encode() + np.array(result.facts).tobytes()).hexdigest()
     return result.digest
 
 
-def _from_disk(key: str) -> Result | None:
+def _from_disk(key: str) -> Stored | None:
     """The result in a file of ours that is whole, marked as used now; None for anything else."""
     where = _folder()
     if where is None or cache.distrust(where.parent) or cache.distrust(where):

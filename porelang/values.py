@@ -59,8 +59,36 @@ def cell(text: str) -> tuple[float, float, float]:
     words = text.split(",")
     if len(words) not in (1, 3):
         raise Unreadable(f"`{text}` is no cell", "write its sides along x, y and z: 10,10,15")
-    x, y, z = (length(word) for word in (words if len(words) == 3 else words * 3))
+    x, y, z = (_side(word) for word in (words if len(words) == 3 else words * 3))
     return x, y, z
+
+
+def _side(text: str) -> float:
+    try:
+        found = length(text)
+    except Unreadable as no:
+        raise Unreadable(f"`{text.strip()}` is no side of a cell", no.hint) from None
+    if not 1e-6 <= found <= 1e5:
+        raise Unreadable(f"`{text.strip()}` is no side of a cell", "sides lie between 1e-6 and 1e5 mm")
+    return found
+
+
+def poisson(text: str) -> float:
+    """Poisson's ratio of a solid."""
+    found = number(text)
+    if not -1 < found < 0.5:
+        raise Unreadable(
+            f"{text.strip()} is no Poisson's ratio of a solid", "it lies between -1 and 0.5, without these"
+        )
+    return found
+
+
+def voxels(text: str) -> int:
+    """How many voxels lie along the longest side of a cell."""
+    found = count(text)
+    if not 8 <= found <= 256:
+        raise Unreadable(f"{found} voxels along a cell cannot be had", "take from 8 to 256")
+    return found
 
 
 def number(text: str) -> float:
@@ -72,9 +100,11 @@ def number(text: str) -> float:
 
 def swept(text: str) -> tuple[str, str, str, int]:
     """`NAME=LO..HI:N`: a param, the ends of its range with or without a unit, and how many values."""
-    match = re.fullmatch(r"\s*(\w+)\s*=\s*(.+?)\s*\.\.\s*(.+?)\s*:\s*(\d{1,4})\s*", text)
+    match = re.fullmatch(r"\s*(\w+)\s*=\s*(.+?)\s*\.\.\s*(.+?)\s*:\s*(\d{1,9})\s*", text)
     if match is None:
         raise Unreadable(f"`{text}` is no sweep", "write a param, its range and how many values: t=0.2..1.2:6")
+    if not 2 <= int(match[4]) <= 100:
+        raise Unreadable(f"a sweep over {int(match[4])} values cannot be had", "take from 2 to 100: t=0.2..1.2:6")
     return match[1], match[2], match[3], int(match[4])
 
 

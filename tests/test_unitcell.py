@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -12,13 +13,16 @@ import pytest
 from numpy.typing import NDArray
 
 import porelang
+from porelang import store
 from porelang.cli import main
 from porelang.diagnostics import PoreError, PoreWarning
+from porelang.homogenize.found import _error
 from porelang.progress import CancelledError, watching
 from porelang.unitcell import moduli
 from porelang.unitcell.effective import conducted, homogenized, is_cyclic
-from porelang.unitcell.extrapolate import limit
+from porelang.unitcell.extrapolate import definite_limit, limit
 from porelang.unitcell.fractions import fractions
+from porelang.unitcell.grids import grids
 from porelang.unitcell.hexahedron import isotropic
 from porelang.unitcell.law import law, power
 from porelang.unitcell.pieces import pieces_of
@@ -292,12 +296,17 @@ def told(text: str, **more: Any) -> str:
         ("E180", "sphere(3)", {}),
         ("E180", "gyroid([10, 12, 14])", {}),
         ("E180", "gyroid(10) | schwarz_p(15)", {}),
-        ("E180", "gyroid(10)", {"cell": (10, 10)}),
-        ("E180", "gyroid(10)", {"cell": (10, 10, 1000)}),
+        ("E108", "gyroid(10)", {"cell": (10, 10)}),
+        ("E108", "gyroid(10)", {"cell": "0,10,10"}),
+        ("E180", "gyroid(10)", {"cell": (10, 1000, 1000)}),
         ("E180", "gyroid(10)", {"resolution": 4}),
         ("E180", "param t = 1 in 0.2..2\ngyroid(10) |> shell(t)", {"sweep": "t=1..1:4"}),
         ("E181", "gyroid(10)", {"cell": "10,10,12"}),
         ("E181", "rotate(gyroid(10), [0, 0, 1], 30deg)", {}),
+        # graded evenly, so that opposite faces agree; and only beyond the cell
+        ("E181", "gyroid(10) |> shell(0.3 + 0.1 * hypot(x, y) / 1mm)", {}),
+        ("E181", "gyroid(10) |> thicken(-ramp(hypot(x, y), 0mm, 7mm), 0.4) |> shell(0.5)", {}),
+        ("E181", "(gyroid(10) |> shell(0.5 + 0.3 * ramp(hypot(x, y), 20mm, 60mm))) & cylinder(75, 100)", {}),
         ("E182", "gyroid(30) & sphere(20)", {}),
         ("E182", "translate(sphere(2), [50, 0, 0])", {"cell": "5"}),
         ("E182", "gyroid(10) + sqrt(x - 20)", {"cell": "5"}),
@@ -354,6 +363,181 @@ def test_a_period_cut_by_its_own_box_is_that_period() -> None:
     )
     np.testing.assert_allclose(cut.low, [2, -5, -8], atol=1e-2)
     np.testing.assert_allclose(cut.stiffness, free.stiffness, atol=2e-3)
+
+
+def test_an_envelope_beyond_the_cell_changes_nothing() -> None:
+    free = porelang.compile("gyroid(10) |> shell(1.2)").homogenize(resolution=8)
+    cut = porelang.compile("(gyroid(10) |> shell(1.2)) & cylinder(40, 60)").homogenize(resolution=8)
+    np.testing.assert_allclose(cut.stiffness, free.stiffness, atol=1e-12)
+
+
+def test_a_cell_that_is_long_where_nothing_varies_is_refined_where_something_does() -> None:
+    """Tubes along z that touch nothing: E along them is the density, and nothing resists across."""
+    text = "let k = tau/10mm\ncos(k*x)*cos(k*y) + 0.3*(cos(2*k*x)+cos(2*k*y)) |> shell(0.4)"
+    cube, long = (porelang.compile(text).homogenize(cell=cell, resolution=16) for cell in ("10", "10,10,150"))
+    assert [level.voxels for level in long.levels] == [(6, 6, 2), (8, 8, 2), (12, 12, 2), (16, 16, 2)]
+    np.testing.assert_allclose(long.stiffness, cube.stiffness, atol=1e-9)
+    assert long.density == pytest.approx(cube.density)
+    assert long.numbers["E.001"] == pytest.approx(long.density, abs=long.errors["E.001"])
+    assert long.numbers["E.100"] == 0
+    # something varies along z: then the short sides have 24 voxels, and errors that are known
+    found = grids(np.array([10.0, 10, 100]), (True, True, True), 64)
+    assert found.voxels == ((9, 9, 90), (12, 12, 120), (18, 18, 180), (24, 24, 240))
+    assert all(s % v == 0 for voxels in found.voxels for s, v in zip(found.samples, voxels, strict=True))
+
+
+#: Struts of a radius on the axes.
+STRUTS = " | ".join(f"capsule([{-a}, {-b}, {-c}], [{a}, {b}, {c}], {{0}})" for a, b, c in 10 * np.eye(3, dtype=int))
+#: Moduli by quadratic tetrahedra on an eighth of the cell between mirror planes, scikit-fem, 27 to 104 thousand
+#: unknowns, meshed by `pore tet`; for a cell of 10 mm, a solid of nu 0.3.
+TETRAHEDRA = {
+    "metric(schwarz_p(10)) |> shell(0.6667mm)": {"C11": 0.06381, "C12": 0.04217, "nu.100": 0.39789, "bulk": 0.04938,
+                                                 "conductivity": 0.10509},
+    "metric(iwp(10)) |> shell(0.6667mm)": {"C11": 0.10569, "C12": 0.03074, "conductivity": 0.15584},
+    "schwarz_p(10) + 0.7": {"C11": 0.12369, "bulk": 0.04930, "conductivity": 0.13114},
+    STRUTS.format(0.5): {"E.100": 0.00807, "nu.100": 0.02452, "bulk": 0.00283, "conductivity": 0.00818},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", TETRAHEDRA)
+@pytest.mark.parametrize("resolution", [16, 32])
+def test_stated_errors_hold_what_tetrahedra_find(text: str, resolution: int) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PoreWarning)
+        found = porelang.compile(text).homogenize(cell=10, resolution=resolution)
+    numbers = found.numbers | {"C11": found.stiffness[0, 0], "C12": found.stiffness[0, 1]}
+    errors = found.errors | {"C11": found.stiffness_error[0, 0], "C12": found.stiffness_error[0, 1]}
+    for name, expected in TETRAHEDRA[text].items():
+        assert abs(numbers[name] - expected) <= errors[name] + 2e-4 * expected, name
+
+
+@pytest.mark.parametrize(("radius", "resolution"), [(0.5, 24), (0.1, 8), (0.05, 8)])
+def test_struts_on_the_axes_have_a_density_in_closed_form_and_resist_in_every_mode(
+    radius: float, resolution: int
+) -> None:
+    """Three cylinders less what they share: V = 3 pi r^2 a - 8 sqrt(2) r^3 (Steinmetz), for a cell of the side a."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PoreWarning)
+        found = porelang.compile(STRUTS.format(radius)).homogenize(cell=10, resolution=resolution)
+    density = (3 * np.pi * radius**2 * 10 - 8 * 2**0.5 * radius**3) / 1000
+    assert abs(found.density - density) <= found.density_error
+    assert np.linalg.eigvalsh(found.stiffness).min() > 0
+    assert np.linalg.eigvalsh(found.conductivity).min() > 0
+    assert found.numbers["zener"] > 0
+    # a strut that is cut free of the others carries its share of the face, and those around it add little to that
+    alone = np.pi * radius**2 / 100
+    for name in ("E.100", "conductivity"):
+        assert alone < found.numbers[name] + found.errors[name]
+        assert found.numbers[name] - found.errors[name] < alone * (1 + radius)
+
+
+def test_a_thin_sheet_is_told_to_be_coarse_and_not_to_be_islands() -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        porelang.compile("gyroid(30) |> shell(0.04)").homogenize(resolution=16)
+    said = [str(w.message) for w in caught]
+    assert not any("W261" in text or "W262" in text for text in said)
+    assert sum("W263" in text for text in said) == 2
+
+
+def test_a_mode_that_nothing_resists_stays_without() -> None:
+    h = 8 / np.array([3, 4, 6, 8])
+    rod = np.zeros((4, 6, 6))
+    rod[:, 2, 2] = 1 + 0.1 * h**2
+    found = definite_limit(h, rod)
+    assert found.value[2, 2] == pytest.approx(1)
+    assert np.count_nonzero(found.value) == 1
+    turned = np.linalg.qr(np.random.default_rng(0).normal(size=(6, 6)))[0]
+    modes = np.array([1.0, 0.5, 0.3, 0.2, 0.1, 1e-6]) * (1 + np.array([0.01, 0.02, 0.1, 0.1, 0.2, 5]) * h[:, None] ** 2)
+    mixed = turned @ (modes[:, :, None] * np.eye(6)) @ turned.T
+    assert np.linalg.eigvalsh(limit(h, mixed).value).min() == pytest.approx(1e-6, rel=1e-3)
+    modes[:, 5] = 1e-6 * np.array([40, 20, 10, 3])  # falls faster than any order: below 0 entry by entry
+    mixed = turned @ (modes[:, :, None] * np.eye(6)) @ turned.T
+    assert np.linalg.eigvalsh(limit(h, mixed).value).min() < 0
+    found = definite_limit(h, mixed)
+    assert 0 < np.linalg.eigvalsh(found.value).min() < 3e-6
+    assert (found.error >= np.abs(found.value - mixed[-1]) * 0.99).all()
+
+
+def test_python_reads_what_commands_read(lattice: Path) -> None:
+    program = porelang.compile(path=str(lattice))
+    one = program.homogenize("cell", resolution="8", nu="0.3", cell="10")
+    for cell in (10, ["10mm", "1cm", 10], np.array([10.0, 10, 10])):
+        assert (program.homogenize("cell", resolution=8, cell=cell).stiffness == one.stiffness).all()
+    with pytest.raises(PoreError, match="E183"):
+        program.homogenize("cell", nu=None)
+    text = str(one)
+    assert "E 100" in text
+    assert "Zener ratio" in text
+    assert len(repr(one)) < 500
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--nu", "0.5"],
+        ["--resolution", "1000"],
+        ["--cell", "1e-9"],
+        ["--cell", "-3,3,3"],
+        ["--cell", "0,10,10"],
+        ["--sweep", "t=0.4..1:0"],
+        ["--sweep", "t=0.4..1:99999"],
+    ],
+)
+def test_wrong_usage_ends_with_2(words: list[str], lattice: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["homogenize", str(lattice), "--out", "cell", *words]) == 2
+    assert "needs a value" not in capsys.readouterr().err
+
+
+def test_a_sweep_is_not_of_what_is_set(lattice: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["homogenize", str(lattice), "--out", "cell", "--set", "t=1", "--sweep", "t=0.4..1:2"]) == 1
+    assert "`t` is swept, and set to one value as well" in capsys.readouterr().err
+    with pytest.raises(PoreError, match="is swept, and set"):
+        porelang.compile(path=str(lattice)).homogenize("cell", sweep="t=0.4..1:2", t=1)
+
+
+def test_the_table_of_a_sweep_has_columns_and_its_warnings_their_values(
+    lattice: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--out", "cell", "--resolution", "8", "--sweep", "t=0.5..1.5:3"]
+    assert main(["homogenize", str(lattice), *words]) == 0
+    told = capsys.readouterr()
+    rows = told.out.splitlines()[1:5]
+    assert len({len(row) for row in rows}) == 1
+    assert [len([cell for cell in row.split("  ") if cell]) for row in rows] == [7] * 4
+    assert "with t = 0.5, 8 voxels" in told.err
+
+
+def test_what_was_solved_is_kept(lattice: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    program = porelang.compile(path=str(lattice))
+    first = program.homogenize("cell", resolution=8, t=0.77)
+    store.forget()  # what is in memory; on disk it stays
+
+    def never(*_: Any, **__: Any) -> Any:
+        raise AssertionError("it is solved again")
+
+    monkeypatch.setattr("porelang.homogenize.kept.homogenized", never)
+    again = program.homogenize("cell", resolution=8, t=0.77)
+    assert (again.stiffness == first.stiffness).all()
+    assert (again.conductivity_error == first.conductivity_error).all()
+    assert [level.stiffness.steps for level in again.levels] == [level.stiffness.steps for level in first.levels]
+    with pytest.raises(AssertionError, match="solved again"):
+        program.homogenize("cell", resolution=8, t=0.77, nu=0.31)
+
+
+def test_a_law_of_what_is_not_cubic_is_refused() -> None:
+    text = "param t = 0.5 in 0.3..1.2\ngyroid([10, 12, 15]) |> shell(t)"
+    swept = porelang.compile(text).homogenize(cell="10,12,15", sweep="t=0.6..1.2:2", resolution=8)
+    with pytest.raises(PoreError, match=r"E183.*away from a cubic"):
+        _ = swept.law
+    assert "E 010" in str(swept)
+    assert "nu xz" in str(swept.found[0])
+
+
+def test_numbers_that_some_grids_lack_have_no_known_error() -> None:
+    assert np.isnan(_error(float("nan"), np.array([1.0, 1, 1, 1]), 0))
+    assert _error(1.0, np.array([1.0, 1, 1, np.nan]), 0) == np.inf
+    assert _error(1.0, np.array([np.nan, 1.2, 1.1, 1]), 0) == _error(1.0, np.array([np.nan, 1.2, 1.1, 1]), 0) < np.inf
 
 
 def test_a_longer_cell_of_the_same_lattice_is_the_same_material() -> None:

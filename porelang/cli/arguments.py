@@ -93,7 +93,7 @@ COMMANDS: dict[str, Command] = {
         Command(
             "homogenize",
             "what a period of a lattice does as a material: stiffness, moduli by direction, conductivity, with errors",
-            (*ASK, "cell", "nu", "finest", "sweep", "reports", "json", "quiet"),
+            (*ASK, "cell", "nu", "voxels", "sweep", "reports", "json", "quiet"),
             "pore homogenize lattice.pore --nu 0.3 -o modulus.png",
         ),
         Command(

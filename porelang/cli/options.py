@@ -110,21 +110,26 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
         {
             "metavar": "A,B,C",
             "type": values.cell,
-            "help": "the sides of the period along x, y and z, in mm (default: the period of its lattices)",
+            "help": "the sides of the period along x, y and z, in mm, or one (default: the period of its lattices)",
         },
     ),
     "nu": (
         ("--nu",),
-        {"metavar": "NU", "type": values.number, "default": 0.3, "help": "Poisson's ratio of the solid (default: 0.3)"},
+        {
+            "metavar": "NU",
+            "type": values.poisson,
+            "default": 0.3,
+            "help": "Poisson's ratio of the solid (default: 0.3)",
+        },
     ),
-    "finest": (
+    "voxels": (
         ("--resolution",),
         {
             "metavar": "N",
-            "type": values.count,
+            "type": values.voxels,
             "default": 64,
-            "help": "voxels along the longest side of the finest grid; 3/4, 1/2 and 3/8 of them are solved too "
-            "(default: 64)",
+            "help": "voxels along the longest side of the finest grid, in eights; 3/4, 1/2 and 3/8 of them are "
+            "solved too (default: 64)",
         },
     ),
     "sweep": (

@@ -209,7 +209,7 @@ def _joined(words: Sequence[str]) -> list[str]:
     """`--bounds -1,-1,...` as one word: `argparse` would take a value that begins with `-` for an option."""
     out: list[str] = []
     lengths = ("--voxel", "--step", "--size", "--surface-size")
-    numbers = (*lengths, "--bounds", "--resolution", "--view", "--range", "--time-limit")
+    numbers = (*lengths, "--bounds", "--resolution", "--view", "--range", "--time-limit", "--cell", "--nu")
     for word in words:
         if out and out[-1] in numbers and re.match(r"-[\d.]", word):
             out[-1] += f"={word}"

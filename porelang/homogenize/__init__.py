@@ -7,6 +7,6 @@ from __future__ import annotations
 
 from porelang.homogenize.found import Homogenized, Level
 from porelang.homogenize.sweep import Swept, sweep
-from porelang.homogenize.whole import FINEST, homogenize, material
+from porelang.homogenize.whole import RESOLUTION, homogenize, material
 
-__all__ = ["FINEST", "Homogenized", "Level", "Swept", "homogenize", "material", "sweep"]
+__all__ = ["RESOLUTION", "Homogenized", "Level", "Swept", "homogenize", "material", "sweep"]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import permutations
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,18 @@ from numpy.typing import NDArray
 
 from porelang.data import figures
 from porelang.diagnostics import Diagnostic
+from porelang.homogenize.table import AXES_KEYS, CUBIC_KEYS, lines_of
 from porelang.picture import Picture
 from porelang.unitcell import moduli
 from porelang.unitcell.effective import Effective
-from porelang.unitcell.extrapolate import limit
+from porelang.unitcell.extrapolate import ORDER, limit
+from porelang.unitcell.grids import ALIKE, sizes_of
 from porelang.unitcell.pieces import Piece
 
 Floats = NDArray[np.float64]
+#: The least relative error of walls of one voxel, less by the cube of how many there are, and of a ratio of moduli in
+#: units of theirs: what grids that agree by chance were off by, in 13 lattices (docs/decisions/0018).
+THIN, OF_RATIOS = 0.03, 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,27 +41,57 @@ class Homogenized:
     """What a period does as a material, for a solid of unit Young's modulus and unit conductivity.
 
     `cell` are its sides and `low` its lower corner (mm); `stiffness` (6, 6) is by Voigt with engineering shear (xx yy
-    zz yz xz xy), `conductivity` (3, 3); each with an error of the same shape. All are extrapolated from the `levels`,
-    with the `order` by the voxel. The `pieces` are those of the finest samples, of which `fine` lie along a side of a
-    voxel; `doubts` are warnings about it.
+    zz yz xz xy), `conductivity` (3, 3); each with an error of the same shape. Both are extrapolated from the `levels`.
+    `wall` is how thick the thinnest walls are (mm), None where none were found. The `pieces` are those of the finest
+    voxels, as elements hang together; `doubts` are warnings.
     """
 
     name: str
     cell: tuple[float, float, float]
     low: tuple[float, float, float]
     nu: float
-    levels: tuple[Level, ...]
+    levels: tuple[Level, ...] = field(repr=False)
+    wall: float | None
     density: float
     density_error: float
     stiffness: Floats = field(repr=False)
     stiffness_error: Floats = field(repr=False)
     conductivity: Floats = field(repr=False)
     conductivity_error: Floats = field(repr=False)
-    order: float
-    pieces: tuple[Piece, ...]
-    fine: int
-    doubts: tuple[Diagnostic, ...]
-    seconds: float
+    pieces: tuple[Piece, ...] = field(repr=False)
+    doubts: tuple[Diagnostic, ...] = field(repr=False)
+    seconds: float = field(repr=False)
+
+    def __str__(self) -> str:
+        return "\n".join(lines_of(self))
+
+    @property
+    def through(self) -> float | None:
+        """The voxels of the finest grid through the thinnest walls."""
+        if self.wall is None:
+            return None
+        return self.wall / max(side / n for side, n in zip(self.cell, self.levels[-1].voxels, strict=True) if n > ALIKE)
+
+    @property
+    def least_error(self) -> float:
+        """The least relative error of anything, whatever the grids say: of walls of few voxels they may agree and be
+        wrong."""
+        return THIN / self.through**3 if self.through else 0.0
+
+    @property
+    def least_error_of_moduli(self) -> float:
+        """The least relative error of a modulus: with twice that of the density, which all grids share and moduli go
+        with by a power of 1 to 2."""
+        return self.least_error + 2 * self.density_error / self.density
+
+    def widened(self) -> Homogenized:
+        """The same with errors that are no less than `least_error_of_moduli`."""
+        least = self.least_error_of_moduli
+        return replace(
+            self,
+            stiffness_error=np.maximum(self.stiffness_error, least * np.abs(self.stiffness)),
+            conductivity_error=np.maximum(self.conductivity_error, least * np.abs(self.conductivity)),
+        )
 
     def young(self, directions: Any) -> Floats:
         """Young's modulus (n,) along directions (n, 3)."""
@@ -75,14 +111,12 @@ class Homogenized:
 
         rho = figures(self.density, max(self.density_error, 1e-4)).split(" ")[0]
         sides = " x ".join(f"{s:g}" for s in self.cell)
-        along = ",   ".join(
-            f"{key}: {figures(self.numbers[f'E.{key}'], max(self.errors[f'E.{key}'], 1e-9))}"
-            for key in (("100", "110", "111") if moduli.away_from_cubic(self.stiffness) < moduli.CUBIC
-                        else ("100", "010", "001", "111"))
-        )  # fmt: skip
+        along = [f"{key}: {figures(self.numbers[f'E.{key}'], max(self.errors[f'E.{key}'], 1e-9))}"
+                 for key in (CUBIC_KEYS if self.is_cubic else AXES_KEYS)]  # fmt: skip
         notes = [
-            f"E along {along}",
-            f"nu of the solid {self.nu:g}, finest grid {max(self.levels[-1].voxels)} voxels a side",
+            "E along " + ",   ".join(along[:2]),
+            "          " + ",   ".join(along[2:]),
+            f"nu of the solid {self.nu:g}, finest grid {max(self.levels[-1].voxels)} voxels along the longest side",
         ]
         title = f"Young's modulus by direction: {self.name}, {sides} mm, density {rho}"
         return modulus_picture(moduli.compliance(self.stiffness), title, notes)
@@ -90,20 +124,30 @@ class Homogenized:
     def _repr_png_(self) -> bytes:
         return self.picture()._repr_png_()
 
+    @property
+    def is_cubic(self) -> bool:
+        """Whether the stiffness is that of a cubic cell along x, y, z, within a per cent."""
+        return moduli.away_from_cubic(self.stiffness) < moduli.CUBIC
+
     @cached_property
     def numbers(self) -> dict[str, float]:
-        """The moduli by their names: E.100, nu.100, zener, bulk, shear and so on; NaN where there is none."""
+        """The moduli by their names: E.100, nu.100, nu.xy, zener, bulk, shear and so on; NaN where there is none."""
         return numbers_of(self.stiffness, self.conductivity)
 
     @cached_property
     def errors(self) -> dict[str, float]:
-        """The errors of the `numbers`: each extrapolated by itself, and what that differs by from theirs."""
+        """The errors of the `numbers`: each extrapolated by itself, and what that differs by from theirs; NaN where
+        there is no number, infinite where the finest grids have none."""
         series = [numbers_of(level.stiffness.matrix, level.conductivity.matrix) for level in self.levels]
-        sizes = sizes_of(self.levels)
-        out = {}
+        out: dict[str, float] = {}
+        of_moduli = self.least_error_of_moduli
         for name, value in self.numbers.items():
-            found = limit(sizes, np.array([numbers[name] for numbers in series]))
-            out[name] = max(float(found.error), abs(float(found.value) - value)) if len(self.levels) > 1 else np.inf
+            if name == "zener" or name.startswith("nu"):  # after those of E, of which they are ratios
+                pulls = [out[key] / self.numbers[key] for key in ("E.100", "E.010", "E.001") if self.numbers[key]]
+                least = max([self.least_error, *(OF_RATIOS * off for off in pulls)])
+            else:
+                least = of_moduli
+            out[name] = _error(value, np.array([numbers[name] for numbers in series]), least * abs(value))
         return out
 
     def report(self) -> dict[str, Any]:
@@ -112,7 +156,9 @@ class Homogenized:
         mean = moduli.averages(self.stiffness)
         bounds = moduli.upper_bounds(self.density, self.nu)
         heat = float(self.conductivity.trace() / 3)
-        share = {"bulk": mean.bulk / bounds["bulk"], "shear": mean.shear / bounds["shear"],
+        # bounds of isotropic solids; that of the bulk modulus holds for cubic ones as well, and none for others
+        share = {"bulk": mean.bulk / bounds["bulk"] if self.is_cubic else np.nan,
+                 "shear": mean.shear / bounds["shear"] if self.is_cubic else np.nan,
                  "conductivity": heat / bounds["conductivity"]}  # fmt: skip
         return {
             "output": self.name,
@@ -122,7 +168,7 @@ class Homogenized:
             "density": self.density,
             "stiffness": self.stiffness.tolist(),
             "E": {key: numbers[f"E.{key}"] for key in moduli.NAMED},
-            "nu": {"100": numbers["nu.100"]},
+            "nu": {key: numbers[f"nu.{key}"] for key in _RATIOS},
             "G": {key: numbers[f"G.{key}"] for key in _SHEARS},
             "zener": numbers["zener"],
             "bulk": mean.bulk,
@@ -140,11 +186,13 @@ class Homogenized:
                 "conductivity_tensor": self.conductivity_error.tolist(),
                 "conductivity": self.conductivity_error.diagonal().tolist(),
                 "E": {key: errors[f"E.{key}"] for key in moduli.NAMED},
-                "nu": {"100": errors["nu.100"]},
+                "nu": {key: errors[f"nu.{key}"] for key in _RATIOS},
                 "G": {key: errors[f"G.{key}"] for key in _SHEARS},
                 **{key: errors[key] for key in ("zener", "bulk", "shear")},
             },
-            "order": self.order,
+            "assumed_order": ORDER,
+            "wall": self.wall,
+            "voxels_through_wall": self.through,
             "levels": [
                 {"voxels": list(at.voxels), "density": at.stiffness.density, "stiffness": at.stiffness.matrix.tolist(),
                  "conductivity_tensor": at.conductivity.matrix.tolist(), "cases": at.stiffness.solved,
@@ -158,25 +206,37 @@ class Homogenized:
         }  # fmt: skip
 
     def place(self, index: Sequence[int]) -> list[float]:
-        """The place (mm) of a sample of the finest level."""
-        counts = [self.fine * n for n in self.levels[-1].voxels]
+        """The place (mm) of the middle of a voxel of the finest grid."""
+        counts = self.levels[-1].voxels
         return [lo + (i + 0.5) * c / n for lo, c, i, n in zip(self.low, self.cell, index, counts, strict=True)]
 
 
 _SHEARS = {"yz": 3, "xz": 4, "xy": 5}
+_RATIOS = ("100", "xy", "xz", "yx", "yz", "zx", "zy")
 
 
 def numbers_of(stiffness: Floats, conductivity: Floats) -> dict[str, float]:
+    """The moduli of a stiffness and a conductivity by their names; NaN where there is none."""
     s, mean = moduli.compliance(stiffness), moduli.averages(stiffness)
     along = moduli.young(stiffness, list(moduli.NAMED.values()))
     out = {f"E.{key}": float(e) for key, e in zip(moduli.NAMED, along, strict=True)}
-    out["nu.100"] = float(-(s[0, 1] + s[0, 2]) / 2 / s[0, 0]) if out["E.100"] else np.nan
+    resists = [out["E.100"], out["E.010"], out["E.001"]]
+    for (a, pulled), (b, across) in permutations(enumerate("xyz"), 2):
+        # how much narrower along b for a pull along a; of what hangs by nothing along either there is none
+        out[f"nu.{pulled}{across}"] = float(-s[a, b] / s[a, a]) if resists[a] and resists[b] else np.nan
+    out["nu.100"] = (out["nu.xy"] + out["nu.xz"]) / 2
     shears = {key: float(1 / s[i, i]) for key, i in _SHEARS.items()}
     out |= {f"G.{key}": g if g > moduli.NOTHING else 0.0 for key, g in shears.items()}
     return out | {"zener": moduli.zener(stiffness), "bulk": mean.bulk, "shear": mean.shear,
                   "conductivity": float(conductivity.trace() / 3)}  # fmt: skip
 
 
-def sizes_of(levels: Sequence[Level]) -> Floats:
-    """The size of the voxels of levels, in units of the cell's longest side."""
-    return np.array([1 / max(level.voxels) for level in levels])
+def _error(value: float, series: Floats, least: float) -> float:
+    """The error of a number from what each grid gave, the coarsest first, and no less than `least`."""
+    if np.isnan(value):
+        return float("nan")
+    there = np.flatnonzero(np.isfinite(series))
+    if len(there) < 2 or there[-1] != len(series) - 1:
+        return float("inf")
+    found = limit(sizes_of()[there], series[there])
+    return max(float(found.error), abs(float(found.value) - value), least)

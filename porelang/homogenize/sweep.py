@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,7 +11,8 @@ import numpy as np
 
 from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.homogenize.found import Homogenized
-from porelang.homogenize.whole import FINEST, homogenize
+from porelang.homogenize.table import table_of
+from porelang.homogenize.whole import RESOLUTION, homogenize
 from porelang.picture import Picture
 from porelang.program import Design
 from porelang.progress import activity, tell
@@ -32,7 +33,7 @@ class Swept:
     param: str
     values: tuple[float, ...]
     shown: tuple[str, ...]
-    found: tuple[Homogenized, ...]
+    found: tuple[Homogenized, ...] = field(repr=False)
 
     @property
     def density(self) -> list[float]:
@@ -41,9 +42,15 @@ class Swept:
 
     @cached_property
     def law(self) -> Law:
-        """Its cubic stiffness as a function of the density. Errors: E183 where densities do not differ."""
-        return law(self.density, [one.stiffness for one in self.found], [one.stiffness_error for one in self.found],
-                   self.found[0].nu)  # fmt: skip
+        """Its cubic stiffness as a function of the density. Errors: E183 where densities do not differ, or a stiffness
+        is more than a per cent away from a cubic one."""
+        found = law(self.density, [one.stiffness for one in self.found], [one.stiffness_error for one in self.found],
+                    self.found[0].nu)  # fmt: skip
+        if found.away > moduli.CUBIC:
+            raise fail("E183", f"a stiffness of this sweep is {found.away:.1%} away from a cubic one, and a law has "
+                       "the three constants of that alone",
+                       hint="read what is wanted from the cells, `.found`: E along 100, 010, 001, ...")  # fmt: skip
+        return found
 
     @cached_property
     def fits(self) -> dict[str, Power]:
@@ -53,8 +60,12 @@ class Swept:
 
     @property
     def doubts(self) -> list[Diagnostic]:
-        """The warnings of all, each once."""
-        return list(dict.fromkeys(d for one in self.found for d in one.doubts))
+        """The warnings of all, each with the value that it is for."""
+        return [replace(d, message=f"with {self.param} = {text}, {d.message}")
+                for text, one in zip(self.shown, self.found, strict=True) for d in one.doubts]  # fmt: skip
+
+    def __str__(self) -> str:
+        return "\n".join(table_of(self))
 
     def picture(self) -> Picture:
         """Young's modulus, shear and bulk modulus over the density on logarithmic axes, with their powers."""
@@ -68,7 +79,9 @@ class Swept:
         }
         rho = np.geomspace(0.5 * min(self.density), 1.0, 60)
         bound = [moduli.upper_bounds(float(r), one.nu)["E"] for r in rho]
-        title = f"Moduli of {one.name} over its density, in units of the solid's E; {self.shown[0]} to {self.shown[-1]}"
+        title = (
+            f"Moduli of {one.name} over its density, E along 100; {self.param} from {self.shown[0]} to {self.shown[-1]}"
+        )
         return powers_picture(self.density, lines, (rho, np.array(bound)), title)
 
     def _repr_png_(self) -> bytes:
@@ -82,8 +95,9 @@ class Swept:
             for name, called in FITTED.items():
                 row |= {called: one.numbers[name], f"{called}_error": one.errors[name]}
             numbers = one.numbers
-            out.append(row | {"E.110": numbers["E.110"], "E.111": numbers["E.111"], "nu": numbers["nu.100"],
-                              "zener": numbers["zener"]})  # fmt: skip
+            for name in ("E.010", "E.001", "E.110", "E.111", "zener"):
+                row |= {name: numbers[name], f"{name}_error": one.errors[name]}
+            out.append(row | {"nu": numbers["nu.100"], "nu_error": one.errors["nu.100"]})
         return out
 
     def report(self) -> dict[str, Any]:
@@ -104,19 +118,26 @@ def sweep(
     high: Setting,
     count: int,
     name: str | None = None,
-    cell: Sequence[float] | None = None,
+    cell: Any = None,
     nu: float = 0.3,
-    finest: int = FINEST,
+    resolution: int = RESOLUTION,
+    fixed: Collection[str] = (),
 ) -> Swept:
     """A lattice at `count` values of a param from `low` to `high`, evenly spaced; see `homogenize` for the rest.
+    `fixed` are the params that are set, among which it must not be. What was solved is kept: a sweep that was
+    interrupted goes on.
 
     Errors: those of the settings and of each cell, with the value that it is; E180 for a range that is none.
     """
+    if param in fixed:
+        raise fail("E180", f"`{param}` is swept, and set to one value as well", hint="leave out one of the two")
     if not isinstance(count, int) or isinstance(count, bool) or not 2 <= count <= MOST:
         raise fail("E180", f"a sweep over {count!r:.40} values is none", hint=f"take from 2 to {MOST}: t=0.2..1.2:6")
     ends = [design.design({param: end}).settings[param] for end in (low, high)]
     if not ends[0] < ends[1]:
-        raise fail("E180", f"the range of the sweep over `{param}` is empty", hint="the lower end comes first")
+        told = "goes down" if ends[0] > ends[1] else "is one value"
+        raise fail("E180", f"the range of the sweep over `{param}` {told}",
+                   hint="give two ends, the lower first: t=0.2..1.2:6")  # fmt: skip
     values = [float(v) for v in np.linspace(ends[0], ends[1], count)]
     shown = [design.program.params[param].shown(v) for v in values]
     found = []
@@ -124,7 +145,7 @@ def sweep(
         with activity("sweeping"):
             tell(i, count)
         try:
-            found.append(homogenize(design.design({param: value}), name, cell, nu, finest))
+            found.append(homogenize(design.design({param: value}), name, cell, nu, resolution))
         except PoreError as error:
             raise PoreError(
                 [replace(d, message=f"{d.message}, with {param} = {text}") for d in error.diagnostics]

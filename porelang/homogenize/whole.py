@@ -5,118 +5,106 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.diagnostics import Diagnostic, fail
+from porelang.diagnostics import fail
 from porelang.formula import Formula
-from porelang.homogenize.cell import cell_of, corner_of, period_doubts, place, sampled
-from porelang.homogenize.found import Homogenized, Level, sizes_of
+from porelang.homogenize.cell import corner_of, period_doubts, place, sampled, sides_of
+from porelang.homogenize.doubts import doubts_of
+from porelang.homogenize.found import Homogenized
+from porelang.homogenize.kept import level
 from porelang.program import Design
 from porelang.progress import activity
-from porelang.unitcell.effective import checked_ratio, conducted, homogenized
-from porelang.unitcell.extrapolate import limit
-from porelang.unitcell.fractions import fractions
-from porelang.unitcell.period import voxels_of
-from porelang.unitcell.pieces import Piece, pieces_of
+from porelang.solid import Solid
+from porelang.unitcell.effective import checked_ratio
+from porelang.unitcell.extrapolate import definite_limit
+from porelang.unitcell.grids import ALIKE, grids, sizes_of
+from porelang.unitcell.pieces import pieces_of
+from porelang.walls import thinnest
 
 Floats = NDArray[np.float64]
-#: Voxels along the longest side of the finest grid, and of the others in units of that.
-FINEST, SHARES = 64, (3 / 8, 1 / 2, 3 / 4, 1)
-#: Samples along a side of a voxel; fewest and most voxels of the finest grid along a side.
-FINE, FEWEST, MOST = 2, 8, 256
-#: A relative error above which is said that the voxels are too coarse.
-COARSE = 0.05
+#: Voxels along the longest side of the finest grid: what is usual, the fewest and the most.
+RESOLUTION, FEWEST, MOST = 64, 8, 256
+#: Of walls of fewer samples the density errs by this share over their square, as of round struts of 2 to 10 samples.
+THIN, ROUND = 6.0, 0.45
 
 
 def homogenize(
     design: Design,
     name: str | None = None,
-    cell: Sequence[float] | None = None,
+    cell: Any = None,
     nu: float = 0.3,
-    finest: int = FINEST,
+    resolution: int = RESOLUTION,
     threads: int | None = None,
 ) -> Homogenized:
     """A period of an output of a design as a material; `cell` are its sides in mm, else those of its lattices.
 
     The period is centred at the origin, or where the part is as large as that and ends, at its middle. It is solved at
-    `finest` voxels along its longest side, and at 3/4, 1/2 and 3/8 of them. Errors: those of the output; E180 where the
-    cell is not known, E181 where it is no period, E182 where it is empty or an envelope cuts it, E183 for a Poisson's
-    ratio that no solid has.
+    `resolution` voxels along its longest side (rounded up to eights), and at 3/4, 1/2 and 3/8 of them. Errors: those of
+    the output; E180 where the cell is not known, E181 where it is no period, E182 where it is empty or an envelope cuts
+    it, E183 for a Poisson's ratio that no solid has.
     """
     name = design.program.output(name)
-    part = design.of(name)
-    return material(part, name, cell_of(design, name, part, cell), nu, finest, threads)
+    sides = sides_of(design, name, cell)
+    return material(design.of(name), name, sides, nu, resolution, threads)
 
 
 def material(
-    part: Formula, name: str, sides: Floats, nu: float = 0.3, finest: int = FINEST, threads: int | None = None
-) -> Homogenized:
-    """A period of a part as a material; `sides` (3,) are its lengths in mm. See `homogenize`, also for errors."""
+    part: Formula, name: str, sides: Floats, nu: float = 0.3, resolution: int = RESOLUTION, threads: int | None = None,
+    middle: Sequence[float] = (0.0, 0.0, 0.0),
+) -> Homogenized:  # fmt: skip
+    """A period of a part as a material; `sides` (3,) are its lengths in mm, and it lies round `middle` unless the part
+    is as large as that. See `homogenize`, also for errors."""
     begun = time.perf_counter()
-    checked_ratio(nu)
-    if not isinstance(finest, int | np.integer) or isinstance(finest, bool) or not FEWEST <= finest <= MOST:
-        raise fail("E180", f"a finest grid of {finest!r:.40} voxels is not to be had",
+    nu = checked_ratio(nu)
+    whole = isinstance(resolution, int | np.integer) and not isinstance(resolution, bool)
+    if not whole or not FEWEST <= resolution <= MOST:
+        raise fail("E180", f"a finest grid of {resolution!r:.40} voxels is not to be had",
                    hint=f"take from {FEWEST} to {MOST} along the longest side, as by --resolution 64")  # fmt: skip
-    low = corner_of(part, sides)
+    low = corner_of(part, sides, middle)
     doubts = period_doubts(part, low, sides)
-    levels: list[Level] = []
-    pieces: list[Piece] = []
-    for n in dict.fromkeys(max(4, round(share * finest)) for share in SHARES):
-        voxels = voxels_of(sides, n)
-        values = sampled(part, low, sides, voxels, FINE)
-        density = fractions(values, FINE)
-        if not density.any():
-            raise fail("E182", f"the cell from {place(low)} to {place(low + sides)} holds no material",
-                       hint="solid is negative; the cell is looked at round the origin")  # fmt: skip
-        with activity(f"homogenizing {' x '.join(map(str, voxels))} voxels"):
-            levels.append(Level(voxels, homogenized(density, sides, nu, threads=threads), conducted(density, sides)))
-        pieces = pieces_of(values < 0) if n == finest else pieces
-    sizes = sizes_of(levels)
-    stiff = limit(sizes, np.array([at.stiffness.matrix for at in levels]))
-    heat = limit(sizes, np.array([at.conductivity.matrix for at in levels]))
-    share = limit(sizes, np.array([at.stiffness.density for at in levels]))
+    # a little beyond the cell, or a wall that its face halves would count as half as thick
+    wall = thinnest(Solid(part, (tuple(low - sides / 4), tuple(low + 5 * sides / 4))))
+    x, y, z = (bool(part.root.axes & 1 << axis) for axis in range(3))
+    grid = grids(sides, (x, y, z), int(resolution), wall)
+    with activity("sampling the cell"):
+        densities, solid, density_error = sampled(part, low, sides, grid)
+    if not densities[-1].any():
+        many = " x ".join(map(str, grid.samples))
+        raise fail("E182", f"no sample of {many} in the cell from {place(low)} to {place(low + sides)} is solid",
+                   hint="solid is negative, and the cell lies round the origin; or walls are thinner than the samples "
+                   "are apart: take a higher --resolution")  # fmt: skip
+    through = (
+        np.inf if wall is None else wall / max(c / n for c, n in zip(sides, grid.samples, strict=True) if n > ALIKE)
+    )
+    if through < THIN:  # every third sample misses it, and tells nothing
+        density_error = max(density_error, ROUND / through**2 * float(densities[-1].mean()))
+    levels = []
+    for density in densities:
+        with activity(f"homogenizing {' x '.join(map(str, density.shape))} voxels"):
+            levels.append(level(density, sides, nu, threads))
+    stiff = definite_limit(sizes_of(), np.array([at.stiffness.matrix for at in levels]))
+    heat = definite_limit(sizes_of(), np.array([at.conductivity.matrix for at in levels]))
     found = Homogenized(
-        name, tuple(map(float, sides)), tuple(map(float, low)), nu, tuple(levels),  # type: ignore[arg-type]  # three each
-        float(np.clip(share.value, 0, 1)), float(share.error), _tidy(stiff.value), stiff.error, _tidy(heat.value),
-        heat.error, stiff.order, tuple(pieces), FINE, (), 0.0,
+        name=name, cell=_three(sides), low=_three(low), nu=nu, levels=tuple(levels), wall=wall,
+        density=float(densities[-1].mean()), density_error=density_error,
+        stiffness=_tidy(stiff.value), stiffness_error=stiff.error,
+        conductivity=_tidy(heat.value), conductivity_error=heat.error,
+        pieces=tuple(pieces_of(densities[-1], corners=True)), doubts=(), seconds=0.0,
     )  # fmt: skip
-    doubts += _doubts(found)
+    found = found.widened()
+    doubts += doubts_of(found, pieces_of(solid), grid.samples, MOST)
     return replace(found, doubts=tuple(doubts), seconds=round(time.perf_counter() - begun, 3))
+
+
+def _three(values: Floats) -> tuple[float, float, float]:
+    x, y, z = map(float, values)
+    return x, y, z
 
 
 def _tidy(matrix: Floats) -> Floats:
     """A matrix without what is rounding beside its largest entry."""
-    return np.where(np.abs(matrix) < 1e-10 * np.abs(matrix).max(), 0.0, matrix)
-
-
-def _doubts(found: Homogenized) -> list[Diagnostic]:
-    """Warnings about what was found."""
-    out = []
-    islands = [p for p in found.pieces if not any(p.leads)]
-    if islands:
-        share = sum(p.share for p in islands)
-        many = "a piece" if len(islands) == 1 else f"{len(islands)} pieces"
-        hangs = "hangs" if len(islands) == 1 else "hang"
-        out.append(Diagnostic(
-            "W261", f"{many} of the solid, {share:.2g} of it, {hangs} by nothing: the largest at "
-            f"{place(found.place(islands[0].at))}", severity="warning",
-            hint="they carry nothing and count as density; take them off, or join them to the rest"))  # fmt: skip
-    closed = [axis for i, axis in enumerate("xyz") if not any(p.leads[i] for p in found.pieces)]
-    if closed:
-        along = " and ".join(closed)
-        out.append(Diagnostic(
-            "W262", f"no solid leads from one cell to the next along {along}: there is no stiffness that way",
-            severity="warning",
-            hint="a thicker wall may join them; or the cell is not the period that is meant"))  # fmt: skip
-    worst = max(("100", "010", "001"), key=lambda k: found.errors[f"E.{k}"] / max(found.numbers[f"E.{k}"], 1e-300)
-                if found.numbers[f"E.{k}"] else 0.0)  # fmt: skip
-    e, error = found.numbers[f"E.{worst}"], found.errors[f"E.{worst}"]
-    if e and error > COARSE * e:
-        finest = max(found.levels[-1].voxels)
-        out.append(Diagnostic(
-            "W263", f"{finest} voxels along the cell are too coarse: E along {worst} is {e:.3g} +- {error:.2g}",
-            severity="warning",
-            hint=f"use --resolution {min(MOST, 2 * finest)}: a wall wants three voxels"))  # fmt: skip
-    return out
+    return np.where(np.abs(matrix) <= 1e-9 * np.abs(matrix).max(), 0.0, matrix)

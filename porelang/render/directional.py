@@ -24,7 +24,7 @@ SIDE, SAMPLES = 720, 2
 #: The share of the half picture that the greatest value takes, and how far axes reach beyond it.
 REACH, BEYOND = 0.7, 1.25
 _LIGHT = np.array([-0.35, 0.45, 0.82])  # to the right, up, toward the viewer
-_AMBIENT = 0.42
+_AMBIENT = 0.8
 
 
 def modulus_picture(
@@ -46,6 +46,7 @@ def modulus_picture(
     spread = greatest - least
     flat = spread < 1e-4 * greatest
     scale = Ramp(0.98 * least, 1.02 * greatest) if flat else fitting(every)
+    # shade as little as shows the form: a colour that is much darker is another value of the scale
     colours = scale_colours(values, scale) * (_AMBIENT + (1 - _AMBIENT) * light)[..., None]
     colours[np.isnan(values)] = 1.0
     page = Image.fromarray(np.rint(255 * np.clip(colours, 0, 1)).astype(np.uint8))
@@ -165,7 +166,7 @@ def _axes(page: Image.Image, view: Floats, reach: float, compliance: Floats, dep
     em = size // 36
     letters, figures = ImageFont.load_default(em), ImageFont.load_default(0.72 * em)
     greatest = REACH * reach
-    end, tick = BEYOND * greatest, _round(greatest / 4)
+    end, tick = BEYOND * greatest, _round(greatest / 2)
 
     def at(point: Floats) -> tuple[float, float]:
         u, v = view[:2] @ point
@@ -190,11 +191,12 @@ def _axes(page: Image.Image, view: Floats, reach: float, compliance: Floats, dep
             x, y = at(k * tick * along)
             label = x + side[0] * 1.1 * em, y + side[1] * 0.95 * em
             behind = depth[int(np.clip(label[1], 0, size - 1)), int(np.clip(label[0], 0, size - 1))] > -np.inf
-            if k * tick <= 1.03 * start or behind or not seen(k * tick * along):
+            if k * tick <= 1.03 * start or not seen(k * tick * along):
                 continue
             pen.line((x - side[0] * em / 4, y - side[1] * em / 4, x + side[0] * em / 4, y + side[1] * em / 4),
                      fill=colour, width=max(2, em // 10))  # fmt: skip
-            pen.text(label, f"{k * tick:.3g}", INK, figures, anchor="mm")
+            if not behind:
+                pen.text(label, f"{k * tick:.3g}", INK, figures, anchor="mm")
 
 
 def _round(value: float) -> float:
@@ -213,5 +215,9 @@ def _titled(pixels: NDArray[np.uint8], title: str, notes: Sequence[str]) -> NDAr
     fits = (s for s in range(em, 7, -1) if ImageFont.load_default(s).getlength(title) < wide - em)
     pen.text((em, 0.75 * em), title, INK, ImageFont.load_default(next(fits, 8)))
     for i, line in enumerate(notes):
-        pen.text((em, top + pixels.shape[0] + (1.45 * i + 0.1) * em), line, INK, ImageFont.load_default(0.85 * em))
+        sizes = (
+            size for size in range(em, 7, -1) if ImageFont.load_default(0.85 * size).getlength(line) < wide - 2 * em
+        )
+        font = ImageFont.load_default(0.85 * next(sizes, 8))
+        pen.text((em, top + pixels.shape[0] + (1.45 * i + 0.1) * em), line, INK, font)
     return np.asarray(page)

@@ -7,7 +7,6 @@ conforming, so that a stiffness is never below that of the same densities on a f
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +24,8 @@ Floats = NDArray[np.float64]
 _STRAINS, _GRADIENTS = (1, 2, 0, 4, 5, 3), (1, 2, 0)
 #: Densities that differ by less than this are the same: cases are then had from each other by a rotation.
 SAME = 1e-9
+#: What a side of a cell may be, in mm.
+SHORTEST, LONGEST = 1e-6, 1e5
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,7 @@ class Effective:
 
 def homogenized(
     density: Any,
-    cell: Sequence[float] | Floats,
+    cell: Any,
     nu: float = 0.3,
     tolerance: float = TOLERANCE,
     threads: int | None = None,
@@ -65,20 +66,19 @@ def homogenized(
     return _effective(values, elastic(sides, isotropic(checked_ratio(nu))), _STRAINS, sides, tolerance, threads)
 
 
-def conducted(
-    density: Any, cell: Sequence[float] | Floats, tolerance: float = TOLERANCE, threads: int | None = None
-) -> Effective:
+def conducted(density: Any, cell: Any, tolerance: float = TOLERANCE, threads: int | None = None) -> Effective:
     """The effective conductivity (3, 3) of a periodic cell of voxels, in units of the solid's; see `homogenized`."""
     values, sides = checked(density, cell)
     return _effective(values, conducting(sides), _GRADIENTS, sides, tolerance, threads)
 
 
 def _effective(
-    density: Floats, element: Element, turned: tuple[int, ...], sides: Floats, tolerance: float, threads: int | None
+    density: Floats, element: Element, cycled: tuple[int, ...], sides: Floats, tolerance: float, threads: int | None
 ) -> Effective:
-    cases = len(turned)
+    cases = len(cycled)
     cyclic = is_cyclic(density, sides)
-    asked = [0, 3][: cases // 3] if cyclic else list(range(cases))
+    # the first normal case and the first shear, or the first gradient: the others are theirs, cycled
+    asked = list(range(0, cases, 3)) if cyclic else list(range(cases))
     at = Cell(density, element)
     found: dict[int, Relaxed] = {}
 
@@ -88,10 +88,11 @@ def _effective(
 
     parallel_for(work, asked, min(workers(threads), len(asked)))
     moved = {case: relaxed.values for case, relaxed in found.items()}
-    for case in asked if cyclic else ():
-        for _ in range(2):
-            moved[turned[case]] = rotated(moved[case])
-            case = turned[case]
+    if cyclic:
+        for case in asked:
+            once = cycled[case]
+            moved[once] = rotated(moved[case])
+            moved[cycled[once]] = rotated(moved[once])
     count, mean = density.size * element.volume, float(density.mean())
     out = element.uniform * mean
     for a in range(cases):
@@ -119,30 +120,48 @@ def is_cyclic(density: Floats, sides: Floats) -> bool:
     return bool(np.abs(density - density.transpose(2, 0, 1)).max() <= SAME)
 
 
-def checked(density: Any, cell: Sequence[float] | Floats) -> tuple[Floats, Floats]:
-    """Densities (nx, ny, nz) and the sides of a voxel (3,). Errors: E180."""
-    values = np.asarray(density, np.float64)
-    lengths = np.asarray(cell, np.float64)
+def checked_sides(cell: Any) -> Floats:
+    """The sides (3,) of a cell, or of a cube by one number, in mm. Errors: E180."""
+    try:
+        lengths = np.array(cell, np.float64)
+    except (TypeError, ValueError):
+        lengths = np.zeros(0)
+    lengths = np.full(3, lengths) if lengths.shape == () else lengths
     if lengths.shape != (3,) or not (np.isfinite(lengths).all() and (lengths > 0).all()):
-        raise fail(
-            "E180", f"a cell of {cell!r:.60} has no volume", hint="give its sides along x, y and z in mm: 10,10,15"
-        )
+        raise fail("E180", f"{cell!r:.60} are no sides of a cell",
+                   hint="give three lengths above 0 along x, y and z in mm, or one: --cell 10,10,15")  # fmt: skip
+    if lengths.min() < SHORTEST or lengths.max() > LONGEST:
+        raise fail("E180", f"a cell of {' x '.join(f'{v:g}' for v in lengths)} mm is no size for a cell",
+                   hint=f"its sides lie between {SHORTEST:g} and {LONGEST:g} mm")  # fmt: skip
+    return lengths
+
+
+def checked(density: Any, cell: Any) -> tuple[Floats, Floats]:
+    """Densities (nx, ny, nz) and the sides of a voxel (3,). Errors: E180."""
+    lengths = checked_sides(cell)
+    hint = "give the share of solid of each voxel"
+    try:
+        values = np.asarray(density, np.float64)
+    except (TypeError, ValueError):
+        raise fail("E180", "densities are an array of numbers", hint=hint) from None
     if values.ndim != 3 or min(values.shape) < 2:
-        raise fail("E180", f"densities have the shape {values.shape}, not (nx, ny, nz) of 2 voxels at least",
-                   hint="give the share of solid of each voxel")  # fmt: skip
-    if not np.isfinite(values).all() or (values < 0).any():
-        raise fail("E180", "densities are numbers from 0 on", hint="give the share of solid of each voxel")
+        raise fail("E180", f"densities have the shape {values.shape}, not (nx, ny, nz) of 2 voxels at least", hint=hint)
+    for wrong, what in ((~np.isfinite(values), "no number"), (values < 0, "below 0")):
+        if wrong.any():
+            at = tuple(int(i) for i in np.argwhere(wrong)[0])
+            raise fail("E180", f"the density of voxel {at} is {values[at]:g}, which is {what}", hint=hint)
     sides = lengths / values.shape
     return values, sides / sides.max()  # so that entries are of order 1
 
 
-def checked_ratio(nu: float) -> float:
+def checked_ratio(nu: Any) -> float:
     """A Poisson's ratio that a solid can have. Errors: E183."""
-    if not -1 < nu < 0.5:
-        why = (
-            "a solid of 0.5 cannot be compressed, and displacements alone do not tell its pressure" if nu == 0.5 else ""
-        )
-        raise fail(
-            "E183", f"{nu:g} is no Poisson's ratio of a solid", hint=f"it lies between -1 and 0.5{why and ': '}{why}"
-        )
-    return float(nu)
+    try:
+        ratio = float(nu)
+    except (TypeError, ValueError):
+        raise fail("E183", f"{nu!r:.40} is no Poisson's ratio", hint="give a number between -1 and 0.5") from None
+    if not -1 < ratio < 0.5:
+        why = ": at 0.5 a solid cannot be compressed, and displacements alone do not tell its pressure"
+        raise fail("E183", f"{ratio:g} is no Poisson's ratio of a solid",
+                   hint=f"it lies between -1 and 0.5{why if ratio == 0.5 else ''}")  # fmt: skip
+    return ratio

@@ -7,10 +7,12 @@ the noise that counting signs has, so that finer grids can be extrapolated.
 
 from __future__ import annotations
 
-from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from porelang.compiled import compiled
 
 Floats = NDArray[np.float64]
 #: A slope along an axis is taken as at least this share of all three: the closed form divides by each.
@@ -25,23 +27,59 @@ def fractions(values: Floats, fine: int) -> Floats:
     >>> float(fractions(np.broadcast_to(x[:, None, None], (8, 8, 8)).copy(), 8)[0, 0, 0].round(6))
     0.4
     """
-    share = (values < 0).astype(np.float64)
-    slopes = np.empty((3, *values.shape))
-    with np.errstate(invalid="ignore", over="ignore"):
-        for axis in range(3):
-            slopes[axis] = np.abs(np.roll(values, -1, axis) - np.roll(values, 1, axis)) / 2
-        cut = np.isfinite(slopes).all(axis=0) & (np.abs(values) < slopes.sum(axis=0) / 2)
-    share[cut] = _below(values[cut], slopes[:, cut])
     nx, ny, nz = (n // fine for n in values.shape)
-    return np.asarray(share.reshape(nx, fine, ny, fine, nz, fine).mean(axis=(1, 3, 5)))
+    return averaged(shares(np.concatenate([values[-1:], values, values[:1]])), (nx, ny, nz))
 
 
-def _below(value: Floats, slopes: Floats) -> Floats:
-    """The share of unit cubes where value + slopes . x < 0 for x within half a side of the middle."""
-    slopes = np.sort(slopes, axis=0)
-    slopes = np.maximum(slopes, _FLATTEST * slopes.sum(axis=0))
-    reach = -value + slopes.sum(axis=0) / 2
-    out = np.zeros_like(value)
-    for corner in product((0, 1), repeat=3):
-        out += (-1) ** sum(corner) * np.maximum(0.0, reach - np.tensordot(corner, slopes, 1)) ** 3
-    return np.asarray(np.clip(out / (6 * slopes.prod(axis=0)), 0.0, 1.0))
+def shares(values: Floats) -> Floats:
+    """The share of solid (n, ny, nz) of the cells of samples (n + 2, ny, nz), of which the first and the last layer
+    along x are only neighbours; along y and z the samples repeat."""
+    n, ny, nz = values.shape
+    out = np.empty((n - 2, ny, nz))
+    _shares(values, out)
+    return out
+
+
+def averaged(share: Floats, voxels: tuple[int, int, int]) -> Floats:
+    """The means (nx, ny, nz) of equal blocks of shares: so many voxels along each axis."""
+    nx, ny, nz = voxels
+    x, y, z = (n // v for n, v in zip(share.shape, voxels, strict=True))
+    return np.asarray(share.reshape(nx, x, ny, y, nz, z).mean(axis=(1, 3, 5)))
+
+
+@compiled
+def _shares(values: Any, out: Any) -> None:
+    n, ny, nz = out.shape
+    for i in range(n):
+        for j in range(ny):
+            below, above = (j - 1) % ny, (j + 1) % ny
+            for k in range(nz):
+                value = values[i + 1, j, k]
+                a = abs(values[i + 2, j, k] - values[i, j, k]) / 2
+                b = abs(values[i + 1, above, k] - values[i + 1, below, k]) / 2
+                c = abs(values[i + 1, j, (k + 1) % nz] - values[i + 1, j, (k - 1) % nz]) / 2
+                total = a + b + c
+                if total < np.inf and abs(value) < total / 2:
+                    out[i, j, k] = _below(value, a, b, c)
+                else:
+                    out[i, j, k] = 1.0 if value < 0 else 0.0
+
+
+@compiled
+def _below(value: float, a: float, b: float, c: float) -> float:
+    """The share of a unit cube where value + (a, b, c) . x < 0 for x within half a side of the middle."""
+    least = _FLATTEST * (a + b + c)
+    a, b, c = max(a, least), max(b, least), max(c, least)
+    reach = (a + b + c) / 2 - value
+    total = 0.0
+    for corner in range(8):
+        left, sign = reach, 1.0
+        if corner & 1:
+            left, sign = left - a, -sign
+        if corner & 2:
+            left, sign = left - b, -sign
+        if corner & 4:
+            left, sign = left - c, -sign
+        if left > 0:
+            total += sign * left * left * left
+    return min(1.0, max(0.0, total / (6 * a * b * c)))

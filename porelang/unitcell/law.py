@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.diagnostics import fail
-from porelang.unitcell.moduli import cubic, cubic_matrix
+from porelang.unitcell.moduli import away_from_cubic, cubic, cubic_matrix
 
 Floats = NDArray[np.float64]
 
@@ -143,15 +143,14 @@ class Law:
 def law(density: Sequence[float], stiffness: Any, errors: Any = None, nu: float = 0.3) -> Law:
     """The law through stiffnesses (k, 6, 6) at densities (k,), with their errors (k, 6, 6).
 
-    Errors: E183 for fewer than two densities, or two that are the same.
+    Errors: E183 for fewer than two densities, or two that are the same. How far the least cubic
+    stiffness is from one is its `away`.
 
     >>> from porelang.unitcell.hexahedron import isotropic
     >>> found = law([0.5, 1.0], [0.2 * isotropic(0.3), isotropic(0.3)])
     >>> found.young([0.5, 1.0]).round(9).tolist()
     [0.2, 1.0]
     """
-    from porelang.unitcell.moduli import away_from_cubic
-
     rho = np.asarray(density, np.float64)
     order = np.argsort(rho)
     if len(rho) < 2 or np.diff(rho[order]).min() < 1e-6:

@@ -1,4 +1,4 @@
-"""Whether a box of a field is a period of it: samples of the box, and what opposite faces have in common."""
+"""Whether a box of a field is a period of it: what opposite faces have in common, and what lies whole periods away."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ Floats = NDArray[np.float64]
 _ALONG, _INSIDE = 96, 1e-7
 #: Faces that differ at this share of their points belong to no period; below it they nearly do.
 DIFFERENT = 1e-3
+#: Points of the part, of each of two ways to spread them, that are compared with those in the cell.
+_SCATTERED = 1 << 14
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,12 +55,53 @@ def mismatches(field: Callable[[Floats], Floats], low: Floats, cell: Floats) -> 
     return out
 
 
+@dataclass(frozen=True, slots=True)
+class Strayed:
+    """That a field is not the same whole periods away: the share of points of the part where one is solid and the
+    other void, and the point (mm) where the field differs most, the one that it is in the cell, and both values."""
+
+    share: float
+    at: tuple[float, float, float]
+    within: tuple[float, float, float]
+    here: float
+    home: float
+
+
+def strayed(
+    field: Callable[[Floats], Floats], envelope: Callable[[Floats], Floats] | None, low: Floats, cell: Floats,
+    lo: Floats, hi: Floats,
+) -> Strayed | None:  # fmt: skip
+    """Where a field of points (n, 3) in the box from `lo` to `hi`, as far as an `envelope` reaches, is not what it is
+    in the cell of the sides `cell` at the corner `low`, whole numbers of sides away; None where it is everywhere.
+
+    Half of the points are spread evenly, and half lie as often twice as far as half as far from the cell: a lattice may
+    be graded near its middle, or only at the end of a long part.
+    """
+    random = np.random.default_rng(0)
+    middle = low + cell / 2
+    far = np.where(random.random((_SCATTERED, 3)) < 0.5, lo - middle, hi - middle)
+    near = np.minimum(np.abs(far), cell / 2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        log = np.sign(far) * near * np.where(near > 0, np.abs(far) / near, 1.0) ** random.random(far.shape)
+    even = lo + random.random(far.shape) * (hi - lo)
+    points = np.concatenate([even, middle + np.where(np.isfinite(log), log, 0.0)])
+    points = points[((points >= lo) & (points <= hi)).all(axis=1)]
+    if envelope is not None:
+        points = points[envelope(points) < 0]
+    turns = np.floor((points - low) / cell)
+    kept = np.any(turns != 0, axis=1)
+    points, home = points[kept], (points - turns * cell)[kept]
+    there, here = field(points), field(home)
+    told = np.isfinite(there) & np.isfinite(here)
+    odd = told & ((there < 0) != (here < 0))
+    if not odd.any():
+        return None
+    most = int(np.argmax(np.where(odd, np.abs(there - here), -1.0)))
+    (x, y, z), (a, b, c) = points[most].tolist(), home[most].tolist()
+    share = float(odd.sum() / told.sum())
+    return Strayed(share, (x, y, z), (a, b, c), float(there[most]), float(here[most]))
+
+
 def middles(low: Floats, cell: Floats, counts: tuple[int, int, int]) -> list[Floats]:
     """The coordinates (mm) along each axis of the middles of counts equal parts of a box."""
     return [lo + (np.arange(n) + 0.5) * side / n for lo, side, n in zip(low, cell, counts, strict=True)]
-
-
-def voxels_of(cell: Floats, finest: int) -> tuple[int, int, int]:
-    """As many voxels along each side of a cell as make them nearly cubes, `finest` along the longest; 4 at least."""
-    x, y, z = (max(4, round(finest * side / cell.max())) for side in cell)
-    return x, y, z
