@@ -149,7 +149,7 @@ def _keyword(option: re.Match[str]) -> str:
     name, value = option[1].replace("-", "_"), option[2]
     if value is None:
         return f"{name}=True" if name in _FLAGS else f"`{name}`"
-    return f"{name}={value}" if value == "NAME" else f'{name}="{value}"'
+    return f"{name}={value}" if value == "NAME" or value.isdigit() else f'{name}="{value}"'
 
 
 def to_lists(found: Iterable[Diagnostic]) -> dict[str, list[dict[str, Any]]]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from porelang.analysis.box import Box
 from porelang.atomic import destination, draft_in, save, unwritable
 from porelang.compiler import try_compile
-from porelang.data import Reduced
+from porelang.data import Reduced, SampledField, figures
 from porelang.diagnostics import Diagnostic, PoreError, fail, suggest
 from porelang.fea import Resultant
 from porelang.ir import Node, X, node
@@ -26,6 +26,7 @@ from porelang.ops.principal import RESULTS, principal
 from porelang.ops.studies import NUMBERS
 from porelang.program import Design
 from porelang.source import Source
+from porelang.tasks.resolve import leave
 from porelang.tasks.study.asked import question
 from porelang.tasks.study.found import kept
 from porelang.tasks.study.solved import Solved, refined, solved
@@ -41,7 +42,7 @@ _OF_THE_SOLVER = frozenset({"W258", "W259", "W280", "W281"})
 _FILLS = 0.5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Strength:
     """A study in elements: the mesh with what was found on it (`solved`), and what it comes to.
 
@@ -58,8 +59,8 @@ class Strength:
 
     @property
     def numbers(self) -> Mapping[str, Reduced]:
-        """The numbers by name."""
-        return self.solved.numbers
+        """The numbers by name, of those that there are: stiffness of one load, mass where the density is known."""
+        return {name: number for name, number in self.solved.numbers.items() if not self._lacks(name)}
 
     @property
     def report(self) -> dict[str, Any]:
@@ -104,7 +105,12 @@ class Strength:
         return total
 
     def _lacks(self, name: str) -> bool:
-        return name in ("mass", "stiffness") and not self.numbers[name].value
+        return name in ("mass", "stiffness") and not self.solved.numbers[name].value
+
+    def __repr__(self) -> str:
+        numbers = ("stiffness", "max_von_mises", "max_displacement")
+        told = (f"{name} {figures(n.value, n.error)}" for name, n in self.numbers.items() if name in numbers)
+        return f"<study {self.name} of {len(self.solved.mesh.tets):,} elements: {', '.join(told)}>"
 
     def write(self, path: str | Path) -> None:
         """Write the elements with what was found on them as .vtu, whole or not at all.
@@ -150,12 +156,16 @@ def carry_out(
         name, n = chosen(design, name)
     place = design.program.places.get(n)
     try:
-        found = solved(question(design.formula(*n.args).taken))
+        asked = design.formula(*n.args)
+        found = solved(question(asked.taken))
         if refine:
             found = refined(found)
+        samples = kept(found)
+        if not refine:  # a mesh that reads the study has it from here
+            leave(n, asked.bindings, design.program.places, samples)
     except PoreError as error:
         raise PoreError([replace(d, span=d.span or place) for d in error.diagnostics]) from None
-    return _result(design, name, n, found, within)
+    return _result(design, name, n, found, samples, within)
 
 
 def chosen(design: Design, name: str | None) -> tuple[str, Node]:
@@ -193,9 +203,9 @@ def described(design: Design, call: str, out: str | None = None) -> Node:
     return node("study", design.program.solid(out), *n.args[1:])
 
 
-def _result(design: Design, name: str, n: Node, found: Solved, within: str | None) -> Strength:
+def _result(design: Design, name: str, n: Node, found: Solved, samples: SampledField, within: str | None) -> Strength:
     place = design.program.places.get(n)
-    doubts = told(n, kept(found), place)
+    doubts = told(n, samples, place)
     doubts += [replace(d, span=d.span or place) for d in found.solution.doubts if d.code in _OF_THE_SOLVER]
     whole = found.asked.whole
     modulus, called = None, ""

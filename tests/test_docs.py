@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import porelang
 from porelang.checks import failed_checks
 from porelang.cli.arguments import COMMANDS
 from porelang.compiler import try_compile
@@ -52,13 +53,23 @@ def test_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str], monkeypat
 
 
 def test_python_of_its_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    (text,) = re.findall(r"```python\n(.*?)```", DOCUMENTS["docs/python.md"], re.DOTALL)
+    text, strength, solver = re.findall(r"```python\n(.*?)```", DOCUMENTS["docs/python.md"], re.DOTALL)
     names: dict[str, object] = {}
     exec(text, names)
     out = capsys.readouterr().out
     assert out.startswith(re.findall(r"# (<param .*>)\n", text)[0])
     assert "porosity" in out
     assert "+-" in out
+    with pytest.warns(porelang.PoreWarning, match="W263"):  # sixteen voxels to a cell: it is to be quick
+        exec(strength, {})
+    told = capsys.readouterr().out.splitlines()
+    stiffness, _, _, z = (float(word.strip("[],")) for word in told[0].split())
+    assert stiffness == pytest.approx(2000 * 100 / 40, rel=1e-6)
+    assert z == pytest.approx(2000, rel=1e-6)
+    exec(solver, names)
+    found = names["found"]
+    assert 0.97 < found.compliance / (1000**2 / 5000) < 1  # type: ignore[attr-defined]  # a bonded foot is stiffer
+    assert found.reactions[0].force[2] == pytest.approx(1000, rel=1e-6)  # type: ignore[attr-defined]
 
 
 def test_python_of_tetrahedra_runs(

@@ -202,6 +202,17 @@ def test_a_loop_that_is_stopped_leaves_the_best_so_far(
     assert "not ended yet" in (folder / "history.md").read_text()
     with np.load(folder / "t.npz") as file_of_best, np.load(folder / "step-000.npz") as first:
         assert np.array_equal(file_of_best["t"], first["t"])
+        assert set(file_of_best.files) == {"t", "density", "origin", "spacing"}
+        assert file_of_best["density"] == pytest.approx(0.5, abs=0.005)
+
+
+def test_a_param_is_not_called_as_what_is_on_record(tmp_path: Path) -> None:
+    program = porelang.compile(
+        TEXT.replace("param t:", "param following:").replace("- t &", "- following &").replace("* t", "* other")
+    )
+    with pytest.raises(PoreError, match=r"E193.*called `following`"):
+        program.iterate("part", folder=tmp_path / "a")
+    assert not (tmp_path / "a").exists()
 
 
 @pytest.mark.parametrize(

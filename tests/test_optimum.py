@@ -14,6 +14,7 @@ import porelang
 from porelang.backends.numpy import NumpyField
 from porelang.cli import main
 from porelang.diagnostics import PoreError
+from porelang.optimize import adapting as adapted
 from porelang.optimize import element, laws, loop, promise
 from porelang.optimize.adapting import adapting
 from porelang.optimize.grid import Grid
@@ -133,6 +134,24 @@ def test_the_law_of_the_lattice_at_hand(monkeypatch: pytest.MonkeyPatch) -> None
     turned = adapting(porelang.compile(TEXT.replace("gyroid(20mm)", "rotate(gyroid(20mm), [1, 0, 0], 20deg)")).design())
     with pytest.raises(PoreError, match=r"E181.*for the law of the lattice"):
         promise.law_of(turned, *turned.law(0.3, 0.7), 20.0, 0.3)
+
+
+def test_the_law_is_found_where_the_part_lies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A phase is known round the part alone, and cells of it are as large as the param says."""
+    monkeypatch.setattr(promise, "VOXELS", 8)
+    monkeypatch.setattr(promise, "DENSITIES", 2)
+    monkeypatch.setattr(adapted, "PLACES", 4000)
+    there = "translate(box([60mm, 20mm, 20mm]), [200mm, 0mm, 0mm])"
+    text = TEXT.replace("= 0 ", "= 10mm ").replace("box([60mm, 20mm, 20mm])", there)
+    text = text.replace("gyroid(20mm) - t", "gyroid(phase=phase(t, bar)) |> shell(12mm / t)")
+    what = adapting(porelang.compile(text.replace("-29.9mm", "170.1mm").replace("29.9mm", "229.9mm")).design())
+    sizes = laws.Thickness(np.array([0.4, 0.6]), np.array([-12.0, -8.0]))
+    law, doubts = promise.law_of(what, sizes, -1, 10.0, 0.3)
+    assert not doubts
+    # a sheet of raw half-thickness .5 and .75: shares of a cell on a grid of its own
+    x, y, z = np.meshgrid(*[(np.arange(90) + 0.5) / 90 * 2 * np.pi] * 3, indexing="ij")
+    wave = np.abs(np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x))
+    assert law.density == pytest.approx([(wave < 0.5).mean(), (wave < 0.75).mean()], abs=0.02)
 
 
 def test_what_is_not_cubic_is_doubted(monkeypatch: pytest.MonkeyPatch) -> None:

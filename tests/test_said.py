@@ -1,8 +1,9 @@
-"""What commands say of tetrahedra that are too coarse, of sizes that are none, and when they are interrupted."""
+"""What commands and Python say: of tetrahedra too coarse, of wishes that are none, when they are interrupted."""
 
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -11,7 +12,9 @@ from pathlib import Path
 
 import pytest
 
+import porelang
 from porelang.cli import main
+from porelang.diagnostics import PoreError
 
 ROOT = Path(__file__).resolve().parent.parent
 SHEET = "metric(gyroid(10mm)) |> shell(0.75mm) & cube(20mm)\n"
@@ -51,3 +54,23 @@ def test_who_is_interrupted_says_so(number: signal.Signals, word: str, tmp_path:
     out, err = running.communicate(timeout=60)
     assert running.returncode == 128 + number
     assert (out, err) == ("", f"{word}: nothing is left half-written\n")
+
+
+def test_python_takes_what_its_hints_propose() -> None:
+    lattice = porelang.compile("gyroid(10)")
+    with pytest.warns(porelang.PoreWarning, match="resolution=32"):
+        one = lattice.homogenize(resolution=16, cell="10")
+    with pytest.warns(porelang.PoreWarning):
+        other = lattice.homogenize(resolution="16", cell=["1cm", 10, "10mm"])
+    assert one.numbers["E.100"] == other.numbers["E.100"]
+    for wrong in ({"nu": None}, {"cell": [1, 2]}):
+        with pytest.raises(PoreError):
+            lattice.homogenize(resolution=16, **wrong)
+
+
+def test_a_study_is_a_line_in_python() -> None:
+    loads = "[force(z > 4mm, [0, 0, -9N]), force(z > 4mm, [0, 9N, 0])]"
+    text = f"let s = study(cube(9mm), fix=z < -4mm, load={loads}, E=1GPa, nu=0.3, size=3mm)\nout part = cube(9mm)"
+    found = porelang.compile(text).study()
+    assert re.fullmatch(r"<study s of [\d,]+ elements: max_von_mises .* \+- .*, max_displacement .*>", repr(found))
+    assert {"stiffness", "mass"}.isdisjoint(found.numbers)

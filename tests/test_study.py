@@ -24,6 +24,7 @@ from porelang.solid import Solid
 from porelang.strength import carry_out
 from porelang.tasks import resolve
 from porelang.tasks.study.missed import missed
+from porelang.tasks.study.numbers import form_error
 
 E, NU = 2000.0, 0.3
 MATERIAL = "E=2GPa, nu=0.3, density=1.2"
@@ -280,6 +281,8 @@ def test_what_elements_miss_of_a_part_is_counted_by_place() -> None:
     assert frame.beyond == pytest.approx(20 * 12 * 4, rel=0.03)
     assert (frame.handles, frame.of) == (1, 1)
     assert frame.unconnected == 0.5
+    cut = replace(frame, lacking=0.0, beyond=0.0, unsure=0.0)  # a gap as thin as one likes severs all the same
+    assert form_error(cut) == pytest.approx(0.25)
     assert np.abs(frame.lost).max(axis=0)[0] < 10
     two = missed(solid("box([30mm, 20mm, 4mm]) | translate(box([3mm, 3mm, 3mm]), [17mm, 0mm, 0mm])"), mesh, 2.5)
     assert two.crumbs == pytest.approx(27, rel=0.1)

@@ -212,3 +212,17 @@ def test_a_graded_mesh_says_its_sizes(capsys: pytest.CaptureFixture[str], tmp_pa
     assert not told.err
     assert main(["fea", str(file), "-q", "-o", str(tmp_path / "s.vtu")]) == 0
     assert capsys.readouterr().out == ""
+
+
+def test_what_fea_has_solved_is_not_solved_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "param h = 10mm in 5mm..20mm\nlet body = box([20mm, 10mm, h])\n"
+    text += f"let s = compress(body, 1kN, {MATERIAL}, size=5mm)\n"
+    design = porelang.compile(f"{text}out vm = s.von_mises\nout part = body").design(h=8)
+    carry_out(design)
+    store.forget()  # what is on disk is left
+    monkeypatch.setattr("porelang.tasks.study.found.solved", None)
+    again = porelang.compile(f"{text}out vm = s.von_mises\nout part = body")
+    stress = again.field("vm", h=8)(np.zeros((1, 3)))[0]
+    assert stress == pytest.approx(5, rel=1e-5)  # 1 kN on 200 mm2
+    with pytest.raises(TypeError):  # of another height it is another study
+        again.field("vm", h=9)(np.zeros((1, 3)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -61,10 +61,11 @@ def _length(design: Design, period: Node) -> float:
     return float(design.formula(*flatten(period)).numbers[0])
 
 
-def corner_of(part: Formula, sides: Floats) -> Floats:
-    """The lower corner of the period: that of the part along axes where it is as long, else half a side below 0."""
+def corner_of(part: Formula, sides: Floats, middle: Sequence[float] = (0.0, 0.0, 0.0)) -> Floats:
+    """The lower corner of the period: that of the part along axes where it is as long, else half a side below a middle
+    (3,)."""
     box = part_box(part)
-    low = -sides / 2
+    low: Floats = np.asarray(middle, np.float64) - sides / 2
     if box is None:
         return low
     free = unbounded_axes(box)

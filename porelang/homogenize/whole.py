@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -52,16 +53,18 @@ def homogenize(
 
 
 def material(
-    part: Formula, name: str, sides: Floats, nu: float = 0.3, resolution: int = RESOLUTION, threads: int | None = None
-) -> Homogenized:
-    """A period of a part as a material; `sides` (3,) are its lengths in mm. See `homogenize`, also for errors."""
+    part: Formula, name: str, sides: Floats, nu: float = 0.3, resolution: int = RESOLUTION, threads: int | None = None,
+    middle: Sequence[float] = (0.0, 0.0, 0.0),
+) -> Homogenized:  # fmt: skip
+    """A period of a part as a material; `sides` (3,) are its lengths in mm, and it lies round `middle` unless the part
+    is as large as that. See `homogenize`, also for errors."""
     begun = time.perf_counter()
     nu = checked_ratio(nu)
     whole = isinstance(resolution, int | np.integer) and not isinstance(resolution, bool)
     if not whole or not FEWEST <= resolution <= MOST:
         raise fail("E180", f"a finest grid of {resolution!r:.40} voxels is not to be had",
                    hint=f"take from {FEWEST} to {MOST} along the longest side, as by --resolution 64")  # fmt: skip
-    low = corner_of(part, sides)
+    low = corner_of(part, sides, middle)
     doubts = period_doubts(part, low, sides)
     # a little beyond the cell, or a wall that its face halves would count as half as thick
     wall = thinnest(Solid(part, (tuple(low - sides / 4), tuple(low + 5 * sides / 4))))

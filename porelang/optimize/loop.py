@@ -141,15 +141,15 @@ def iterate(
     resume: bool = False,
     told: Callable[[Step], None] | None = None,
     anew: bool = False,
-    seen: Callable[[list[Step], int, Answer], None] | None = None,
+    seen: Callable[[list[Step], int, Answer, Array], None] | None = None,
 ) -> Outcome:
     """Run the loop from a density `start` (m,), the uniform one unless given, whose mean is first made the plan's.
 
     With a `folder` each step is written there as it is found, and `resume` goes on from the last one that is whole, to
     the very result of a run without interruption; `anew` begins in a folder that holds another loop's record. `told` is
-    called with each step, `seen` with all of them, the number of the best, and the last answer. A step that cannot be
-    solved ends the loop if it is not the first. Errors: E192 for limits that leave no room, E194, and E195 for a folder
-    that holds something else.
+    called with each step, `seen` with all of them, the number of the best, the last answer and its density. A step that
+    cannot be solved ends the loop if it is not the first. Errors: E192 for limits that leave no room, E194, and E195
+    for a folder that holds something else.
     """
     grid = analysis.grid
     frame = _frame(grid, plan)
@@ -194,7 +194,7 @@ def iterate(
             if told is not None:
                 told(step)
             if seen is not None:
-                seen(steps, _best(steps), answer)
+                seen(steps, _best(steps), answer, density)
             reason = _reason(steps, plan)
             if reason is not None:
                 return Outcome(tuple(steps), _best(steps), best, reason, missed=missed)

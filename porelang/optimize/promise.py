@@ -40,7 +40,8 @@ CUBIC = 0.05
 class Promise:
     """A density (m,) of the voxels of a grid, found on the homogenised lattice by `rule` in so many `steps`.
 
-    `uniform` and `best` are compliances (N mm) with their relative errors: what the voxels and the law err by.
+    `path` are the compliances (N mm) of all steps of the run that found it, from the density where it began. `uniform`
+    and `best` are compliances with their relative errors: what the voxels and the law err by.
     """
 
     rule: str
@@ -50,6 +51,7 @@ class Promise:
     best: float
     errors: tuple[float, float]
     steps: int
+    path: tuple[float, ...]
     doubts: tuple[Diagnostic, ...]
 
     @property
@@ -62,7 +64,7 @@ class Promise:
         """What `pore optimize --json` prints of it."""
         first, last = self.errors
         return {"rule": self.rule, "steps": self.steps, "uniform": self.uniform, "uniform_error": first,
-                "best": self.best, "best_error": last, "gain": self.gain,
+                "best": self.best, "best_error": last, "gain": self.gain, "path": list(self.path),
                 "law": {"density": self.law.density.tolist(), "constants": self.law.constants.tolist(),
                         "nu": self.law.nu}}  # fmt: skip
 
@@ -98,7 +100,8 @@ def promise(
     rough = _coarser(asked, grid, found, (uniform, best.density), plan)
     slack = float(np.max(found.error(plan.mean) / np.maximum(np.abs(found.cubic(plan.mean)), 1e-12)))
     errors = [abs(r / c - 1) + slack for r, c in zip(rough, (first, last), strict=True)]
-    return Promise(rule.name, found, best.density, first, last, (errors[0], errors[1]), best.best, tuple(doubts))
+    return Promise(rule.name, found, best.density, first, last, (errors[0], errors[1]), best.best,
+                   tuple(step.compliance for step in best.steps), tuple(doubts))  # fmt: skip
 
 
 def law_of(
@@ -107,6 +110,7 @@ def law_of(
     """The law of a design's lattice between the limits of its density, and what is doubtful of it."""
     low, high = thickness.limits
     found = []
+    middle = np.mean([what.box.lo, what.box.hi], axis=0).tolist()  # a phase is known there, and not everywhere
     own = abs(what.cell() / cell - 1) < 1e-6
     with activity("homogenising the lattice"):
         for i, value in enumerate(thickness.thickness(np.linspace(low, high, DENSITIES))):
@@ -115,7 +119,7 @@ def law_of(
             # where the param is the size of the cells, each has its own
             period = what.cell(part) if own else cell
             try:
-                found.append(material(lattice_of(part), what.output, np.full(3, period), nu, VOXELS))
+                found.append(material(lattice_of(part), what.output, np.full(3, period), nu, VOXELS, middle=middle))
             except PoreError as error:
                 told = f"with {what.param} = {sign * float(value):.4g}, for the law of the lattice"
                 raise PoreError([replace(d, message=f"{d.message}, {told}") for d in error.diagnostics]) from None

@@ -32,6 +32,8 @@ NAME = "loop.jsonl"
 Under = Literal["forces", "displacements"]
 #: What is doubtful of a step: code, what is said, a label, a hint.
 Doubtful = tuple[str, str, str, str]
+#: What the file of a step holds, beside the samples of the param by its own name.
+ARRAYS = frozenset({"density", "following", "origin", "spacing"})
 _OWN = re.compile(r"(?:step|state)-\d{3,}\.npz")
 _ANEW = "begin anew with --force, or name another folder"
 

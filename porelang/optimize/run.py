@@ -26,7 +26,7 @@ from porelang.optimize.doubts import doubts
 from porelang.optimize.grid import Grid
 from porelang.optimize.promise import Promise, promise
 from porelang.optimize.real import Real, sampled
-from porelang.optimize.record import Step
+from porelang.optimize.record import ARRAYS, Step
 from porelang.optimize.rules import Answer, Energy, Given, Optimum, Rule, VonMises
 from porelang.program import Design
 
@@ -37,7 +37,7 @@ _TO_A_CELL = 2
 _TO_SOLVE, _THROUGH, _MOST = 4, 8, 300_000
 #: Where early steps may go.
 EARLY = "homogenised"
-#: The name of the density in the file of the samples, unless the param has that name.
+#: The name of the density in the file of the samples.
 DENSITY = "density"
 TABLE, PICTURE = "history.md", "history.png"
 
@@ -154,6 +154,9 @@ def optimize(
     if early not in (None, EARLY):
         raise fail("E193", f"early steps are not to be had on `{early}`", hint=f"on `{EARLY}`, or leave it out")
     what = adapting(design, output, adapt, study, within)
+    if folder is not None and what.param in ARRAYS:
+        raise fail("E193", f"the param that adapts is called `{what.param}`, as an array of each record is",
+                   hint="give it another name, such as `t`")  # fmt: skip
     size = what.cell() if cell is None else cell
     _sized(what, size)
     low, high = limits
@@ -176,11 +179,12 @@ def optimize(
     analysis = Real(what, grid, thickness, sign, size, mean)
     shown = f"{what.output}: {what.study}, {made.name}, {what.param}"
 
-    def keep(steps: Sequence[Step], best: int, answer: Answer) -> None:
+    def keep(steps: Sequence[Step], best: int, answer: Answer, density: NDArray[np.float64]) -> None:
         """What is there of a loop that does not come to its end."""
         if folder is not None:
             if best == steps[-1].number:
-                _save(Path(folder) / f"{what.param}.npz", answer.samples)
+                arrays = {DENSITY: sampled(grid, density).values[..., 0], **answer.samples}
+                _save(Path(folder) / f"{what.param}.npz", arrays)
             _show(Path(folder), steps, best, shown, promised, f"not ended yet. The best so far is step {best}.")
 
     found = loop.iterate(analysis, made, plan, folder=folder, resume=resume, told=told, anew=force, seen=keep)
@@ -242,14 +246,8 @@ def _write(result: Optimized, folder: Path) -> None:
     }
     _save(folder / f"{result.param}.npz", arrays)
     shown = f"{result.output}: {result.study}, {result.rule}, {result.param}"
-    _show(
-        folder,
-        result.steps,
-        result.best,
-        shown,
-        result.promise,
-        f"ended: {result.reason}. The best is step {result.best}.",
-    )
+    end = f"ended: {result.reason}. The best is step {result.best}."
+    _show(folder, result.steps, result.best, shown, result.promise, end)
 
 
 def _save(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:

@@ -106,6 +106,12 @@ def find(n: Node, bindings: Bindings, places: Places) -> Result:
         raise _told_at(error, places.get(n)) from None
 
 
+def leave(n: Node, bindings: Bindings, places: Places, found: Result) -> None:
+    """Keep what a task finds with these bindings, as `find` would have: who has it from elsewhere spares that."""
+    bindings = bind_files([n], {m: v for m, v in bindings.items() if _settled(m)}, places)
+    store.put(identity(n, bindings, partial(_content, bindings)), found, label=_label(n, places))
+
+
 def named(n: Node, bindings: Bindings) -> str:
     """What `find` would keep the result of a task by: a digest of all that it depends on."""
     return identity(n, bindings, partial(_content, bindings))
