@@ -15,7 +15,7 @@ from porelang.progress import activity, tell
 from porelang.solid import Solid
 from porelang.tet.balance import balance
 from porelang.tet.cut import Background, cut
-from porelang.tet.finer import MANY, TURNS, Grading
+from porelang.tet.finer import MANY, ROUND, TOO, TURNS, Grading, Region
 from porelang.tet.frame import Frame, Value, framed
 from porelang.tet.islands import sorted_pieces
 from porelang.tet.lattice import Lattice
@@ -73,22 +73,31 @@ def direct(
         lo, hi, slack = (solid.lo, solid.hi, 0.0) if both else _box(solid)
         frame = framed(solid.value, lo, hi, sizes.finest, slack, even=1 << sizes.coarsest, whole=both)
         grading = Grading(frame, sizes.coarsest, float(frame.edges.min()))
-        for turn in range(TURNS + 1):
-            tell(3 * turn, 3 * TURNS + 3)
-            lattice, values, made = _stuffed(solid, sizes, grading, both)
-            tell(3 * turn + 1, 3 * TURNS + 3)
-            mesh, dropped, facts = sorted_pieces(made, keep_islands)
+        near = at = None  # the whole; then what lies round the cubes that were parted, and the whole again
+        for turn in range(TURNS + 2):
+            tell(3 * turn, 3 * TURNS + 6)
+            lattice, values, made = _stuffed(solid, sizes, grading, both, near)
+            tell(3 * turn + 1, 3 * TURNS + 6)
+            mesh, dropped, facts = sorted_pieces(made, keep_islands or near is not None)
             beside = neighbours(mesh)
             if sharp:
-                facts |= sharpened(mesh, solid, lattice, beside)
-            tell(3 * turn + 2, 3 * TURNS + 3)
-            found = missed((mesh, dropped), middles_of(mesh, beside), lattice, values, solid)
+                facts |= sharpened(mesh, solid, lattice, beside, near)
+            tell(3 * turn + 2, 3 * TURNS + 6)
+            found = missed((mesh, dropped), middles_of(mesh, beside), lattice, values, solid, at)
             looked = sound(mesh, beside)
-            wrong = np.union1d(found.cells, lattice.cell_at(mesh.vertices[looked.touching].mean(axis=1)))
-            large = grading.large(lattice, wrong)
-            if not sharp or turn == TURNS or not len(large) or len(wrong) > MANY * found.of:
+            if not sharp or (turn and near is None) or (not turn and len(found.cells) > MANY * found.of):
                 break
-            grading = grading.parting(lattice, large)
+            hinges = mesh.vertices[looked.touching].mean(axis=1)
+            if at is not None:
+                hinges = hinges[at.meets(hinges, hinges)]
+            large = grading.large(lattice, np.union1d(found.cells, lattice.cell_at(hinges)))
+            if not len(large) and not turn:
+                break
+            near = at = None
+            if len(large):
+                if turn < TURNS:
+                    near, at = Region(lattice, large, ROUND), Region(lattice, large, TOO)
+                grading = grading.parting(lattice, large)
         if facts["dropped_volume_fraction"] > CRUMBS:
             share = 100 * facts["dropped_volume_fraction"]
             raise _unusable(sizes.finest, f"break the part up: {share:.0f} % of it hangs together with nothing")
@@ -102,9 +111,11 @@ def direct(
     return mesh, facts
 
 
-def _stuffed(solid: Solid, sizes: Sizes, grading: Grading, both: bool) -> tuple[Lattice, Floats, TetMesh]:
+def _stuffed(
+    solid: Solid, sizes: Sizes, grading: Grading, both: bool, near: Region | None
+) -> tuple[Lattice, Floats, TetMesh]:
     """Cubes, the field at their corners and centres, and what stuffing makes of them. Errors: E110, E162."""
-    lattice = Lattice(grading.cells(sizes, solid.decided, both), grading.frame)
+    lattice = Lattice(grading.cells(sizes, solid.decided, both, near), grading.frame)
     value = _before_ends(solid.value, grading.frame)
     background = _background(lattice, value)
     made = cut(background, value, both)
@@ -113,10 +124,12 @@ def _stuffed(solid: Solid, sizes: Sizes, grading: Grading, both: bool) -> tuple[
     return lattice, background.values, TetMesh(made.vertices, made.tets, made.side)
 
 
-def sharpened(mesh: TetMesh, solid: Solid, lattice: Lattice, beside: Indices) -> dict[str, float]:
+def sharpened(
+    mesh: TetMesh, solid: Solid, lattice: Lattice, beside: Indices, near: Region | None = None
+) -> dict[str, float]:
     """Move the vertices of a mesh, in place, so that its rims are sharp and its volume is that of the part:
     `rim_vertices`, how many were moved onto rims, `rim_triangles_left`, how many triangles still cut rims off, and
-    `moved`, how far (mm) vertices left the surface at most.
+    `moved`, how far (mm) vertices left the surface at most. Only those in a region are, if what is `near` is given.
     """
     field, cube = Branches(solid.formula), lattice.cube_at(mesh.vertices)
     frame = lattice.frame
@@ -124,6 +137,9 @@ def sharpened(mesh: TetMesh, solid: Solid, lattice: Lattice, beside: Indices) ->
     free = np.stack([(held >> (2 * k)) & 3 for k in range(3)], axis=1) == 0
     triangles, _ = interfaces(mesh, beside) if len(mesh.phases) > 1 else boundary(mesh, beside)
     triangles = triangles[(held[triangles[:, 0]] & held[triangles[:, 1]] & held[triangles[:, 2]]) == 0]
+    if near is not None:
+        middles = mesh.vertices[triangles].mean(axis=1)
+        triangles = triangles[near.meets(middles, middles)]
     on, around = branches_on(mesh.vertices, triangles, field, frame, cube), stars(mesh.tets, len(mesh.vertices))
     surface = mesh.vertices, mesh.tets, around, triangles, on, free, field, cube
     with activity("sharpening"):

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from porelang.compiled import compiled
 from porelang.diagnostics import Diagnostic
 from porelang.solid import Solid
+from porelang.tet.finer import Region
 from porelang.tet.frame import Frame
 from porelang.tet.lattice import Lattice
 from porelang.tet.tetmesh import TetMesh
@@ -59,12 +60,24 @@ class Missed:
         return [Diagnostic("W253", message, hint="take a smaller --size", severity="warning")]
 
 
-def missed(meshes: Sequence[TetMesh], middles: Floats, lattice: Lattice, values: Floats, solid: Solid) -> Missed:
-    """Compare meshes with the field of their part, of which the lattice's vertices have the `values` (n,)."""
+def missed(
+    meshes: Sequence[TetMesh],
+    middles: Floats,
+    lattice: Lattice,
+    values: Floats,
+    solid: Solid,
+    region: Region | None = None,
+) -> Missed:
+    """Compare meshes, with triangles of these `middles` (n, 3), with the field of their part, of which the lattice's
+    vertices have the `values` (n,); in a `region`, where there is one."""
     cells, frame = lattice.cells, lattice.frame
     some = near(lattice, values)
     side = frame.edges * (1 << cells.level[some].astype(np.int64))[:, None]
     low = frame.lo + cells.index[some] * side
+    if region is not None:
+        kept = region.meets(low, low + side)
+        some, side, low = some[kept], side[kept], low[kept]
+        middles = middles[region.meets(middles, middles)]
     places = (low[:, None] + PLACES * side[:, None]).reshape(-1, 3)
     inside = solid.value(places) < 0
     held = covered(meshes, cells.index[some], cells.level[some], frame).ravel()
