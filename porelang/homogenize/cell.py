@@ -75,7 +75,8 @@ def corner_of(part: Formula, sides: Floats, middle: Sequence[float] = (0.0, 0.0,
 
 
 def period_doubts(part: Formula, low: Floats, sides: Floats, reach: Box | None = None) -> list[Diagnostic]:
-    """What is doubtful of a box as a period of a part, in the box `reach` or as far as it goes. Errors: E181 where it is none, E182 where an envelope cuts it."""
+    """What is doubtful of a box as a period of a part, in the box `reach` or as far as it goes. Errors: E181 where it
+    is none, E182 where an envelope cuts it."""
     envelope, lattice = _apart(part)
     cutting = _cut_by(envelope, low, sides)
     if cutting is not None:
