@@ -191,8 +191,7 @@ def homogenize(
     from porelang import homogenize as work
 
     sides = None if cell is None else read("cell", cell if isinstance(cell, str) else _joined(cell), values.cell)
-    ratio = read("nu", nu, values.poisson)
-    voxels = read("resolution", resolution, values.voxels)
+    ratio, voxels = number("nu", nu, values.poisson), whole("resolution", resolution)
     if check:
         keep_checks(design)
     found: Any

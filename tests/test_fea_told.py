@@ -58,7 +58,8 @@ REFUSED: dict[str, tuple[Problem, str, str]] = {
         "E173",
         "does nothing",
     ),
-    "nothing at all": (with_force(where=lambda p: p[:, 2] > 90), "E170", "nor anything near"),
+    "far away": (with_force(where=lambda p: p[:, 2] > 90), "E170", "89 mm from what is selected"),
+    "nothing at all": (with_force(where=lambda p: p[:, 2] > 9e9), "E170", "nor anything near"),
     "no pressure": (
         replace(GOOD, loads=(Pressure(lambda p: p[:, 0] > 2, 1.0, "oil"),)),
         "E170",

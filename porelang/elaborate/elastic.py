@@ -101,7 +101,8 @@ def _material(ctx: Context, name: str, given: Options, site: Span) -> tuple[Node
     limits = (
         ("E", young, node("lt", ZERO, young), "a modulus above 0", "as in `E=1.7GPa`"),
         ("nu", nu, _between(const(-1.0), nu, const(0.5)), "a Poisson's ratio between -1 and 0.5",
-         "at 0.5 a material keeps its volume, and its pressure is not told by its strain: take 0.49 at most"),
+         "at 0.5 a material keeps its volume, and its pressure is not told by its strain: take 0.49 at most; at -1 it "
+         "keeps its shape"),
         ("density", density, node("le", ZERO, density), "a density above 0", "in g/cm^3, as in `density=1.01`"),
     )  # fmt: skip
     sound = [_holds(ctx, name, *limit, given, site) for limit in limits]

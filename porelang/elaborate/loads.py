@@ -80,7 +80,8 @@ def where(ctx: Context, value: Value, place: Span, of: str) -> Node | None:
     if isinstance(value, Bool):
         return value.node
     text = value_of(place).text
-    hint = f"write where: `{text} < 0`" if isinstance(value, Scalar) else "as in `z < -149mm`"
+    varies = isinstance(value, Scalar) and value.node.stage is Stage.FIELD
+    hint = f"write where: `{text} < 0`" if varies else "as in `z < -149mm`"
     ctx.error("E060", f"{of} is a condition, not {describe(value)}", place, f"this is {describe(value)}", hint=hint)
     return None
 
@@ -191,7 +192,7 @@ def acting(ctx: Context, value: Value, place: Span, parameter: str) -> list[Acti
             hint = f"say where it acts: `force(z > 9mm, {value_of(place).text})`"
         elif isinstance(item, Acting):
             hint = f"give it to `{'load' if parameter == 'fix' else 'fix'}`"
-        elif isinstance(item, Scalar) and parameter == "fix":
+        elif isinstance(item, Scalar) and item.node.stage is Stage.FIELD and parameter == "fix":
             hint = f"write where: `{value_of(place).text} < 0`"
         ctx.error("E187", f"`{parameter}` of `study` cannot be {what}", place, f"this is {what}", hint=hint)
         return None

@@ -14,6 +14,8 @@ from porelang.fea.problem import Floats, Mask, OnSurface, Where
 
 #: Exact for quadratic tractions on quadratic shapes, and nine points to see where a selection cuts through.
 _DEGREE = 4
+#: How many times the size of the part is looked at on each side for what is selected: a slip of the unit is thousands.
+_FAR = (1.0, 10.0, 100.0, 1000.0)
 #: Directions in which a line is looked for that parts the points of a triangle.
 _WAYS = 180
 #: How a distance to a selection is found: from so many points of the boundary, bisected so often, on so many grids;
@@ -120,13 +122,17 @@ def interleaved(chosen: Mask) -> Mask:
 def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats) -> PoreError:
     """E170: a selection that holds no point of the boundary, with how near it comes.
 
-    The selection is asked on a grid of points in twice the part's box. From the points of the boundary nearest to what
-    it holds there, its end is bisected; round the nearest of these, finer grids find where it is nearer still.
+    The selection is asked on a grid of points in twice the part's box, and if it holds none of them in larger ones.
+    From the points of the boundary nearest to what it holds there, its end is bisected; round the nearest of these,
+    finer grids find where it is nearer still.
     """
     low, high = box
     if isinstance(where, OnSurface):
         where = where.anywhere
-    held = _held_on_grid(where, (low + high) / 2, high - low, 41, what)
+    for far in _FAR:
+        held = _held_on_grid(where, (low + high) / 2, far * (high - low), 41, what)
+        if len(held):
+            break
     extent = f"the part reaches from {place(low)} to {place(high)}"
     if not len(held):
         return fail(

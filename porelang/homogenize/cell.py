@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.box import part_box, unbounded_axes
+from porelang.analysis.box import Box, part_box, unbounded_axes
 from porelang.backends.numpy import NumpyField
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic, fail
@@ -74,8 +74,9 @@ def corner_of(part: Formula, sides: Floats, middle: Sequence[float] = (0.0, 0.0,
     return np.where([axis not in free for axis in "xyz"] & same, corner + (size - sides) / 2, low)
 
 
-def period_doubts(part: Formula, low: Floats, sides: Floats) -> list[Diagnostic]:
-    """What is doubtful of a box as a period. Errors: E181 where it is none, E182 where an envelope cuts it."""
+def period_doubts(part: Formula, low: Floats, sides: Floats, reach: Box | None = None) -> list[Diagnostic]:
+    """What is doubtful of a box as a period of a part, in the box `reach` or as far as it goes. Errors: E181 where it
+    is none, E182 where an envelope cuts it."""
     envelope, lattice = _apart(part)
     cutting = _cut_by(envelope, low, sides)
     if cutting is not None:
@@ -91,7 +92,7 @@ def period_doubts(part: Formula, low: Floats, sides: Floats) -> list[Diagnostic]
     away = None
     if lattice is not None:
         cut = None if envelope is None else _asked(envelope)
-        away = strayed(_asked(lattice), cut, low, sides, *_reach(part, low, sides))
+        away = strayed(_asked(lattice), cut, low, sides, *_reach(reach or part_box(part), low, sides))
     if away is not None:
         seen = f"the field is {away.here:.4g} at {place(away.at)} and {away.home:.4g} at {place(away.within)}"
         told = f"{away.share:.2g} of the points of the part are solid and void in the cell, or the reverse; {seen}"
@@ -119,10 +120,9 @@ def _asked(part: Formula) -> Callable[[Floats], Floats]:
     return at
 
 
-def _reach(part: Formula, low: Floats, sides: Floats) -> tuple[Floats, Floats]:
-    """The corners (mm) of the box that a part reaches through; along axes that it has no end, FAR sides of the cell to
+def _reach(box: Box | None, low: Floats, sides: Floats) -> tuple[Floats, Floats]:
+    """The corners (mm) of the box of a part; along axes that it has no end, FAR sides of the cell to
     both sides of it."""
-    box = part_box(part)
     lo, hi = low - FAR * sides, low + (FAR + 1) * sides
     if box is None:
         return lo, hi

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.analysis.box import Box
 from porelang.diagnostics import fail
 from porelang.formula import Formula
 from porelang.homogenize.cell import corner_of, period_doubts, place, sampled, sides_of
@@ -54,10 +55,11 @@ def homogenize(
 
 def material(
     part: Formula, name: str, sides: Floats, nu: float = 0.3, resolution: int = RESOLUTION, threads: int | None = None,
-    middle: Sequence[float] = (0.0, 0.0, 0.0),
+    middle: Sequence[float] = (0.0, 0.0, 0.0), reach: Box | None = None,
 ) -> Homogenized:  # fmt: skip
     """A period of a part as a material; `sides` (3,) are its lengths in mm, and it lies round `middle` unless the part
-    is as large as that. See `homogenize`, also for errors."""
+    is as large as that. `reach` is the box in which the part has to repeat, where that is not all of it. See
+    `homogenize`, also for errors."""
     begun = time.perf_counter()
     nu = checked_ratio(nu)
     whole = isinstance(resolution, int | np.integer) and not isinstance(resolution, bool)
@@ -65,7 +67,7 @@ def material(
         raise fail("E180", f"a finest grid of {resolution!r:.40} voxels is not to be had",
                    hint=f"take from {FEWEST} to {MOST} along the longest side, as by --resolution 64")  # fmt: skip
     low = corner_of(part, sides, middle)
-    doubts = period_doubts(part, low, sides)
+    doubts = period_doubts(part, low, sides, reach)
     # a little beyond the cell, or a wall that its face halves would count as half as thick
     wall = thinnest(Solid(part, (tuple(low - sides / 4), tuple(low + 5 * sides / 4))))
     x, y, z = (bool(part.root.axes & 1 << axis) for axis in range(3))

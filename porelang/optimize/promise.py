@@ -119,7 +119,8 @@ def law_of(
             # where the param is the size of the cells, each has its own
             period = what.cell(part) if own else cell
             try:
-                found.append(material(lattice_of(part), what.output, np.full(3, period), nu, VOXELS, middle=middle))
+                sides = np.full(3, period)
+                found.append(material(lattice_of(part), what.output, sides, nu, VOXELS, middle=middle, reach=what.box))
             except PoreError as error:
                 told = f"with {what.param} = {sign * float(value):.4g}, for the law of the lattice"
                 raise PoreError([replace(d, message=f"{d.message}, {told}") for d in error.diagnostics]) from None
