@@ -144,7 +144,7 @@ sys.exit(main())
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment(), check=False,
                           preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))  # fmt: skip
-    assert (done.returncode, done.stderr) == (129, "")
+    assert (done.returncode, done.stderr) == (129, "ended: nothing is left half-written\n")
 
 
 def test_a_signal_that_falls_into_the_last_callback_ends_nothing_else() -> None:

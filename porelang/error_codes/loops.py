@@ -74,8 +74,7 @@ LOOPS = (
         "W268",
         "what a part bears is uniform",
         "A rule of the loop thickens where more is borne than elsewhere. Here that differs by less than it is known\n"
-        "to: a column between frictionless platens, say. At the start it is known to no better than the error of the\n"
-        "compliance that is stated. Iterating would follow the noise of the mesh, so the uniform\n"
+        "to: a column between frictionless platens, say. Iterating would follow the noise of the mesh, so the uniform\n"
         "part is kept. It need not be the stiffest of its mass: where stiffness rises faster than density, a dense\n"
         "core in a light skin is stiffer.",
         "",
@@ -94,8 +93,7 @@ LOOPS = (
         "a gain within the error",
         "The best step is stiffer than the uniform part by less than either stiffness is known to. The two meshes err\n"
         "alike, so that the gain may be real; finer elements, or elements of the second order, would tell. A gain\n"
-        "within what two such meshes differ by (the noise of the lattice in them, and the difference of their errors)\n"
-        "is no gain: then the uniform part is kept.",
+        "within the noise of the lattice in two such meshes is no gain: then the uniform part is kept.",
         "",
         "",
     ),

@@ -18,7 +18,7 @@ def _gained(what: Adapting, found: loop.Outcome, cell: float) -> list[Diagnostic
     stiffest = min(found.steps, key=lambda step: step.softness)
     gained, apart = 1 - stiffest.softness / first.softness, loop.noise_of(first, stiffest)
     if found.reason == "uniform" and found.best == 0 and stiffest is first:
-        known = max(first.noise, first.error or 0.0)
+        known = max(first.noise, loop.UNIFORM)
         return [Diagnostic(
             "W268", f"what `{what.output}` bears is uniform: it varies by {first.spread:.1%} over cells of "
             f"{cell:.4g} mm, known to {known:.1%}", place, "there is nothing to adapt to", severity="warning",

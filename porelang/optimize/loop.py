@@ -243,11 +243,9 @@ def _best(steps: list[Step]) -> int:
 
 
 def noise_of(start: Step, step: Step) -> float:
-    """By how much two meshes of a part that are alike may differ in stiffness: by the noise of the lattice in them, and
-    by how differently they err. What both err by is nearly the same, and cancels in the ratio."""
-    if start.error is None or step.error is None:
-        return 0.0
-    return max(start.noise, step.noise, abs(step.error - start.error))
+    """By how much two meshes of a part that are alike may differ in stiffness: by the noise of the lattice in them.
+    What both err by is nearly the same, and cancels in the ratio: how differently that is known is no difference."""
+    return 0.0 if start.error is None or step.error is None else max(start.noise, step.noise)
 
 
 def _reason(steps: list[Step], plan: Plan) -> Reason | None:
@@ -255,8 +253,8 @@ def _reason(steps: list[Step], plan: Plan) -> Reason | None:
     last = steps[-1]
     if last.number < min(plan.least, plan.most):
         return None
-    # whether there is anything to adapt to cannot be known better than the energies are
-    known = max(UNIFORM, last.noise, (last.error or 0.0) if last.number == 0 else 0.0)
+    # the energies of cells are known far better than a stiffness is: what both err by does not tell cells apart
+    known = max(UNIFORM, last.noise)
     if last.spread < known:
         return "uniform"
     if last.change is not None and abs(last.change) < plan.until:

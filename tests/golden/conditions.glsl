@@ -6,6 +6,15 @@ layout(std430, binding = 1) readonly buffer Points { float points[]; };
 uniform int count;
 
 uniform float u[1];
+// Zero, as a uniform that is never set: a factor that the driver cannot see. Drivers fold x * 0.0 to 0.0 in spite of
+// `precise`, also where x is infinite or no number (seen on Mesa 22.3).
+uniform float pore_nought;
+// Whether b does not hold. NVIDIA's compiler takes !(a < b) for a >= b, which a NaN makes false too (measured: an H200,
+// driver 580), in whatever words it is written; a sum with a number that it does not know it leaves alone.
+bool pore_not(bool b) {
+    precise float x = (b ? 1.0 : 0.0) + pore_nought;
+    return x < 0.5;
+}
 // Whether x is not a number, by its bits: a driver may assume that x != x is never true.
 bool pore_is_nan(float x) {
     return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u;
@@ -102,7 +111,7 @@ float pore_keep(float x) {
 float field(vec3 p) {
     bool v0 = (p.x < u[0]);
     bool v1 = (p.y <= 0.0e+00);
-    bool v2 = (!v1);
+    bool v2 = pore_not(v1);
     bool v3 = (v0 && v2);
     precise float v4 = pore_mod(p.x, u[0]);
     precise float v5 = pore_atan2(p.y, p.x);
