@@ -25,6 +25,7 @@ from porelang.strength import carry_out
 from porelang.tasks import resolve
 from porelang.tasks.study.missed import missed
 from porelang.tasks.study.numbers import form_error
+from porelang.tet.direct import direct
 
 E, NU = 2000.0, 0.3
 MATERIAL = "E=2GPa, nu=0.3, density=1.2"
@@ -276,12 +277,20 @@ def test_what_elements_miss_of_a_part_is_counted_by_place() -> None:
     assert beside.lacking == pytest.approx(80, rel=0.2)  # though the volumes are the same; in planes of the grid
     assert beside.beyond == pytest.approx(80, rel=0.2)
     assert beside.share == pytest.approx(160 / 2400, rel=0.25)
+    assert beside.deep == pytest.approx(160, rel=0.25)
+    assert beside.section == pytest.approx(160 / 2400, rel=0.35)  # the volume is right, the sections are not
     assert abs(np.abs(beside.at[0]) - 15) < 1.5
+    round_ = solid("cylinder(5mm, 20mm)")
+    sagging = missed(round_, direct(round_, 2.0)[0], 2.0)  # facets on either side of a round wall
+    assert sagging.deep == 0
+    assert sagging.section < 0.4 * sagging.share
     frame = missed(solid(FRAME.replace("SHIFT", "0")), mesh, 2.5)
     assert frame.beyond == pytest.approx(20 * 12 * 4, rel=0.03)
     assert (frame.handles, frame.of) == (1, 1)
     assert frame.unconnected == 0.5
-    cut = replace(frame, lacking=0.0, beyond=0.0, unsure=0.0)  # a gap as thin as one likes severs all the same
+    cut = replace(
+        frame, lacking=0.0, beyond=0.0, unsure=0.0, deep=0.0
+    )  # a gap as thin as one likes severs all the same
     assert form_error(cut) == pytest.approx(0.25)
     assert np.abs(frame.lost).max(axis=0)[0] < 10
     two = missed(solid("box([30mm, 20mm, 4mm]) | translate(box([3mm, 3mm, 3mm]), [17mm, 0mm, 0mm])"), mesh, 2.5)

@@ -45,7 +45,7 @@ class Missed:
 
     `handles` is how many more or fewer holes run through the elements than through the part, whose own are `of`: as
     far as the grid can tell, and 0 where it cannot. `lost` (n, 3) mm are places that are wrong by more than the sag of
-    a face; `at` is the middle of what is wrong most deeply.
+    a face, `deep` (mm3) is what hangs together with them; `at` is the middle of what is wrong most deeply.
     """
 
     lacking: float
@@ -56,6 +56,7 @@ class Missed:
     handles: int
     of: int
     lost: Floats
+    deep: float
     at: tuple[float, float, float]
 
     @property
@@ -67,6 +68,12 @@ class Missed:
     def off(self) -> float:
         """By which share the volume is wrong: that of a part counts its crumbs."""
         return (abs(self.lacking + self.crumbs - self.beyond) + self.unsure) / self.volume
+
+    @property
+    def section(self) -> float:
+        """By which share the sections of a part are wrong: the sag of a face on one side makes up for that on another,
+        what is lost or bridged makes up for nothing."""
+        return self.off + self.deep / self.volume
 
     @property
     def unconnected(self) -> float:
@@ -92,13 +99,14 @@ def missed(part: Solid, mesh: TetMesh, size: float) -> Missed:
     lacking, beyond = piece & ~held, held & ~solid
     handles, of = _handles(mesh, piece)
     deep = max(_DEEP * size, _STEPS * float(spacing.max()))
-    lost, at = _deepest((lacking, beyond), deep, spacing, cut=handles > 0)
+    lost, at, deepest = _deepest((lacking, beyond), deep, spacing, cut=handles > 0)
     cell, few, many = float(np.prod(spacing)), int(lacking.sum()), int(beyond.sum())
     crumbs = int((solid & ~held).sum()) - few
     x, y, z = (float(c) for c in origin + at * spacing)
     return Missed(
         lacking=few * cell, crumbs=crumbs * cell, beyond=many * cell, unsure=_SIGMAS * cell * (few + many) ** 0.5,
-        volume=float(volumes(mesh).sum()), handles=handles, of=of, lost=origin + lost * spacing, at=(x, y, z),
+        volume=float(volumes(mesh).sum()), handles=handles, of=of, lost=origin + lost * spacing,
+        deep=deepest * cell, at=(x, y, z),
     )  # fmt: skip
 
 
@@ -120,19 +128,26 @@ def _held(mesh: TetMesh, origin: Floats, spacing: Floats, shape: tuple[int, ...]
     return out
 
 
-def _deepest(wrong: tuple[Flags, Flags], deep: float, spacing: Floats, cut: bool) -> tuple[Floats, Floats]:
-    """The nodes (n, 3) that are wrong deeper than so many mm, and the one that is the deepest of all. Where something
-    is `cut`, some of them are among the deepest, however thin that is."""
+def _deepest(wrong: tuple[Flags, Flags], deep: float, spacing: Floats, cut: bool) -> tuple[Floats, Floats, int]:
+    """The nodes (n, 3) that are wrong deeper than so many mm, the one that is the deepest of all, and how many are
+    wrong with them, no farther from one than that. Where something is `cut`, some are among the deepest, however thin
+    that is."""
     from scipy.ndimage import distance_transform_edt
 
-    depths = [distance_transform_edt(one, spacing) for one in wrong if one.any()]
+    depths = [(one, distance_transform_edt(one, spacing)) for one in wrong if one.any()]
     if not depths:
-        return np.zeros((0, 3)), np.zeros(3)
-    most = [float(depth.max()) for depth in depths]
-    deepest = depths[int(np.argmax(most))]
+        return np.zeros((0, 3)), np.zeros(3), 0
+    most = [float(depth.max()) for _, depth in depths]
+    deepest = depths[int(np.argmax(most))][1]
     least = min(deep, _AMONG * max(most)) if cut else deep
-    found = np.concatenate([np.argwhere(depth > least) for depth in depths]).astype(np.float64)
-    return found, np.array(np.unravel_index(np.argmax(deepest), deepest.shape), np.float64)
+    found, count = [], 0
+    for one, depth in depths:
+        core = depth > least
+        found.append(np.argwhere(core))
+        if core.any():
+            count += int((one & (distance_transform_edt(~core, spacing) <= least)).sum())
+    at = np.array(np.unravel_index(np.argmax(deepest), deepest.shape), np.float64)
+    return np.concatenate(found).astype(np.float64), at, count
 
 
 def _largest(solid: Flags) -> Flags:

@@ -54,6 +54,11 @@ class Measured:
 
 def form_error(missed: Missed) -> float:
     """By which share numbers of stiffness may be wrong for what elements miss of a part."""
+    return max(_LEAST, _SECTIONS * missed.section + _HANDLES * missed.unconnected)
+
+
+def place_error(missed: Missed) -> float:
+    """By which share numbers of one place may be: the sag of the face that it lies on counts in full there."""
     return max(_LEAST, _SECTIONS * missed.share + _HANDLES * missed.unconnected)
 
 
@@ -66,13 +71,15 @@ def numbers_of(mesh: TetMesh, density: Floats, found: Measured) -> Mapping[str, 
     """The numbers of `porelang.ops.studies` by name, with their errors; `density` (m,) in g/cm3.
 
     Displacements and work err by the square of the error in energy, as elements of least energy do; the greatest
-    stress by that of the elements where it is. What elements miss of the part comes to that: the
-    facets of a round surface also disturb the stress along it, by about as much as they do a stiffness.
+    stress by that of the elements where it is. What elements miss of the part comes to that. The facets of a round
+    surface lie without and within it by turns: for a stiffness that cancels, for what is read on them it does not.
     """
     share = volumes(mesh)
     volume = float(share.sum())
     form, off = form_error(found.missed), max(_LEAST, found.missed.off)
-    loose = _SURELY * found.error**2 + shared_error(found.shared) + form
+    stiff = _SURELY * found.error**2 + shared_error(found.shared) + form
+    place = place_error(found.missed)
+    loose = stiff - form + place
     top = int(np.argmax(found.von_mises))
     there = found.errors[(mesh.tets == top).any(axis=1)]
     peak = max(found.error, float(there.max(initial=0.0)))
@@ -80,9 +87,9 @@ def numbers_of(mesh: TetMesh, density: Floats, found: Measured) -> Mapping[str, 
     stiffness = found.stiffness or 0.0
     mean, quadrature = found.mean
     return {
-        "stiffness": Reduced(stiffness, loose * abs(stiffness)),
-        "compliance": Reduced(found.work, loose * abs(found.work)),
-        "max_von_mises": _within(float(found.von_mises[top]), _SURELY * peak + form + float(found.jumps[top])),
+        "stiffness": Reduced(stiffness, stiff * abs(stiffness)),
+        "compliance": Reduced(found.work, stiff * abs(found.work)),
+        "max_von_mises": _within(float(found.von_mises[top]), _SURELY * peak + place + float(found.jumps[top])),
         "von_mises_99": _percentile(mesh, found, share),
         "max_displacement": _within(found.most, loose),
         "mean_displacement": Reduced(mean, loose * mean + quadrature),
@@ -101,7 +108,7 @@ def _percentile(mesh: TetMesh, found: Measured, share: Floats) -> Reduced:
     # at a vertex the mean of the elements there, in squares, as estimates in energy add up
     squares = np.bincount(corners, np.repeat(share * found.errors**2, 4), count)
     off = _SURELY * np.sqrt(squares / np.maximum(weights, 1e-300)) + form_error(found.missed) + found.jumps
-    stress, more = found.von_mises, 100 * found.missed.share
+    stress, more = found.von_mises, 100 * found.missed.section
     value = percentile(stress, mesh.tets, share, _PERCENT)
     low = percentile(stress * np.maximum(1 - off, 0), mesh.tets, share, max(_PERCENT - more, 0.0))
     high = percentile(stress * (1 + off), mesh.tets, share, min(_PERCENT + more, 100.0))
