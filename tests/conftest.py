@@ -9,11 +9,12 @@ from __future__ import annotations
 import os
 import signal
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 
 import pytest
 
+from porelang import store
 from porelang.conformance.backend import NUMPY, Backend, glsl
 from porelang.conformance.sweep import Measurement, sweep
 from porelang.gpu import Gpu, GpuMissing, open_gpu, shared_gpu
@@ -27,6 +28,16 @@ def pytest_configure(config: pytest.Config) -> None:
     # what a script starts in its background ignores Ctrl-C, and so would all that the tests start and interrupt
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="module")
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A cache that nothing else has filled, for a module that asks what is computed."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("PORELANG_CACHE", str(tmp_path_factory.mktemp("kept")))
+        store.forget()
+        yield
+    store.forget()
 
 
 def _or_skip(start: Callable[[], Gpu], required: bool) -> Gpu:

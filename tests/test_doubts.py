@@ -580,13 +580,12 @@ def test_no_false_alarm_about_a_program_that_is_right(name: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(p.stem for p in (ROOT / "tests" / "errors").glob("*.pore")))
 def test_golden_mistakes_bring_no_doubts_but_their_own(name: str) -> None:
-    """A program with an error is not doubted on top of it, but for numbers in the wrong unit (W273): they are read off
-    the text, as errors are."""
+    """A program with an error is not doubted on top of it."""
     if name == "too_big":
         return
     _, found = try_compile(read_source(ROOT / "tests" / "errors" / f"{name}.pore"))
     if any(d.severity == "error" for d in found):
-        assert not {d.code for d in found if d.severity == "warning"} - {"W273"}
+        assert not {d.code for d in found if d.severity == "warning"}
 
 
 @pytest.mark.parametrize("text", [text for text, code in DOUBTED if code == "W210"])

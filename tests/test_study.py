@@ -27,21 +27,13 @@ from porelang.tasks.study.missed import missed
 from porelang.tasks.study.numbers import form_error
 from porelang.tet.direct import direct
 
+pytestmark = pytest.mark.usefixtures("own_cache")
+
 E, NU = 2000.0, 0.3
 MATERIAL = "E=2GPa, nu=0.3, density=1.2"
 #: A bar 10 x 10 x 40 mm, in elements of 5 mm.
 BEAM = "let beam = box([10mm, 10mm, 80mm])\n"
 BAR = "let bar = box([10mm, 10mm, 40mm])\n"
-
-
-@pytest.fixture(autouse=True, scope="module")
-def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    patched = pytest.MonkeyPatch()
-    patched.setenv("PORELANG_CACHE", str(tmp_path_factory.mktemp("kept")))
-    store.forget()
-    yield
-    patched.undo()
-    store.forget()
 
 
 @pytest.fixture

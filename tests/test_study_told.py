@@ -21,20 +21,12 @@ from porelang.strength import Strength, carry_out
 from porelang.tasks.study import estimate
 from porelang.tasks.study.conditions import certain_and_possible
 
+pytestmark = pytest.mark.usefixtures("own_cache")
+
 MATERIAL = "E=2GPa, nu=0.3"
 BOX = "let body = box([40mm, 10mm, 8mm])\n"
 HELD = "x < -19.9mm"
 PUSH = "force(x > 19.9mm, [0, 0, -100N])"
-
-
-@pytest.fixture(autouse=True, scope="module")
-def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    patched = pytest.MonkeyPatch()
-    patched.setenv("PORELANG_CACHE", str(tmp_path_factory.mktemp("kept")))
-    store.forget()
-    yield
-    patched.undo()
-    store.forget()
 
 
 def found(call: str, before: str = BOX, refine: bool = False, **settings: Any) -> Strength:

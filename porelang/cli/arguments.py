@@ -1,4 +1,4 @@
-"""The commands, as data: what each does and which options it takes (`options.py` says what these are)."""
+"""The commands, as data: what each does and which options it takes (`options` says what these are)."""
 
 from __future__ import annotations
 
