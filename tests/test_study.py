@@ -319,6 +319,17 @@ def test_a_lattice_cut_at_sharp_angles_is_as_sure_as_it_says() -> None:
     assert "W282" in {d.code for d in found.told}
 
 
+def test_stress_and_energy_beyond_the_part_are_not_below_0() -> None:
+    """They fall fast towards corners of a clamp, and go on falling beyond it."""
+    text = ("let body = box([40mm, 10mm, 10mm])\nlet s = study(body, x < -19.9mm, force(x > 19.9mm, [0N, 0N, -40N]), "
+            f"{MATERIAL}, size=4mm)\nout part = body\nout vm = s.von_mises\nout u = s.energy")  # fmt: skip
+    program = porelang.compile(text)
+    x, y, z = np.meshgrid(*(np.linspace(-h - 2, h + 2, 60) for h in (20, 5, 5)), indexing="ij")
+    points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    assert program.field("vm")(points).min() >= 0
+    assert program.field("u")(points).min() >= 0
+
+
 def test_mean_displacement_and_strain_are_those_of_the_elements() -> None:
     """A block that is stretched by 1 % slides on three planes: u and the strain in closed form."""
     fix = ", ".join(f'held({a} < -9.99mm, along="{a}")' for a in "xyz")

@@ -29,7 +29,7 @@ _UNITS = {
 }
 
 #: What would not be understood by its name in the language.
-_CALLED = {"von_mises_99": "von Mises, 99 %"}
+_CALLED = {"max_von_mises": "max von Mises", "von_mises_99": "von Mises, 99 %"}
 #: A moment that is less than this of forces times the distances between them is none; a number, beside the largest.
 _TURNS, _NOTHING = 1e-4, 1e-7
 

@@ -22,11 +22,11 @@ from porelang.progress import activity
 from porelang.render import planes
 from porelang.render.camera import Camera, look
 from porelang.render.cells import bound_cells
+from porelang.render.compositing import LEAP, averaged, lay_deformed, lay_glass, with_outlines
 from porelang.render.cuts import Shown, take_away, whole
 from porelang.render.deform import displacement
 from porelang.render.deformed import draw
 from porelang.render.frame import ROUNDS, SMALL, closer, coarse, met, touches_rim, zoomed
-from porelang.render.laid import LEAP, averaged, lay_deformed, lay_glass, with_outlines
 from porelang.render.legend import legend, strip_of
 from porelang.render.march import Distances, Marcher, Scene
 from porelang.render.marks import Colour, axes_mark, key, lay, scale_bar_mark, words_mark

@@ -17,6 +17,8 @@ from porelang.tet.tetmesh import TetMesh
 Floats = NDArray[np.float64]
 #: Nodes of the grid: of eighteen numbers each, 60 MB.
 NODES = 800_000
+#: What is never below 0, nor where it goes on beyond the part as inside.
+_POSITIVE = [COMPONENTS.index(name) for name in ("von_mises", "energy")]
 
 
 def sampled(mesh: TetMesh, values: Floats) -> tuple[SampledField, float, float]:
@@ -32,7 +34,9 @@ def sampled(mesh: TetMesh, values: Floats) -> tuple[SampledField, float, float]:
     cells = Cells(mesh.vertices, tets, values, False, places, known, len(tets), 0, 0, True)
     step = spacing_of(cells, NODES)
     whole = gridded(cells, step).part(masked=True)
-    found = replace(whole, values=np.ascontiguousarray(whole.values, np.float32))
+    kept = np.ascontiguousarray(whole.values, np.float32)
+    kept[..., _POSITIVE] = np.maximum(kept[..., _POSITIVE], 0)
+    found = replace(whole, values=kept)
     x, y, z = (np.ascontiguousarray(c) for c in places.T)
     missed = np.abs(lookup(found, x, y, z, (COMPONENTS.index("von_mises"), 0, 0, 0)) - known[:, 0])
     return found, step, float(np.quantile(missed, 0.95))
