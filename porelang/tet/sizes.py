@@ -28,13 +28,14 @@ TWO = 2  # cubes: what is thinner bends as nothing does in a solver
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """The edges of cubes in mm: of the `finest`, of those at the surface, of what is allowed `at` points; and how many
-    times the finest may double."""
+    """The edges of cubes in mm: of the `finest`, of those at the surface, of what is allowed `at` points, where that is
+    the same everywhere `even`, else 0; and how many times the finest may double."""
 
     finest: float
     surface: float
     at: Callable[[Floats], Floats]
     coarsest: int
+    even: float = 0.0
 
 
 def asked(solid: Solid, size: float | Formula, surface: float | None) -> Sizes:
@@ -62,7 +63,8 @@ def asked(solid: Solid, size: float | Formula, surface: float | None) -> Sizes:
             )
     finest = min(least, at_surface)
     _refuse_too_many(solid, finest, least, per_volume, at_surface)
-    return Sizes(finest, at_surface, at, min(COARSEST, int(math.log2(most / finest) + 1e-9)))
+    even = 0.0 if isinstance(size, Formula) else most
+    return Sizes(finest, at_surface, at, min(COARSEST, int(math.log2(most / finest) + 1e-9)), even)
 
 
 def thin(solid: Solid, sizes: Sizes) -> list[Diagnostic]:

@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 _SECTIONS = 4.0
 #: Of what hangs on each of n holes, 1/n of the load in the mean; a neck that elements lose is thinner than that.
 _HANDLES = 0.5
+#: Nor does it bear more than so many times its share of the section, as stresses at a rim are higher than in the mean.
+_NECKS = 2.0
 #: The estimate of the error in energy is itself not sure: for what it says of numbers it is doubled.
 _SURELY = 2.0
 #: What elements leave open that two materials share is less than what the corners of the surface between them do, which
@@ -54,12 +56,17 @@ class Measured:
 
 def form_error(missed: Missed) -> float:
     """By which share numbers of stiffness may be wrong for what elements miss of a part."""
-    return max(_LEAST, _SECTIONS * missed.section + _HANDLES * missed.unconnected)
+    return max(_LEAST, _SECTIONS * missed.section + _cut(missed))
 
 
 def place_error(missed: Missed) -> float:
     """By which share numbers of one place may be: the sag of the face that it lies on counts in full there."""
-    return max(_LEAST, _SECTIONS * missed.share + _HANDLES * missed.unconnected)
+    return max(_LEAST, _SECTIONS * missed.share + _cut(missed))
+
+
+def _cut(missed: Missed) -> float:
+    """By which share numbers may be wrong for necks that elements cut, or bridge."""
+    return min(_HANDLES * missed.unconnected, _NECKS * missed.necks)
 
 
 def shared_error(shared: float) -> float:
