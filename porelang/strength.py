@@ -29,6 +29,7 @@ from porelang.source import Source
 from porelang.tasks.resolve import leave
 from porelang.tasks.study.asked import question
 from porelang.tasks.study.found import kept
+from porelang.tasks.study.numbers import form_error
 from porelang.tasks.study.solved import Solved, refined, solved
 from porelang.tasks.telling import told
 
@@ -71,6 +72,7 @@ class Strength:
         if self.effective_modulus is not None:
             shown["effective_modulus"] = self.effective_modulus.value
             errors["effective_modulus"] = self.effective_modulus.error
+        wall, missed = solved.sized.wall, solved.missed
         return {
             "study": self.name,
             "elements": len(solved.mesh.tets),
@@ -85,8 +87,11 @@ class Strength:
             "supports": {r.name: _resultant(r) for r in solved.supports},
             "loads": {r.name: _resultant(r) for r in solved.loads},
             "left_out": solved.lost,
+            "wall": None if wall is None else {"thickness": wall.wall, "at": wall.at.tolist()},
+            "missed": {"lacking": missed.lacking, "beyond": missed.beyond, "at": list(missed.at),
+                       "holes": missed.of, "holes_otherwise": missed.handles, "of_stiffness": form_error(missed)},
             "error": {"energy": numbers[_ERROR].value, **errors},
-        }
+        }  # fmt: skip
 
     @property
     def reaction(self) -> Floats:

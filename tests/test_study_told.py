@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,12 @@ from porelang.cli import main
 from porelang.diagnostics import PoreError
 from porelang.formula import Formula
 from porelang.ir import ONE, ZERO, X, Y, const, node
+from porelang.ops.studies import NUMBERS
 from porelang.strength import Strength, carry_out
 from porelang.tasks.study import estimate
+from porelang.tasks.study.coarse import coarse, finer
 from porelang.tasks.study.conditions import certain_and_possible
+from porelang.tasks.study.got import Got
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 
@@ -159,15 +163,69 @@ def test_large_displacements_and_yield_are_doubted() -> None:
 # ---- sizes
 
 
-def test_what_two_elements_through_a_wall_take_is_about_what_they_do() -> None:
-    coarse = found(f"study(body, fix={HELD}, load={PUSH}, {MATERIAL}, size=50mm)")
-    told = said(coarse, "W265")
-    assert "walls 8 mm thick" in told
-    size, count = re.findall(r"`size=([\d.]+)mm` .* some ([\d,]+) unknowns", told)[0]
-    assert float(size) == 4
-    fine = found(f"study(body, fix={HELD}, load={PUSH}, {MATERIAL}, size={size}mm)")
-    assert "W265" not in codes(fine)
+def test_the_size_that_is_proposed_mends_what_is_too_coarse() -> None:
+    """One warning, with one size, and about how many unknowns that makes."""
+    call = f"study(body, fix={HELD}, load={PUSH}, {MATERIAL}, size=50mm)"
+    coarse = found(call)
+    assert codes(coarse) == {"W284"}
+    told = said(coarse, "W284")
+    assert "walls 8 mm thick, as at (" in told
+    assert told.count("size=") == 1
+    size, count = re.findall(r"`size=([\d.]+)mm` makes some ([\d,]+) unknowns, about \d+ s$", told)[0]
+    assert float(size) <= 4
+    fine = found(call.replace("50mm", f"{size}mm"))
+    assert not codes(fine)
     assert 0.5 < int(count.replace(",", "")) / fine.solved.unknowns < 2
+
+
+KNOWN = Got(
+    elements=20_000, unknowns=100_000, iterations=60, residual=1e-9, order=2, size=1.2, finest=0, beside=1.2,
+    wall=4.33, wall_x=1, wall_y=2, wall_z=3, area=1200, moved=0.01, strain=0.001, stiffest=0, densest=0, yields=0,
+    lost=0, pieces=0, voxel=0.3, off=0, form=0, lacking=7.6, beyond=6.5, handles=1, holes=8, form_x=-3, form_y=6,
+    form_z=1, shared=0, seam_x=0, seam_y=0, seam_z=0, numbers=tuple(1150.0 * (n == "volume") for n in NUMBERS),
+    errors=(0.0,) * len(NUMBERS),
+)  # fmt: skip
+ERR = list(NUMBERS).index("error")
+
+
+def with_error(got: Got, error: float) -> Got:
+    return replace(got, numbers=tuple(error if i == ERR else n for i, n in enumerate(got.numbers)))
+
+
+def test_what_is_too_coarse_is_said_once_and_only_if_it_is_so() -> None:
+    assert coarse(with_error(KNOWN, 0.09)) == []
+    (stresses,) = coarse(with_error(KNOWN, 0.12))
+    assert stresses.message == "elements of 1.2 mm are too coarse: stresses err by about 12%"
+    (walls,) = coarse(replace(KNOWN, wall=2.3))
+    assert walls.message.endswith("coarse: walls 2.3 mm thick, as at (1, 2, 3), are thinner than two of them")
+    (form,) = coarse(replace(KNOWN, form=0.11))
+    assert "by 1 of 8 holes they are joined otherwise" in form.message
+    assert "stresses" not in form.message
+    (all_of_it,) = coarse(with_error(replace(KNOWN, wall=2.3, form=0.11), 0.2))
+    assert all(words in all_of_it.message for words in ("lack 7.6 mm3", "walls 2.3 mm", "stresses err"))
+    assert all_of_it.hint.count("size=") == 1
+    assert "stiffness may be off by 11%" in all_of_it.label
+
+
+def test_no_size_is_proposed_that_cannot_be_had_or_does_not_help() -> None:
+    def proposed(got: Got) -> tuple[float, float]:
+        size, count = re.findall(r"`size=([\d.]+)mm` .*?some ([\d,]+) unknowns", finer(got))[0]
+        return float(size), float(count.replace(",", ""))
+
+    few = proposed(with_error(KNOWN, 0.2))
+    assert 0.45 < few[0] <= 0.6  # the estimate goes by the size: half of it halves that
+    large = replace(KNOWN, unknowns=400_000, numbers=tuple(30_000 * (n == "volume") for n in NUMBERS), size=2.0)
+    size, count = proposed(with_error(large, 0.4))
+    assert size < 2.0
+    assert count < 900_000
+    assert "to mend all of it takes 0.5 mm" in finer(with_error(large, 0.4))
+    fine = replace(large, unknowns=790_000)
+    size, count = proposed(with_error(fine, 0.12))  # nothing affordable helps: what would, and what that takes
+    assert size < 2.0 / 1.2
+    assert count > 790_000
+    most = replace(large, unknowns=2_000_000)
+    assert "size=" not in finer(with_error(most, 0.3))
+    assert "--refine" in finer(with_error(most, 0.3))
 
 
 def test_elements_that_are_too_coarse_for_walls_are_called_so() -> None:

@@ -13,10 +13,11 @@ from porelang.atomic import destination
 from porelang.checks import broken_checks
 from porelang.cli import report
 from porelang.cli.loading import bound
-from porelang.data import Reduced, figures
+from porelang.data import Reduced, coordinates, figures
 from porelang.diagnostics import PoreError, fail, to_lists
 from porelang.fea import Resultant
 from porelang.strength import Strength, carry_out
+from porelang.tasks.study.missed import Missed
 
 _UNITS = {
     "compliance": "N mm",
@@ -77,9 +78,20 @@ def _text(path: str, found: Strength, seconds: float) -> str:
         lines["modulus"] = f"{_shown(found.effective_modulus)} MPa, of {found.envelope}"
     acting = [*solved.loads, *solved.supports]
     lines |= {of.name: _acting(of, acting) for of in acting}
+    if solved.sized.wall is not None:
+        lines["thinnest walls"] = f"{solved.sized.wall.wall:.3g} mm, as at ({coordinates(solved.sized.wall.at)})"
+    lines["elements miss"] = _missed(solved.missed)
     lines["stresses err"] = f"{found.numbers['error'].value:.2%} in energy (Zienkiewicz and Zhu)"
     lines["time"] = f"{seconds:.2f} s"
     return "\n".join([path, *(f"  {name:<18} {value}" for name, value in lines.items())])
+
+
+def _missed(found: Missed) -> str:
+    """What elements lack of the part, and hold beyond it."""
+    said = f"{found.lacking:.3g} mm3 of the part, and hold {found.beyond:.3g} mm3 beyond it"
+    if found.handles:
+        said += f"; {found.handles} of {found.of} holes are otherwise"
+    return said
 
 
 def _acting(of: Resultant, among: Sequence[Resultant]) -> str:

@@ -90,10 +90,11 @@ LOOPS = (
     ),
     Code(
         "W270",
-        "a gain within the error",
-        "The best step is stiffer than the uniform part by less than either stiffness is known to. The two meshes err\n"
-        "alike, so that the gain may be real; finer elements, or elements of the second order, would tell. A gain\n"
-        "within the noise of the lattice in two such meshes is no gain: then the uniform part is kept.",
+        "a gain within the noise",
+        "Two meshes of a lattice differ a little in stiffness, and no step was stiffer than the uniform part by\n"
+        "more: so that is kept. By how much they differ is told by the solid that each voxel has and should have.\n"
+        "It is less than either stiffness is known to, as the table says it: what both meshes err by is nearly the\n"
+        "same, and cancels. Finer elements tell more.",
         "",
         "",
     ),

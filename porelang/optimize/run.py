@@ -76,6 +76,8 @@ class Optimized:
     def ended(self) -> str:
         """Why it ended, and what the best step is, in a line."""
         text = f"ended: {self.reason}; step {self.best} has {self.gain:.3f} of the uniform compliance"
+        if noise := loop.noise_of(self.steps[0], self.steps[self.best]) if self.best else 0.0:
+            text += f", where two such meshes differ by {noise:.1%}"
         if self.steps[0].under == "displacements":
             text += f" under equal forces, and takes {1 / self.gain:.3f} of the work under these displacements"
         return text
