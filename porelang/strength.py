@@ -81,6 +81,7 @@ class Strength:
             "residual": solved.residual,
             "size": solved.sized.size,
             "finest_size": solved.sized.finest or solved.sized.size,
+            "halved": solved.sized.halved,
             **shown,
             "reaction": self.reaction.tolist(),
             "reactions": {name: force.tolist() for name, force in solved.reactions.items()},

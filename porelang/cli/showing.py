@@ -141,7 +141,8 @@ def _cost(design: Design, n: Node) -> str:
     elements, unknowns, seconds = (
         f"{float(f'{v:.2g}'):,.0f}" for v in (cost.elements, cost.unknowns, max(1.0, cost.seconds))
     )
-    return f"some {elements} elements of {cost.size:.3g} mm, {unknowns} unknowns, {seconds} s"
+    rims = f"; up to {cost.rims:g} times as many with smaller ones at rims" if cost.rims else ""
+    return f"some {elements} elements of {cost.size:.3g} mm, {unknowns} unknowns, {seconds} s{rims}"
 
 
 def _boxes(design: Design, chosen: str | None) -> list[str]:

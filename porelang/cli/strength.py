@@ -65,9 +65,11 @@ def fea(options: Namespace) -> int:
 def _text(path: str, found: Strength, seconds: float) -> str:
     solved = found.solved
     turns = solved.asked.whole is not None and solved.asked.whole.name == "twist_load"
+    fine = solved.sized
+    halved = f", {fine.halved:,} cubes at rims halved to {fine.least:.2g} mm" if fine.halved else ""
     lines = {
         "study": found.name,
-        "elements": f"{len(solved.mesh.tets):,} of {solved.sized.span} mm, {solved.unknowns:,} unknowns",
+        "elements": f"{len(solved.mesh.tets):,} of {solved.sized.span} mm{halved}, {solved.unknowns:,} unknowns",
         "solver": f"{solved.iterations} iterations to a residual of {solved.residual:.1g}",
     }
     for name, number in found.numbers.items():

@@ -21,7 +21,7 @@ Ints = NDArray[np.int64]
 
 TURNS = 4  # as halved cubes may show what larger ones did not
 MANY = 0.25  # of the cubes at a surface: where more miss it the size is too large for the part, not for some places
-ENOUGH = 1e-4  # of the volume: a mesh that misses less is not made anew
+ENOUGH = 5e-4  # of the volume: a mesh that misses less is not made anew
 CORNER = 1e-3  # of a cube: branches are asked as far within its corners
 REACH = 1.0  # edges: so far from a cube's middle the surface is within it, or next to it
 NONE = np.zeros(0, np.int64)

@@ -77,13 +77,13 @@ def _made(asked: Asked, grading: Grading, around: Around | None) -> Made:
     background = stood_on(lattice, value)
     tell(1, 5)
     done = cut(background, value, asked.void)
-    if not (done.side == 0).any():
+    if around is None and not (done.side == 0).any():
         raise unusable(asked.sizes.finest, "hold nothing of the part")
     stuffed = TetMesh(done.vertices, done.tets, done.side)
     mesh, dropped, facts = sorted_pieces(stuffed, asked.islands or near is not None)
     beside = neighbours(mesh)
     tell(2, 5)
-    if asked.sharp:
+    if asked.sharp and len(mesh.tets):
         facts |= sharpened(mesh, solid, lattice, beside, beside_ends)
     tell(4, 5)
     found = missed((mesh, dropped), middles_of(mesh, beside), lattice, background.values, solid, at)

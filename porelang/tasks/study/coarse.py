@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from porelang.data import coordinates
 from porelang.tasks.study.got import Got
-from porelang.tasks.study.sized import AFFORDABLE, MOST, THROUGH, many, seconds, unknowns
+from porelang.tasks.study.sized import AFFORDABLE, HALVED, MOST, THROUGH, many, seconds, unknowns
 from porelang.tasks.told import Doubt
 from porelang.walls import rounded
 
@@ -18,8 +18,6 @@ _ROOM, _FARTHEST = 0.95, 1 / 4
 _HELPS, _ABOUT = 1.15, 1.5
 #: A length rounded to two figures, and not up, is no more than so much shorter.
 _UP = 1.1
-#: How many times as many unknowns as are estimated lattices have, at most, whose rims are made of halved elements.
-_HALVED = 4.0
 
 
 def coarse(got: Got) -> list[Doubt]:
@@ -96,7 +94,7 @@ def _unknowns(got: Got, size: float) -> float:
     is less of finer elements: measured, of lattices in cylinders, unknowns go by the inverse of the size at least."""
     volume = got.number("volume").value
     now = unknowns(got.size, volume, got.area, int(got.order))
-    halved = min(max(got.unknowns / now, 1.0), _HALVED)
+    halved = min(max(got.unknowns / now, 1.0), HALVED)
     estimated = unknowns(size, volume, got.area, int(got.order)) * halved**0.5
     return float(max(estimated, got.unknowns * got.size / size))
 

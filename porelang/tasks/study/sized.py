@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
+from porelang.analysis.branches import switches
 from porelang.diagnostics import fail
 from porelang.solid import Solid
 from porelang.walls import Thinnest, rounded, triangles, walls_of
@@ -23,6 +24,9 @@ _TETRAHEDRA = 12.0, 3.0
 _UNKNOWNS = {1: (6.0, 3.0), 2: (48.0, 18.0)}
 #: Triangles of marching cubes for every square of the voxel on a surface: the mean of |n|_1 is 3/2.
 _TRIANGLES = 3.0
+#: How many times as many as that parts have at most whose rims ask for smaller elements (measured: an IWP of walls of
+#: two elements in a cylinder, 3.5).
+HALVED = 4.0
 #: Seconds for an unknown: meshing, assembly and solution (measured, two cores).
 _SECONDS = {1: 4e-5, 2: 5e-5}
 
@@ -31,7 +35,8 @@ _SECONDS = {1: 4e-5, 2: 5e-5}
 class Sized:
     """Elements of an edge `size` (mm) for a part of a volume (mm3) and an area (mm2), of which walls ask for `wanted`
     (mm); the thinnest `wall` that bears, None where there are none. Of a graded mesh `size` is that of the largest, and
-    `finest` that of the smallest."""
+    `finest` that of the smallest; where rims ask for smaller ones there may be `rims` times as many, else 0; so many
+    cubes are `halved` there, to `least` (mm)."""
 
     size: float
     wanted: float
@@ -40,6 +45,9 @@ class Sized:
     area: float
     order: int
     finest: float = 0.0
+    rims: float = 0.0
+    halved: int = 0
+    least: float = 0.0
 
     @property
     def span(self) -> str:
@@ -114,7 +122,8 @@ def sized(part: Solid, size: float, order: int) -> Sized:
     affordable = _edge(_UNKNOWNS[order], AFFORDABLE, volume, area)
     if narrow is not None and _edge(_UNKNOWNS[order], HOLDING, volume, area) <= narrow.wall:
         affordable = min(affordable, narrow.wall)  # elements that are larger than a wall do not hold it together
-    return Sized(size or max(wanted, affordable), wanted, wall, volume, area, order)
+    rims = HALVED if switches(part.formula) else 0.0
+    return Sized(size or max(wanted, affordable), wanted, wall, volume, area, order, rims=rims)
 
 
 def _count(of: tuple[float, float], size: float, volume: float, area: float) -> int:

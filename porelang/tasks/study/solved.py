@@ -106,23 +106,24 @@ def solved(asked: Question) -> Solved:
     part = solid_of(asked)
     with activity(MESHING):
         found = sized(part, asked.size, asked.order)
-        mesh, lost, pieces = _meshed(part, found.size, found)
+        mesh, found, lost, pieces = _meshed(part, found.size, found)
     return on(asked, part, mesh, found, lost, pieces)
 
 
-def _meshed(part: Solid, size: float | Formula, found: Sized) -> tuple[TetMesh, float, int]:
-    """Elements of a part in its largest piece; which share of the volume is in others, in how many.
+def _meshed(part: Solid, size: float | Formula, found: Sized) -> tuple[TetMesh, Sized, float, int]:
+    """Elements of a part in its largest piece, how fine they are; which share of the volume is in others, in how many.
 
     Errors: E162 where so large elements hold nothing of it, E188 where much is in other pieces.
     """
     try:
-        mesh, _ = direct(part, size, keep_islands=True)
+        mesh, facts = direct(part, size, keep_islands=True)
     except PoreError as error:
         raise PoreError([replace(d, hint=found.finer) if d.code == "E162" else d for d in error.diagnostics]) from None
+    found = replace(found, halved=facts["halved"], least=facts["finest_cube"])
     piece = components(mesh)
     count = int(piece.max())
     if not count:
-        return mesh, 0.0, 0
+        return mesh, found, 0.0, 0
     volume = volumes(mesh)
     lost = float(volume[piece > 0].sum() / volume.sum())
     if lost > _LOST:
@@ -135,7 +136,7 @@ def _meshed(part: Solid, size: float | Formula, found: Sized) -> tuple[TetMesh, 
         text = f"{lost:.0%} of the part hang together with its largest piece by nothing, as at ({coordinates(at)}) mm"
         hint = f"join the pieces, or study each by itself; or elements of {found.span} mm are too coarse for what joins"
         raise fail("E188", text, hint=hint)
-    return taken(mesh, piece == 0), lost, count
+    return taken(mesh, piece == 0), found, lost, count
 
 
 def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, pieces: int) -> Solved:
@@ -280,14 +281,14 @@ def refined(found: Solved) -> Solved:
     samples = _finer_at(samples, found.missed.lost, _size_where_lost(found.sized), found.sized.size)
     part = solid_of(found.asked)
     with activity(MESHING):
-        mesh, lost, pieces = _meshed_to(part, samples, found.sized)
+        mesh, made, lost, pieces = _meshed_to(part, samples, found.sized)
     # of a uniform mesh twelve tetrahedra fill a cube of its size
     finest, coarsest = np.quantile(np.cbrt(12 * volumes(mesh)), (_FEW, 1 - _FEW))
-    graded = replace(found.sized, size=float(coarsest), finest=float(finest))
+    graded = replace(made, size=float(coarsest), finest=float(finest))
     return on(found.asked, part, mesh, graded, lost, pieces)
 
 
-def _meshed_to(part: Solid, sizes: SampledField, sized: Sized) -> tuple[TetMesh, float, int]:
+def _meshed_to(part: Solid, sizes: SampledField, sized: Sized) -> tuple[TetMesh, Sized, float, int]:
     """Elements of sizes (mm) that are sampled: where the mesher makes no sound mesh of these, of somewhat smaller ones.
     Errors: those of `_meshed`."""
     for smaller in (*_SMALLER, None):
