@@ -43,18 +43,20 @@ def over_rims(nodes: Nodes, normals: Floats, areas: Floats, held: Floats) -> Mas
     if not ((held > 0) & (held < areas * _WHOLE)).any():
         return none
     face = faces_of(nodes, normals)
-    share = np.bincount(face, held) / np.bincount(face, areas)
-    whole = (share > _WHOLE)[face]
-    slight = (held > 0) & (share < _SLIGHT)[face]
-    if not whole.any() or not slight.any():
+    of_face = np.bincount(face, areas)
+    whole = (np.bincount(face, held) > _WHOLE * of_face)[face]
+    some = np.flatnonzero((held > 0) & ~whole)
+    if not whole.any() or not len(some):
         return none
-    some = np.flatnonzero(slight)
+    # pieces that hang together on one face: triangles, joined over the corners that they share on it
     corners = nodes.faces[some, :3]
-    numbers, place = np.unique(corners, return_inverse=True)
+    keys = face[some, None] * nodes.vertices + corners
+    numbers, place = np.unique(keys, return_inverse=True)
     rows = np.repeat(np.arange(len(some)), 3)
     size = len(some) + len(numbers)
     graph = coo_matrix((np.ones(len(rows), np.int8), (rows, len(some) + place.ravel())), shape=(size, size))
-    piece = connected_components(graph, directed=False)[1]
-    touches = np.isin(numbers, nodes.faces[whole, :3])
-    none[some] = np.isin(piece[: len(some)], piece[len(some) :][touches])
+    piece = connected_components(graph, directed=False)[1][: len(some)]
+    slight = np.bincount(piece, held[some])[piece] < _SLIGHT * of_face[face[some]]
+    touches = np.bincount(piece, np.isin(corners, nodes.faces[whole, :3]).any(axis=1))[piece] > 0
+    none[some] = slight & touches
     return none
