@@ -459,4 +459,4 @@ def test_an_end_is_its_face_without_a_strip_of_the_sides() -> None:
         (lambda p: (p[:, 2] > 7.9) | ((p[:, 0] > 1.6) & (np.abs(p[:, 2] - 4) < 0.2)), 4.0 + 0.8 + 0.32),
         (lambda p: (p[:, 2] > 7.9) & (p[:, 0] > 1.0), 2.0 + 4 * 0.1),
     ):
-        assert covered(where, nodes, boundary, "it").area == pytest.approx(true, rel=1e-3)
+        assert covered(where, nodes, boundary, "it").area == pytest.approx(true, rel=2e-3)
