@@ -103,7 +103,36 @@ def test_what_is_bent_by_three_points_is_as_elasticity_has_it() -> None:
     ratio = _bent(span, wide) / _bent(span, 1e-3)
     call = f"bend(beam, force=100N, axis=z, toward=-x, span={span}mm, pads={wide}mm, {MATERIAL}, size=3.34mm)"
     got = stiffness(call, "let beam = box([10mm, 10mm, 130mm])\n")
-    assert got.value == pytest.approx(1 / (by_line * ratio), rel=1e-3)
+    # what the pads press into the beam is of the order of the force over E times its width, .2 %, and is in neither
+    assert got.value == pytest.approx(1 / (by_line * ratio), rel=1.5e-3)
+
+
+def test_pads_are_as_wide_as_they_are_said_to_be_whatever_the_elements() -> None:
+    """Two meshes of which neither has edges where the pads end: all numbers agree to the sum of their errors, and what
+    a pad presses on is its width times that of the beam."""
+    first, second = (
+        carry_out(porelang.compile("let b = box([60mm, 10mm, 10mm])\nlet s = bend(b, force=100N, axis=x, pads=6mm, "
+                                   f"span=50mm, {MATERIAL}, size={size}mm)\nb").design())
+        for size in (4, 3)
+    )  # fmt: skip
+    for name in ("stiffness", "max_displacement", "mean_displacement"):
+        a, b = first.numbers[name], second.numbers[name]
+        assert abs(a.value - b.value) <= a.error + b.error < 0.01 * a.value, name
+    for found in (first, second):
+        for load in found.report["loads"].values():
+            assert load["area"] == pytest.approx(60.0, rel=1e-6)
+
+
+def test_pads_that_are_not_given_depend_on_the_part_alone() -> None:
+    """A twentieth of it, also under elements that are larger than that; of a round bar, what is no deeper than half."""
+    beam = "let beam = BEAM\nlet s = bend(beam, force=100N, axis=x, E=2GPa, nu=0.3, size=5mm)\nbeam"
+    square = carry_out(porelang.compile(beam.replace("BEAM", "box([60mm, 10mm, 10mm])")).design())
+    assert [load["area"] for load in square.report["loads"].values()] == pytest.approx([30.0] * 3, rel=1e-6)
+    bar = beam.replace("BEAM", "rotate(cylinder(5mm, 60mm), [0, 1, 0], 90deg)")
+    angle = math.acos(1 - 1.5 / 5)
+    areas = [load["area"] for name, load in carry_out(porelang.compile(bar).design()).report["loads"].items()
+             if "balances" not in name]  # fmt: skip
+    assert areas == pytest.approx([3 * 2 * 5 * angle] * 3, rel=0.04)
 
 
 def _bent(span: float, wide: float) -> float:
@@ -231,8 +260,8 @@ def test_a_round_part_is_as_sure_as_its_facets(size: str) -> None:
     assert abs(found.numbers["compliance"].value - work) <= found.numbers["compliance"].error
     assert abs(found.numbers["volume"].value - math.pi / 6 * (b**3 - a**3)) <= found.numbers["volume"].error
     (load,) = found.report["loads"].values()
-    assert load["area"] == pytest.approx(4 * math.pi * a**2 / 8, rel=0.01)
-    np.testing.assert_allclose(load["force"], p * math.pi * a**2 / 4, rtol=0.01)
+    assert load["area"] == pytest.approx(4 * math.pi * a**2 / 8, rel=0.015)  # the facets at 4 mm have 1.2 % more
+    np.testing.assert_allclose(load["force"], p * math.pi * a**2 / 4, rtol=0.015)
     np.testing.assert_allclose(sum(np.array(s["force"]) for s in found.report["supports"].values()),
                                -np.array(load["force"]), rtol=1e-6)  # fmt: skip
 

@@ -135,11 +135,11 @@ def _ragged(found: Solution, system: System) -> list[Diagnostic]:
     """Pressures on areas that come and go within single triangles: what is left out bears no load."""
     told = []
     for load, acting, come_to in zip(found.problem.loads, system.loads, found.loads, strict=True):
-        if not isinstance(load, Pressure) or acting.areas is None:
+        if not isinstance(load, Pressure) or acting.on is None:
             continue
-        torn = interleaved(acting.areas > 0)
+        torn = interleaved(acting.on.chosen)
         whole = system.boundary.areas.sum(axis=1)
-        touched = float(whole[acting.areas.any(axis=1)].sum())
+        touched = float(whole[acting.on.chosen.any(axis=1)].sum())
         if torn.any() and whole[torn].sum() > _RAGGED * touched:
             at = system.boundary.points[np.argmax(np.where(torn, whole, 0.0))].mean(axis=0)
             told.append(

@@ -1,4 +1,4 @@
-"""What is selected of a boundary: nodes for supports, area for loads; and what is said where that is nothing."""
+"""Selections of a boundary: how they are asked, and what is said where one selects nothing."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from porelang.diagnostics import PoreError, fail
-from porelang.fea.elements import TRIANGLE_EDGES, shape_values, triangle_rule
+from porelang.fea.elements import triangle_rule
 from porelang.fea.nodes import Nodes
 from porelang.fea.problem import Floats, Mask, OnSurface, Where
 
-#: Exact for quadratic tractions on quadratic shapes, and nine points to see where a selection cuts through.
+#: Nine points of each triangle, at which a selection is asked first.
 _DEGREE = 4
 #: How many times the size of the part is looked at on each side for what is selected: a slip of the unit is thousands.
 _FAR = (1.0, 10.0, 100.0, 1000.0)
@@ -25,13 +25,11 @@ _NEAREST, _BISECTIONS, _FINER, _TOUCHES = 64, 50, 3, 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """Points of quadrature on the boundary (f, q, 3) mm, the area (f, q) mm2 of each, outward normals (f, 3), and the
-    shape functions (q, w) there."""
+    """Points of quadrature on the boundary (f, q, 3) mm, the area (f, q) mm2 of each, and outward normals (f, 3)."""
 
     points: Floats
     areas: Floats
     normals: Floats
-    shapes: Floats
 
 
 def surface(nodes: Nodes) -> Surface:
@@ -40,9 +38,8 @@ def surface(nodes: Nodes) -> Surface:
     corners = nodes.points[nodes.faces[:, :3]]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     twice = np.linalg.norm(cross, axis=1)
-    shapes = shape_values(barycentric, None if nodes.order == 1 else TRIANGLE_EDGES)
     normals = cross / np.where(twice > 0, twice, 1.0)[:, None]
-    return Surface(np.einsum("qk,fkd->fqd", barycentric, corners), twice[:, None] / 2 * weights, normals, shapes)
+    return Surface(np.einsum("qk,fkd->fqd", barycentric, corners), twice[:, None] / 2 * weights, normals)
 
 
 def asked(where: Where, points: Floats, what: str) -> Mask:

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from porelang.data import Reduced, SampledField, coordinates
 from porelang.diagnostics import PoreError, fail
-from porelang.fea import Force, Problem, Resultant, Solution, refined_sizes, solve
+from porelang.fea import Force, Problem, Resultant, Solution, Where, refined_sizes, solve
+from porelang.fea.covered import covered
 from porelang.fea.means import mean_length
+from porelang.fea.nodes import Nodes
 from porelang.fea.stress import energy_density
+from porelang.fea.surface import surface
 from porelang.formula import Formula
 from porelang.ir import X, Y, Z, node
 from porelang.progress import activity
@@ -20,7 +23,7 @@ from porelang.solid import Solid
 from porelang.tasks.readers.cells import Cells
 from porelang.tasks.readers.raster import gridded, spacing_of
 from porelang.tasks.study.asked import DENSITY, POISSON, YOUNG, Question, solid_of, valued
-from porelang.tasks.study.ends import Setting, Side, setting
+from porelang.tasks.study.ends import Setting, setting
 from porelang.tasks.study.interfaces import interfaces
 from porelang.tasks.study.missed import Missed, missed
 from porelang.tasks.study.numbers import Measured, numbers_of
@@ -154,7 +157,7 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
     factor, stiffness, work = _scaled(asked, acting, solution)
     moved = factor * solution.displacement
     if acting.rests:
-        moved = moved - _ridden(moved, solution.nodes.points, acting.rests)
+        moved = moved - _ridden(moved, solution.nodes, acting.rests)
     fields = _fields(solution, factor, moved, mesh)
     with activity(COMPARING):
         lacks = missed(part, mesh, found.size)
@@ -243,15 +246,15 @@ def _fields(solution: Solution, factor: float, moved: Floats, mesh: TetMesh) -> 
     )
 
 
-def _ridden(displacement: Floats, at: Floats, rests: tuple[Side, ...]) -> Floats:
-    """The rigid motion (n, 3) that is the nearest to what the nodes on some sides do: what lies on supports does not
-    move with them."""
-    on_them = np.zeros(len(at), np.bool_)
-    for side in rests:
-        on_them |= side(at)
-    if not on_them.any():
-        return np.zeros_like(at)
-    centre = at[on_them].mean(axis=0)
+def _ridden(displacement: Floats, nodes: Nodes, rests: tuple[Where, ...]) -> Floats:
+    """The rigid motion (k, 3) of nodes that is the nearest to what the area on supports does, in the mean over it: what
+    lies there does not move with them."""
+    boundary = surface(nodes)
+    on = [covered(where, nodes, boundary, "a pad") for where in rests]
+    at = np.concatenate([patch.points.reshape(-1, 3) for patch in on])
+    moved = np.concatenate([patch.of_nodes(nodes, displacement).reshape(-1, 3) for patch in on])
+    areas = np.concatenate([patch.areas.ravel() for patch in on])
+    centre = np.average(at, axis=0, weights=areas)
 
     def motions(points: Floats) -> Floats:
         x, y, z = (points - centre).T
@@ -259,9 +262,10 @@ def _ridden(displacement: Floats, at: Floats, rests: tuple[Side, ...]) -> Floats
         rows = ([one, zero, zero, zero, z, -y], [zero, one, zero, -z, zero, x], [zero, zero, one, y, -x, zero])
         return np.stack([np.stack(row, -1) for row in rows], axis=1)
 
-    fit = motions(at[on_them]).reshape(-1, 6)
-    motion = np.linalg.lstsq(fit, displacement[on_them].reshape(-1), rcond=None)[0]
-    return np.asarray(motions(at) @ motion)
+    weights = np.repeat(np.sqrt(areas), 3)
+    fit = weights[:, None] * motions(at).reshape(-1, 6)
+    motion = np.linalg.lstsq(fit, weights * moved.reshape(-1), rcond=None)[0]
+    return np.asarray(motions(nodes.points) @ motion)
 
 
 def _errors(solution: Solution, fields: Fields) -> Floats:
