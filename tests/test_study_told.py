@@ -160,6 +160,21 @@ def test_large_displacements_and_yield_are_doubted() -> None:
     assert "strained by 0.15" in said(found(f"compress(body, 120kN, {MATERIAL}, size=4mm)"), "W274")
 
 
+@pytest.mark.parametrize("quiet", [[], ["-q"]])
+def test_what_is_doubtful_of_the_text_is_in_json_too(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, quiet: list[str]
+) -> None:
+    """Units are doubted before anything is solved, the elements after: a script reads both in one place."""
+    file = tmp_path / "s.pore"
+    text = f"{BOX}let s = study(body, fix={HELD}, load={PUSH}, E=210e9, nu=0.3, density=7850, size=8mm)\nbody"
+    file.write_text(text, encoding="utf-8")
+    assert main(["fea", str(file), "--json", *quiet]) == 0
+    out, err = capsys.readouterr()
+    told = [d["code"] for d in json.loads(out)["warnings"]]
+    assert told == ["W273", "W273", "W284"]
+    assert re.findall(r"^warning\[(\w+)\]", err, re.M) == ([] if quiet else told)
+
+
 # ---- sizes
 
 

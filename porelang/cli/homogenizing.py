@@ -43,7 +43,7 @@ def homogenize(options: Namespace) -> int:
         fixed = [name for name, _ in options.settings]
         found = sweep(design, param, low, high, count, options.out, options.cell, options.nu, options.resolution, fixed)
     doubts = [*found.doubts, *undecided_checks(design), *design.told(*design.program.roots(options.out))]
-    whole = found.report() | to_lists(doubts)
+    whole = found.report() | to_lists([*options.doubts, *doubts])
     for path in options.outputs:
         _write(path, found, whole)
     report.say([] if options.quiet else doubts)

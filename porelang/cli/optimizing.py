@@ -42,7 +42,7 @@ def optimize(options: Namespace) -> int:
         raise
     report.say(found.failed if options.quiet else [*found.failed, *found.told])
     if options.json:
-        report.put({"folder": str(folder), **found.report, **to_lists(found.told)})
+        report.put({"folder": str(folder), **found.report, **to_lists([*options.doubts, *found.told])})
     elif not options.quiet:
         print(found.table)
         if found.promise:

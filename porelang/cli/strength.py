@@ -56,7 +56,7 @@ def fea(options: Namespace) -> int:
     report.say([] if options.quiet else found.told)
     if options.json:
         written = {"file": options.output} if options.output else {}
-        report.put(written | found.report | {"seconds": seconds} | to_lists(list(found.told)))
+        report.put(written | found.report | {"seconds": seconds} | to_lists([*options.doubts, *found.told]))
     elif not (options.quiet and options.output):  # without a file the report is the result
         print(_text(options.output or design.program.source.name, found, seconds))
     return 0

@@ -40,7 +40,10 @@ def tet(options: Namespace) -> int:
     made.write(options.output)
     found = made.report | {"seconds": round(time.perf_counter() - start, 3)}
     if options.json:
-        report.put({"file": options.output, "output": design.program.output(options.out), **found} | to_lists(doubts))
+        report.put(
+            {"file": options.output, "output": design.program.output(options.out), **found}
+            | to_lists([*options.doubts, *doubts])
+        )
     elif not options.quiet:
         print(_text(options.output, found))
     return 0

@@ -1,4 +1,4 @@
-"""E184-E189, W266-W267, W273-W275, W283-W284: studies of strength in a program."""
+"""E184-E189, W264-W267, W273-W275, W282-W284: studies of strength in a program."""
 
 from __future__ import annotations
 
@@ -70,6 +70,27 @@ STUDIES = (
         "sphere(9mm) & slab([0, 0, 1], 12mm) & gyroid(6mm) |> thicken(-clamp(s.von_mises / 9MPa, 0, 1), 0.5)",
     ),
     Code(
+        "W264",
+        "a study whose stresses are rough",
+        "Stresses jump from element to element, and by how much tells how far they are from the true ones\n"
+        "(Zienkiewicz and Zhu, A simple error estimator, 1987): in the energy of the whole part, where this is above\n"
+        "10 %. Finer elements help, but at sharp inner corners and at the edges of what is bonded, where the true\n"
+        "stress is infinite.\n"
+        "Such elements are told by W284 now, with all else that is too coarse.",
+        "",
+        "",
+    ),
+    Code(
+        "W265",
+        "walls thinner than two elements",
+        "Of a wall that one element spans stiffness and stresses are unsure. The message says how thick the thinnest "
+        "walls\nare, and where one is; the hint what size makes two elements of it, and what that takes. Without "
+        "`size` elements\nare as fine as about a minute allows.\n"
+        "Such elements are told by W284 now, with all else that is too coarse.",
+        "",
+        "",
+    ),
+    Code(
         "W266",
         "pieces of a part that hang on nothing",
         "A lattice that is cut by a shape leaves pieces that nothing holds: they carry no load, and a study leaves\n"
@@ -112,6 +133,17 @@ STUDIES = (
         "more than its error: what is found there is what an elastic material would have. At sharp inner corners\n"
         "and at the rims of what is bonded the elastic stress is infinite, and grows with every finer mesh: look\n"
         "where it is.",
+        "",
+        "",
+    ),
+    Code(
+        "W282",
+        "elements that are not the part",
+        "What elements lack of the part and hold beyond it is counted on a grid, and so are the holes through both:\n"
+        "a neck that is cut, or a gap that is bridged, changes their number. Where a lattice meets its envelope at a\n"
+        "sharp angle elements of one size lose such necks, and with them stiffness. The errors of numbers contain\n"
+        "it; smaller elements, or `--refine`, which makes them smaller there, mend it.\n"
+        "Such elements are told by W284 now, with all else that is too coarse.",
         "",
         "",
     ),
