@@ -82,6 +82,15 @@ def sharpest(at: Floats, tet: Indices) -> float:
 
 
 @compiled
+def poor(at: Floats, tets: Indices, least: float) -> Flags:
+    """Which tetrahedra have an angle below that with the cosine `least`, or one as bad."""
+    found = np.zeros(len(tets), np.bool_)
+    for t in range(len(tets)):
+        found[t] = sharpest(at, tets[t]) > least
+    return found
+
+
+@compiled
 def worst(at: Floats, tets: Indices, start: Ints, of: Indices, v: int) -> float:
     """The largest `sharpest` of the tetrahedra round a vertex."""
     most = -1.0
