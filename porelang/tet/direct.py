@@ -19,12 +19,13 @@ from porelang.tet.lattice import Lattice
 from porelang.tet.quality import figures
 from porelang.tet.sizes import asked, thin
 from porelang.tet.stuffing import Asked, unusable
-from porelang.tet.tetmesh import TetMesh
+from porelang.tet.tetmesh import TetMesh, volumes
 
 Floats = NDArray[np.float64]
 
 SOLID, BOTH = ("solid",), ("solid", "void")
 FEW = 3  # places that are told
+LACKS = 0.1  # of the part: a mesh that misses more is none of it
 CRUMBS = 0.5  # of the volume: where more would be dropped as islands, there is no part left
 
 
@@ -73,6 +74,9 @@ def direct(
         if facts["dropped_volume_fraction"] > CRUMBS:
             share = 100 * facts["dropped_volume_fraction"]
             raise unusable(sizes.finest, f"break the part up: {share:.0f} % of it hangs together with nothing")
+        lacks = done.missed.missing / float(volumes(mesh)[mesh.phase == 0].sum() + done.missed.missing)
+        if sharp and lacks > LACKS:
+            raise unusable(sizes.finest, f"miss {100 * lacks:.0f} % of the part")
         if done.sound.faults:  # the mesher is at fault, not the part; nobody is to compute with that
             raise unusable(sizes.finest, f"came out as a damaged mesh: {'; '.join(done.sound.faults)}")
         facts |= figures(mesh) | {"touching_edges": len(done.sound.touching), "cube": tuple(frame.edges.tolist())}
