@@ -20,8 +20,8 @@ from porelang.homogenize.found import _error
 from porelang.progress import CancelledError, watching
 from porelang.unitcell import moduli
 from porelang.unitcell.effective import conducted, homogenized, is_cyclic
-from porelang.unitcell.extrapolate import definite_limit, limit
-from porelang.unitcell.fractions import fractions
+from porelang.unitcell.extrapolate import CREASED, SMOOTH, definite_limit, limit
+from porelang.unitcell.fractions import creases, fractions
 from porelang.unitcell.grids import grids
 from porelang.unitcell.hexahedron import isotropic
 from porelang.unitcell.law import law, power
@@ -206,6 +206,41 @@ def test_thin_sheets_of_minimal_surfaces_near_the_bounds(kind: str) -> None:
         assert heat == pytest.approx(2 / 3 * rho, rel=off_heat)
 
 
+@pytest.mark.parametrize(("orders", "true"), [(SMOOTH, 2.0), (CREASED, 1.09), (CREASED, 1.5)])
+def test_a_limit_is_known_to_what_its_order_is_known_to(orders: tuple[float, ...], true: float) -> None:
+    """Of q + c h^p with grids that stray by a hundredth of what they differ by; and it is no wider than it must be."""
+    h, random = 1 / np.array([24, 32, 48, 64]), np.random.default_rng(1)
+    change = 10 * h[:, None] ** true
+    values = 1 + change * (1 + 0.03 * random.normal(size=(4, 200)))
+    found = limit(h, values, orders)
+    off = np.abs(found.value - 1) / found.error
+    assert (off <= 1).mean() > 0.95
+    assert np.median(off) > 0.05
+    # orders 1 and 2 through the two finest differ by 1.3 of what the finest is away by, where it goes as the square
+    assert (found.error < 1.2 * change[-1]).all()
+    assert limit(h, values, (true,)).error.mean() < found.error.mean()
+
+
+def test_edges_are_seen_where_struts_meet_and_not_in_lattices_of_waves() -> None:
+    """One cylinder has none, two that cross have; a gyroid, a sphere's void and a rounded crossing have none."""
+    x = (np.arange(96) + 0.5) / 96 * 10 - 5
+    a, b, c = x[:, None, None], x[None, :, None], x[None, None, :]
+    one, two = np.hypot(a, b) - 1 + 0 * c, np.hypot(a, c) - 1 + 0 * b
+    wave = waves(96, "gyroid")
+    fields = {
+        "one": one, "two": np.minimum(one, two), "sheet": np.abs(wave) - 0.4, "net": wave + 0.5,
+        "void": 3 - np.sqrt(a**2 + b**2 + c**2), "round": -np.log(np.exp(-2 * one) + np.exp(-2 * two)) / 2,
+        "meet from outside": np.maximum(one, two),
+    }  # fmt: skip
+    share = {}
+    for name, field in fields.items():
+        cut, creased = creases(np.concatenate([field[-1:], field, field[:1]]))
+        assert cut > 1000
+        share[name] = creased / cut
+    assert share.pop("two") > 5e-3
+    assert set(share.values()) == {0.0}
+
+
 def test_stated_errors_hold_what_finer_voxels_find() -> None:
     for t in (0.7,):
         values = {n: homogenized(fractions(np.abs(waves(2 * n, "gyroid")) - t, 2), (1, 1, 1), 0.3, 1e-4).matrix[0, 0]
@@ -214,7 +249,7 @@ def test_stated_errors_hold_what_finer_voxels_find() -> None:
         # what 48 voxels find is above the truth, by 0.8 of its distance to 32 if errors go as the square
         truth = values[48] - np.array([0.0, 0.8]) * (values[32] - values[48])
         assert np.all(np.abs(coarse.value - truth) <= coarse.error)
-        assert coarse.error < 0.1 * values[48]
+        assert coarse.error < 0.04 * values[48]
 
 
 def test_shares_of_voxels_are_those_of_planes_and_balls() -> None:
@@ -387,14 +422,18 @@ def test_a_cell_that_is_long_where_nothing_varies_is_refined_where_something_doe
 
 
 #: Struts of a radius on the axes.
-STRUTS = " | ".join(f"capsule([{-a}, {-b}, {-c}], [{a}, {b}, {c}], {{0}})" for a, b, c in 10 * np.eye(3, dtype=int))
+STRUT = "capsule([{}, {}, {}], [{}, {}, {}], {{0}})"
+STRUTS = " | ".join(STRUT.format(*-along, *along) for along in 10 * np.eye(3, dtype=int))
+#: Struts along the diagonals of a cell of 10.
+DIAGONALS = " | ".join(STRUT.format(-5, -b, -c, 5, b, c) for b in (5, -5) for c in (5, -5))
 #: Moduli by quadratic tetrahedra on an eighth of the cell between mirror planes, scikit-fem, 27 to 104 thousand
-#: unknowns, meshed by `pore tet`; for a cell of 10 mm, a solid of nu 0.3.
+#: unknowns, meshed by `pore tet`; for a cell of 10 mm, a solid of nu 0.3. (Diagonals: 370 thousand, `porelang.fea`.)
 TETRAHEDRA = {
     "metric(schwarz_p(10)) |> shell(0.6667mm)": {"C11": 0.06381, "C12": 0.04217, "nu.100": 0.39789, "bulk": 0.04938,
                                                  "conductivity": 0.10509},
     "metric(iwp(10)) |> shell(0.6667mm)": {"C11": 0.10569, "C12": 0.03074, "conductivity": 0.15584},
     "schwarz_p(10) + 0.7": {"C11": 0.12369, "bulk": 0.04930, "conductivity": 0.13114},
+    DIAGONALS.format(0.8): {"C11": 0.01986, "C12": 0.01805, "E.100": 0.00268, "bulk": 0.018653},
     STRUTS.format(0.5): {"E.100": 0.00807, "nu.100": 0.02452, "bulk": 0.00283, "conductivity": 0.00818},
 }  # fmt: skip
 
@@ -411,13 +450,13 @@ def test_stated_errors_hold_what_tetrahedra_find(text: str, resolution: int) -> 
         assert abs(numbers[name] - expected) <= errors[name] + 2e-4 * expected, name
 
 
-@pytest.mark.parametrize(("radius", "resolution"), [(0.5, 24), (0.1, 8), (0.05, 8)])
+@pytest.mark.parametrize(("radius", "resolution"), [(0.5, 24), (1.0, 24), (0.05, 8)])
 def test_struts_on_the_axes_have_a_density_in_closed_form_and_resist_in_every_mode(
     radius: float, resolution: int
 ) -> None:
     """Three cylinders less what they share: V = 3 pi r^2 a - 8 sqrt(2) r^3 (Steinmetz), for a cell of the side a."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PoreWarning)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
         found = porelang.compile(STRUTS.format(radius)).homogenize(cell=10, resolution=resolution)
     density = (3 * np.pi * radius**2 * 10 - 8 * 2**0.5 * radius**3) / 1000
     assert abs(found.density - density) <= found.density_error
@@ -429,6 +468,9 @@ def test_struts_on_the_axes_have_a_density_in_closed_form_and_resist_in_every_mo
     for name in ("E.100", "conductivity"):
         assert alone < found.numbers[name] + found.errors[name]
         assert found.numbers[name] - found.errors[name] < alone * (1 + radius)
+    # G is a seventieth of E, and known to nine tenths of itself: that moves nothing, and is not warned of
+    assert found.errors["G.xy"] > 0.5 * found.numbers["G.xy"]
+    assert any("W263" in str(w.message) for w in caught) == (radius < 1)
 
 
 def test_a_thin_sheet_is_told_to_be_coarse_and_not_to_be_islands() -> None:
@@ -445,18 +487,19 @@ def test_a_mode_that_nothing_resists_stays_without() -> None:
     rod = np.zeros((4, 6, 6))
     rod[:, 2, 2] = 1 + 0.1 * h**2
     found = definite_limit(h, rod)
-    assert found.value[2, 2] == pytest.approx(1)
+    assert abs(found.value[2, 2] - 1) <= found.error[2, 2] < 0.15
     assert np.count_nonzero(found.value) == 1
     turned = np.linalg.qr(np.random.default_rng(0).normal(size=(6, 6)))[0]
     modes = np.array([1.0, 0.5, 0.3, 0.2, 0.1, 1e-6]) * (1 + np.array([0.01, 0.02, 0.1, 0.1, 0.2, 5]) * h[:, None] ** 2)
     mixed = turned @ (modes[:, :, None] * np.eye(6)) @ turned.T
-    assert np.linalg.eigvalsh(limit(h, mixed).value).min() == pytest.approx(1e-6, rel=1e-3)
+    assert 0 < np.linalg.eigvalsh(definite_limit(h, mixed).value).min() < 6e-6
     modes[:, 5] = 1e-6 * np.array([40, 20, 10, 3])  # falls faster than any order: below 0 entry by entry
     mixed = turned @ (modes[:, :, None] * np.eye(6)) @ turned.T
     assert np.linalg.eigvalsh(limit(h, mixed).value).min() < 0
     found = definite_limit(h, mixed)
     assert 0 < np.linalg.eigvalsh(found.value).min() < 3e-6
-    assert (found.error >= np.abs(found.value - mixed[-1]) * 0.99).all()
+    truth = turned @ np.diag([1.0, 0.5, 0.3, 0.2, 0.1, 0]) @ turned.T
+    assert (found.error >= np.abs(found.value - truth)).all()
 
 
 def test_python_reads_what_commands_read(lattice: Path) -> None:
@@ -535,9 +578,9 @@ def test_a_law_of_what_is_not_cubic_is_refused() -> None:
 
 
 def test_numbers_that_some_grids_lack_have_no_known_error() -> None:
-    assert np.isnan(_error(float("nan"), np.array([1.0, 1, 1, 1]), 0))
-    assert _error(1.0, np.array([1.0, 1, 1, np.nan]), 0) == np.inf
-    assert _error(1.0, np.array([np.nan, 1.2, 1.1, 1]), 0) == _error(1.0, np.array([np.nan, 1.2, 1.1, 1]), 0) < np.inf
+    assert np.isnan(_error(float("nan"), np.array([1.0, 1, 1, 1]), 0, SMOOTH))
+    assert _error(1.0, np.array([1.0, 1, 1, np.nan]), 0, SMOOTH) == np.inf
+    assert 0.01 < _error(1.0, np.array([np.nan, 1.2, 1.1, 1]), 0, SMOOTH) < np.inf
 
 
 def test_a_longer_cell_of_the_same_lattice_is_the_same_material() -> None:

@@ -77,8 +77,10 @@ CELLS = (
         "W263",
         "voxels too coarse for a cell",
         "The numbers are extrapolated from several resolutions to voxels that vanish, and their error is what is not\n"
-        "certain about that. It is more than 5 % here, of a modulus or the conductivity. Walls of less than three\n"
-        "voxels are the usual reason: take the `--resolution` that is proposed; twice of it is eight times the work.\n"
+        "certain about that. It is more than 10 % here, of a modulus or the conductivity; of moduli that are less\n"
+        "than a tenth of the stiffest E it is more than 10 % of that (of G and E across the axes, of half the E along\n"
+        "them). Walls of less than three voxels are the usual reason, and struts that bend: take the `--resolution`\n"
+        "that is proposed; twice of it is eight times the work.\n"
         "It is also said where samples and voxels do not agree on whether the solid hangs together: a gap narrower\n"
         "than a voxel is bridged by voxels, and a wall thinner than a sample comes apart in samples.",
         "",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from porelang.program import Design
 from porelang.progress import tell
 from porelang.rewrites import flatten
 from porelang.unitcell.effective import checked_sides
-from porelang.unitcell.fractions import averaged, fractions, shares
+from porelang.unitcell.fractions import averaged, creases, fractions, shares
 from porelang.unitcell.grids import Grids
 from porelang.unitcell.period import DIFFERENT, Mismatch, middles, mismatches, strayed
 
@@ -185,9 +186,20 @@ def _waves(n: Node) -> bool:
     return any(m.op in _WAVES and m.axes for m in order([n], within))
 
 
-def sampled(part: Formula, low: Floats, sides: Floats, grid: Grids) -> tuple[list[Floats], NDArray[np.bool_], float]:
-    """The shares of solid of the voxels of all grids, where samples are solid (every one, or one in several, so that
-    pieces can be counted), and the error of the density.
+@dataclass(frozen=True, slots=True)
+class Sampled:
+    """A cell on grids: the shares of solid of the voxels of each, where samples are `solid` (every one, or one in
+    several, so that pieces can be counted), the error of the density, and the share of the surface that has an edge
+    leading into the solid."""
+
+    densities: list[Floats]
+    solid: NDArray[np.bool_]
+    error: float
+    creased: float
+
+
+def sampled(part: Formula, low: Floats, sides: Floats, grid: Grids) -> Sampled:
+    """A part in a cell on all of its grids.
 
     Samples lie in the middle of equal parts of the cell. All grids are made from the same ones, so that they have the
     same solid, and what they differ by is not how it was sampled. What that does is seen from every third sample along
@@ -205,6 +217,7 @@ def sampled(part: Formula, low: Floats, sides: Floats, grid: Grids) -> tuple[lis
     third = tuple(3 if n % 3 == 0 else 1 for n in grid.samples)
     coarse = np.empty(tuple(n // t for n, t in zip(grid.samples, third, strict=True)))
     values = np.empty((thick + 2, ny, nz))
+    cut = creased = 0
     for slab in range(slabs):
         first = slab * thick
         tell(slab, slabs)
@@ -218,6 +231,8 @@ def sampled(part: Formula, low: Floats, sides: Floats, grid: Grids) -> tuple[lis
             raise fail("E182", f"the field is not a number at {place((axes[0][first + i], axes[1][j], axes[2][k]))}",
                        hint="look for the square root or the logarithm of something negative")  # fmt: skip
         share = shares(values)
+        more = creases(values)
+        cut, creased = cut + more[0], creased + more[1]
         for voxels, density in zip(grid.voxels, out, strict=True):
             layers = voxels[0] // slabs
             density[slab * layers : (slab + 1) * layers] = averaged(share, (layers, *voxels[1:]))
@@ -227,4 +242,6 @@ def sampled(part: Formula, low: Floats, sides: Floats, grid: Grids) -> tuple[lis
         rows = values[1:-1][third[0] // 2 :: third[0], third[1] // 2 :: third[1], third[2] // 2 :: third[2]]
         coarse[first // third[0] : (first + thick) // third[0]] = rows
     off = abs(float(fractions(coarse, 1).mean() - out[-1].mean()))
-    return out, solid, off / _SPREAD
+    # at a third of the samples too, which sees edges that are a little rounded
+    wide = creases(np.concatenate([coarse[-1:], coarse, coarse[:1]]))
+    return Sampled(out, solid, off / _SPREAD, max(creased / max(cut, 1), wide[1] / max(wide[0], 1)))

@@ -8,10 +8,15 @@ from collections.abc import Sequence
 from porelang.diagnostics import Diagnostic
 from porelang.homogenize.cell import place
 from porelang.homogenize.found import Homogenized
+from porelang.unitcell.extrapolate import SMOOTH
+from porelang.unitcell.moduli import NAMED
 from porelang.unitcell.pieces import Piece
 
 #: A relative error above which is said that the voxels are too coarse, and how many a wall wants.
-COARSE, TO_A_WALL = 0.05, 3.0
+COARSE, TO_A_WALL = 0.1, 3.0
+#: What an error is told of at least, as shares: of the greatest E, whatever modulus it is; and of the greatest E along
+#: the axes, for E across them and G. Of struts along the axes G is a hundredth of E, and what it errs by moves nothing.
+SMALL, ACROSS = 0.1, 0.5
 #: Walls of fewer samples may come apart between them.
 _SURE = 2.0
 
@@ -61,7 +66,8 @@ def _coarse(
 ) -> list[Diagnostic]:
     """That voxels are too coarse: for what hangs together, or for a number that is printed."""
     finest = max(found.levels[-1].voxels)
-    wanted, why = 2 * finest, "of twice as many the error is about half"
+    share = "half, as the solid has edges inwards" if min(found.orders) < min(SMOOTH) else "a quarter"
+    wanted, why = 2 * finest, f"of twice as many the error is about {share}"
     if found.through is not None and found.through < TO_A_WALL:
         wanted = max(wanted, 8 * math.ceil(TO_A_WALL * finest / found.through / 8))
         why = f"a wall wants three voxels, and has {found.through:.2g} here"
@@ -79,10 +85,14 @@ def _coarse(
             f"{seen}, as voxels {_together(islands, closed)}", severity="warning",
             hint=f"{hint}; if gaps are there, the moduli are too high"))  # fmt: skip
     worst, most_off = "", COARSE
+    stiffest, along = (max(found.numbers[f"E.{key}"] for key in keys) for keys in (NAMED, ("100", "010", "001")))
     for name, value in found.numbers.items():
         if name[0] not in "EGbc" or not value > 0:
             continue
-        off = found.errors[name] / value
+        least = 0.0 if name == "conductivity" else SMALL * stiffest
+        if name[0] == "G" or name in ("E.110", "E.111"):
+            least = max(least, ACROSS * along)
+        off = found.errors[name] / max(value, least)
         if off > most_off:
             worst, most_off = name, off
     if worst:

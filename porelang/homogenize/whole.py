@@ -21,7 +21,7 @@ from porelang.program import Design
 from porelang.progress import activity
 from porelang.solid import Solid
 from porelang.unitcell.effective import checked_ratio
-from porelang.unitcell.extrapolate import definite_limit
+from porelang.unitcell.extrapolate import CREASED, SMOOTH, definite_limit
 from porelang.unitcell.grids import ALIKE, grids, sizes_of
 from porelang.unitcell.pieces import pieces_of
 from porelang.walls import thinnest
@@ -31,6 +31,9 @@ Floats = NDArray[np.float64]
 RESOLUTION, FEWEST, MOST = 64, 8, 256
 #: Of walls of fewer samples the density errs by this share over their square, as of round struts of 2 to 10 samples.
 THIN, ROUND = 6.0, 0.45
+#: The share of the surface that has an edge leading into the solid, above which the solid is no smooth one: one strut
+#: that meets another has 5 times as much.
+EDGES = 1e-3
 
 
 def homogenize(
@@ -73,7 +76,8 @@ def material(
     x, y, z = (bool(part.root.axes & 1 << axis) for axis in range(3))
     grid = grids(sides, (x, y, z), int(resolution), wall)
     with activity("sampling the cell"):
-        densities, solid, density_error = sampled(part, low, sides, grid)
+        seen = sampled(part, low, sides, grid)
+    densities, density_error, creased = seen.densities, seen.error, seen.creased > EDGES
     if not densities[-1].any():
         many = " x ".join(map(str, grid.samples))
         raise fail("E182", f"no sample of {many} in the cell from {place(low)} to {place(low + sides)} is solid",
@@ -88,17 +92,18 @@ def material(
     for density in densities:
         with activity(f"homogenizing {' x '.join(map(str, density.shape))} voxels"):
             levels.append(level(density, sides, nu, threads))
-    stiff = definite_limit(sizes_of(), np.array([at.stiffness.matrix for at in levels]))
-    heat = definite_limit(sizes_of(), np.array([at.conductivity.matrix for at in levels]))
+    orders = CREASED if creased else SMOOTH
+    stiff = definite_limit(sizes_of(), np.array([at.stiffness.matrix for at in levels]), orders)
+    heat = definite_limit(sizes_of(), np.array([at.conductivity.matrix for at in levels]), orders)
     found = Homogenized(
-        name=name, cell=_three(sides), low=_three(low), nu=nu, levels=tuple(levels), wall=wall,
+        name=name, cell=_three(sides), low=_three(low), nu=nu, levels=tuple(levels), wall=wall, orders=orders,
         density=float(densities[-1].mean()), density_error=density_error,
         stiffness=_tidy(stiff.value), stiffness_error=stiff.error,
         conductivity=_tidy(heat.value), conductivity_error=heat.error,
         pieces=tuple(pieces_of(densities[-1], corners=True)), doubts=(), seconds=0.0,
     )  # fmt: skip
     found = found.widened()
-    doubts += doubts_of(found, pieces_of(solid), grid.samples, MOST)
+    doubts += doubts_of(found, pieces_of(seen.solid), grid.samples, MOST)
     return replace(found, doubts=tuple(doubts), seconds=round(time.perf_counter() - begun, 3))
 
 
