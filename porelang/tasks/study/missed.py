@@ -102,10 +102,12 @@ def missed(part: Solid, mesh: TetMesh, size: float) -> Missed:
     lost, at, deepest = _deepest((lacking, beyond), deep, spacing, cut)
     cell, few, many = float(np.prod(spacing)), int(lacking.sum()), int(beyond.sum())
     crumbs = int((solid & ~held).sum()) - few
+    # a web that lies along the axes has a step more or less; of what is bent that evens out
+    unsure = _SIGMAS * cell * (few + many) ** 0.5 + area * float(spacing.max())
     x, y, z = (float(c) for c in origin + at * spacing)
     volume = float(volumes(mesh).sum())
     return Missed(
-        lacking=few * cell, crumbs=crumbs * cell, beyond=many * cell, unsure=_SIGMAS * cell * (few + many) ** 0.5,
+        lacking=few * cell, crumbs=crumbs * cell, beyond=many * cell, unsure=unsure,
         volume=volume, handles=handles, of=of, necks=area * float((most - least).max()) / volume,
         lost=origin + lost * spacing, deep=deepest * cell, at=(x, y, z),
     )  # fmt: skip
