@@ -65,7 +65,7 @@ ELASTICITY = (
         "a solve that does not converge",
         "The conjugate gradients made no progress. Very flat tetrahedra, moduli that differ by more than a million\n"
         "and a Poisson's ratio next to 0.5 are the common reasons; the hint says which of them are there. Where\n"
-        "displacements are found and forces balance all the same, to a millionth, the result is given, with W281.",
+        "displacements are found all the same, and forces balance to a thousandth, the result is given, with W281.",
         "",
         "",
     ),
@@ -137,8 +137,11 @@ ELASTICITY = (
         "W281",
         "an equilibrium that rounding ends early",
         "Forces on nodes balance to what is said, and no further in this arithmetic: where moduli differ by orders,\n"
-        "stiff parts move as a whole, and small forces are the difference of large ones. Displacements are sure to\n"
-        "a millionth, or the solve is refused (E176).",
+        "stiff parts move as a whole, and small forces are the difference of large ones; where a slender part\n"
+        "bends, the forces within its elements are larger than those that act by the square of how slender it is.\n"
+        "The share that displacements, stiffness and compliance may be off for that is said, and is in their errors:\n"
+        "the length of all displacements times what is left of forces, over the work. Above a hundredth, or where\n"
+        "displacements are not found to a millionth in energy, the solve is refused (E176).",
         "",
         "",
     ),

@@ -19,6 +19,8 @@ _OPPOSITE = -0.5
 _COARSE = 0.2
 #: An area of which more lies in triangles that a selection does not cut in two is ragged.
 _RAGGED = 0.1
+#: No share is told that is smaller.
+_SMALLEST = 1e-6
 #: Near 0.5 displacements of the order lock.
 _LOCKS = {1: 0.45, 2: 0.495}
 
@@ -159,6 +161,7 @@ def _unsettled(found: Solution, tolerance: float) -> Diagnostic | None:
     return _warn(
         "W281",
         f"forces balance to {found.residual:.2g} of those that act, where {tolerance:.2g} is wanted: rounding ends "
-        f"there",
-        "moduli that differ by orders do that, flat tetrahedra, a Poisson's ratio next to 0.5; displacements are surer",
+        f"there, and displacements are sure to {max(found.unsure, _SMALLEST):.1g} of themselves",
+        "slender parts that bend do that, moduli that differ by orders, flat tetrahedra, a Poisson's ratio next to "
+        "0.5: a reaction may be off by the first share",
     )

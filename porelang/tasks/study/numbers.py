@@ -36,6 +36,7 @@ class Measured:
     Mises' stress (n,) MPa at vertices, the work of the loads (N mm), the stiffness (N/mm, or N mm a radian; None where
     there is no one), and by which share the stresses err in energy: of the whole, and of each tetrahedron (m,).
 
+    `unsure` is by which share what rounding leaves of the equilibrium may be felt in displacements and work;
     `missed` is what elements miss of the part; `shared` by which share of its energy the material within elements
     leaves it open, `jumps` (n,) by which share of it stresses next to vertices.
     """
@@ -47,6 +48,7 @@ class Measured:
     stiffness: float | None
     error: float
     errors: Floats
+    unsure: float
     missed: Missed
     shared: float
     jumps: Floats
@@ -77,7 +79,7 @@ def numbers_of(mesh: TetMesh, density: Floats, found: Measured) -> Mapping[str, 
     share = volumes(mesh)
     volume = float(share.sum())
     form, off = form_error(found.missed), max(_LEAST, found.missed.off)
-    stiff = _SURELY * found.error**2 + shared_error(found.shared) + form
+    stiff = _SURELY * found.error**2 + shared_error(found.shared) + form + found.unsure
     place = place_error(found.missed)
     loose = stiff - form + place
     top = int(np.argmax(found.von_mises))

@@ -171,6 +171,7 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
         work=work,
         stiffness=stiffness,
         error=solution.error.relative,
+        unsure=solution.unsure,
         errors=(errors := _errors(solution, fields)),
         missed=lacks,
         shared=float(open_.sum()),
