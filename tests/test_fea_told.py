@@ -22,6 +22,8 @@ FOOT = Support(lambda p: p[:, 2] < 1e-9, name="foot")
 PUSH = Force(lambda p: p[:, 2] > 0.99, (0.0, 0.0, -1.0), name="push")
 GOOD = Problem(MESH, 2000.0, 0.3, supports=(FOOT,), loads=(PUSH,))
 
+SLEEVE = Support(lambda p: p[:, 2] < 0.51, name="sleeve")
+
 
 def with_support(**changes: Any) -> Problem:
     return replace(GOOD, supports=(replace(FOOT, **changes),))
@@ -57,6 +59,11 @@ REFUSED: dict[str, tuple[Problem, str, str]] = {
         replace(GOOD, supports=(FOOT, Support(PUSH.where, (False, False, True)))),
         "E173",
         "does nothing",
+    ),
+    "load on little but what is held": (
+        replace(GOOD, supports=(SLEEVE,), loads=(replace(PUSH, where=lambda p: abs(p[:, 2] - 0.27) < 0.25),)),
+        "E173",
+        "% of it is on nodes that are held against it",
     ),
     "far away": (with_force(where=lambda p: p[:, 2] > 90), "E170", "89 mm from what is selected"),
     "nothing at all": (with_force(where=lambda p: p[:, 2] > 9e9), "E170", "nor anything near"),
@@ -184,6 +191,10 @@ def test_what_is_doubtful_is_said() -> None:
         lambda p: np.linalg.norm(p - [0.5, 0.5, 1.0], axis=1) < 1e-9, displacement=(0.0, 0.0, -0.1), name="tip"
     )
     assert {"W257", "W258"} <= codes(replace(plain, supports=(FOOT, point), loads=(), order=1, mesh=box((2, 2, 4))))
+    half = Force(lambda p: (p[:, 2] > 0.2) & (p[:, 2] < 0.8), (0.0, 0.0, -1.0))
+    assert "W286" in codes(replace(plain, supports=(SLEEVE,), loads=(half,)))
+    beyond = replace(half, where=lambda p: p[:, 2] > 0.55)
+    assert "W286" not in codes(replace(plain, supports=(SLEEVE,), loads=(beyond,)))
     assert codes(replace(plain, poisson=0.499)) == {"W259"}
     assert codes(replace(plain, poisson=0.46, order=1)) == {"W259"}
 
