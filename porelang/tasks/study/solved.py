@@ -23,7 +23,8 @@ from porelang.solid import Solid
 from porelang.tasks.readers.cells import Cells
 from porelang.tasks.readers.raster import gridded, spacing_of
 from porelang.tasks.study.asked import DENSITY, POISSON, YOUNG, Question, solid_of, valued
-from porelang.tasks.study.ends import Setting, setting
+from porelang.tasks.study.ends import OnPart, Setting, setting
+from porelang.tasks.study.greatest import greatest
 from porelang.tasks.study.interfaces import interfaces
 from porelang.tasks.study.missed import Missed, missed
 from porelang.tasks.study.numbers import Measured, numbers_of
@@ -166,12 +167,13 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
     open_ = energy * between.gap / max(float(energy.sum()), 1e-300)
     x, y, z = (float(c) for c in middles[np.argmax(open_)])
     measured = Measured(
-        most=float(np.linalg.norm(moved, axis=1).max()),
+        most=greatest(solution.nodes, moved, OnPart(part, found.size).nearest),
         mean=mean_length(solution.nodes, moved),
         von_mises=fields.von_mises,
         work=work,
         stiffness=stiffness,
         error=solution.error.relative,
+        unsure=solution.unsure,
         errors=(errors := _errors(solution, fields)),
         missed=lacks,
         shared=float(open_.sum()),
