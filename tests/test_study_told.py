@@ -94,6 +94,43 @@ def test_conditions_are_kleenes() -> None:
     assert answer(node("eq", none, X)) is None
 
 
+@pytest.mark.parametrize(("where", "room"), [("x < -20mm", "x < -19mm, where the part ends at -20 mm"),
+                                             ("z > 4mm", "z > 3.9mm, where the part ends at 4 mm")])  # fmt: skip
+def test_what_misses_an_end_is_told_with_that_end(where: str, room: str) -> None:
+    with pytest.raises(PoreError, match="E170") as refused:
+        found(f"study(body, fix={where}, load={PUSH}, {MATERIAL}, size=8mm)")
+    assert room in str(refused.value)
+
+
+def test_what_a_study_does_not_give_is_said_with_where_it_is(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "s.pore"
+    for asked, hint in (("s.reaction", "`pore fea` reports the force on each support"),
+                        ("s.effective_modulus", "`s.stiffness * length / area`"),
+                        ("density(s)", "`pore optimize FILE --iterate part --rule optimum`")):  # fmt: skip
+        file.write_text(f"{BOX}let s = compress(body, 1kN, {MATERIAL})\nlet a = {asked}\nbody", encoding="utf-8")
+        assert main(["check", str(file)]) == 1
+        assert hint in capsys.readouterr().err
+
+
+def test_what_takes_long_is_said_before_it_begins(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the size, what there is to solve and about how long; and nothing where nobody wants to hear it."""
+    file = tmp_path / "s.pore"
+    file.write_text(f"{BOX}let s = compress(body, 1kN, {MATERIAL}, size=1mm)\nbody", encoding="utf-8")
+
+    def stop(*_: Any, **__: Any) -> None:
+        raise PoreError([])
+
+    monkeypatch.setattr("porelang.tasks.study.solved.direct", stop)
+    for quiet in ([], ["-q"]):
+        main(["fea", str(file), *quiet])
+        told = re.findall(r"some [\d,]+ elements of 1 mm, [\d,]+ unknowns: about \d+ s", capsys.readouterr().err)
+        assert len(told) == (0 if quiet else 1)
+
+
 # ---- what holds against the load
 
 
