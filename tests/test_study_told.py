@@ -24,6 +24,7 @@ from porelang.tasks.study import estimate
 from porelang.tasks.study.coarse import coarse, finer
 from porelang.tasks.study.conditions import certain_and_possible
 from porelang.tasks.study.got import Got
+from porelang.tasks.study.sized import for_walls
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 
@@ -289,6 +290,15 @@ def test_elements_that_are_too_coarse_for_walls_are_called_so() -> None:
     ) as e:
         found(f"compress(body, 1kN, {MATERIAL}, size=1.8mm)", sheet.replace("WALL", "0.9mm"))
     assert "hang together" not in str(e.value)
+
+
+def test_where_two_elements_through_walls_are_too_many_one_is_proposed() -> None:
+    def cubes(size: float) -> float:
+        return 1e6 / size**3
+
+    assert for_walls(2.0, cubes).endswith("makes two through walls of 2 mm: some 1,000,000 unknowns")
+    assert "or `size=1mm`, one element through them, some 1,000,000" in for_walls(1.0, cubes)
+    assert for_walls(0.1, cubes).endswith("4 million are the most: take a part of it")
 
 
 def test_elements_found_are_no_larger_than_walls_that_hold_a_part_together() -> None:
