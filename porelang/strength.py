@@ -6,7 +6,7 @@ What a program reads of a study are samples, found by the same solve (`porelang.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ from porelang.tasks.resolve import leave
 from porelang.tasks.study.asked import question
 from porelang.tasks.study.found import kept
 from porelang.tasks.study.numbers import form_error
+from porelang.tasks.study.sized import Sized
 from porelang.tasks.study.solved import Solved, refined, solved
 from porelang.tasks.telling import told
 
@@ -141,13 +142,15 @@ def _resultant(of: Resultant) -> dict[str, Any]:
 
 
 def carry_out(
-    design: Design, name: str | None = None, refine: bool = False, within: str | None = None, out: str | None = None
-) -> Strength:
+    design: Design, name: str | None = None, refine: bool = False, within: str | None = None, out: str | None = None,
+    begun: Callable[[Sized], None] | None = None,
+) -> Strength:  # fmt: skip
     """Solve a study that a `let` of the program names: the one that is asked for, or the only one. Or one that is
     described as a program would call it, `compress(part, 10kN, axis=z, material="PA12")`, of the output `out`.
 
     `refine` adds a step of refinement: where the stresses of the first solve err most, elements of half the size.
-    `within` names the envelope of an effective modulus: an output or a `let`. Errors: E100 where there is no such
+    `within` names the envelope of an effective modulus: an output or a `let`. `begun` is told of the size of elements,
+    and about how many there are, before they are made. Errors: E100 where there is no such
     study, or several and none is named; E109 for an unknown `within`; those of the study.
 
     >>> import porelang
@@ -163,7 +166,7 @@ def carry_out(
     place = design.program.places.get(n)
     try:
         asked = design.formula(*n.args)
-        found = solved(question(asked.taken))
+        found = solved(question(asked.taken), begun)
         if refine:
             found = refined(found)
         samples = kept(found)

@@ -224,6 +224,9 @@ TWO = BAR.replace("\nbar", "\nlet t = compress(bar, force=1kN, axis=z, E=1GPa, n
         (f"out a = sphere(1)\n{BAR}", ["--deform", "--bodies"], "drawn alone"),
         (BAR, ["--field", "s"], "as in `--field s.von_mises`"),
         (BAR, ["--field", "s.displacement"], "length(s.displacement)"),
+        (BAR, ["--field", "s.stress"], "`s.stress.xx`, `s.von_mises`"),
+        (BAR, ["--field", "s.stiffness"], "is one number, and no field"),
+        (BAR, ["--field", "s.von_mises", "--deform", "s.stress"], "several numbers in each place"),
         (BAR, ["--field", "s.von_misses"], "von_mises"),
         (BAR, ["--field", "s.von_mises /"], "--field:1:"),
         (BAR, ["--field", "s.von_mises + 1mm"], "--field:1:1"),
@@ -300,3 +303,12 @@ def test_what_a_study_says_is_beyond_is_drawn() -> None:
     text = BAR.replace("size=5mm", "size=5mm, outside=0").replace("\nbar", "\nbar | bar @ [x - 30, y, z]")
     made = porelang.compile(text).render(**PLAIN, field="s.von_mises")
     assert not made.told
+
+
+def test_of_several_studies_the_one_whose_field_is_drawn_deforms_the_part() -> None:
+    text = BAR.replace("\nbar", "\nlet t = compress(bar, force=-1kN, axis=x, E=1GPa, nu=0.25, size=5mm)\nbar")
+    program = porelang.compile(text)
+    for name in ("s", "t"):
+        assert program.render(**PLAIN, field=f"{name}.von_mises", deform=True).deformed.what == name
+    with pytest.raises(PoreError, match=r"E100.*several studies"):
+        program.render(**PLAIN, deform=True)

@@ -24,6 +24,7 @@ from porelang.tasks.study import estimate
 from porelang.tasks.study.coarse import coarse, finer
 from porelang.tasks.study.conditions import certain_and_possible
 from porelang.tasks.study.got import Got
+from porelang.tasks.study.sized import for_walls
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 
@@ -92,6 +93,43 @@ def test_conditions_are_kleenes() -> None:
             chosen = (a if b is True else False) if b is not None else (None if a is not False else False)
             assert answer(node("select", second, first, no)) is chosen
     assert answer(node("eq", none, X)) is None
+
+
+@pytest.mark.parametrize(("where", "room"), [("x < -20mm", "x < -19mm, where the part ends at -20 mm"),
+                                             ("z > 4mm", "z > 3.9mm, where the part ends at 4 mm")])  # fmt: skip
+def test_what_misses_an_end_is_told_with_that_end(where: str, room: str) -> None:
+    with pytest.raises(PoreError, match="E170") as refused:
+        found(f"study(body, fix={where}, load={PUSH}, {MATERIAL}, size=8mm)")
+    assert room in str(refused.value)
+
+
+def test_what_a_study_does_not_give_is_said_with_where_it_is(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "s.pore"
+    for asked, hint in (("s.reaction", "`pore fea` reports the force on each support"),
+                        ("s.effective_modulus", "`s.stiffness * length / area`"),
+                        ("density(s)", "`pore optimize FILE --iterate part --rule optimum`")):  # fmt: skip
+        file.write_text(f"{BOX}let s = compress(body, 1kN, {MATERIAL})\nlet a = {asked}\nbody", encoding="utf-8")
+        assert main(["check", str(file)]) == 1
+        assert hint in capsys.readouterr().err
+
+
+def test_what_takes_long_is_said_before_it_begins(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the size, what there is to solve and about how long; and nothing where nobody wants to hear it."""
+    file = tmp_path / "s.pore"
+    file.write_text(f"{BOX}let s = compress(body, 1kN, {MATERIAL}, size=1mm)\nbody", encoding="utf-8")
+
+    def stop(*_: Any, **__: Any) -> None:
+        raise PoreError([])
+
+    monkeypatch.setattr("porelang.tasks.study.solved.direct", stop)
+    for quiet in ([], ["-q"]):
+        main(["fea", str(file), *quiet])
+        told = re.findall(r"some [\d,]+ elements of 1 mm, [\d,]+ unknowns: about \d+ s", capsys.readouterr().err)
+        assert len(told) == (0 if quiet else 1)
 
 
 # ---- what holds against the load
@@ -252,6 +290,15 @@ def test_elements_that_are_too_coarse_for_walls_are_called_so() -> None:
     ) as e:
         found(f"compress(body, 1kN, {MATERIAL}, size=1.8mm)", sheet.replace("WALL", "0.9mm"))
     assert "hang together" not in str(e.value)
+
+
+def test_where_two_elements_through_walls_are_too_many_one_is_proposed() -> None:
+    def cubes(size: float) -> float:
+        return 1e6 / size**3
+
+    assert for_walls(2.0, cubes).endswith("makes two through walls of 2 mm: some 1,000,000 unknowns")
+    assert "or `size=1mm`, one element through them, some 1,000,000" in for_walls(1.0, cubes)
+    assert for_walls(0.1, cubes).endswith("4 million are the most: take a part of it")
 
 
 def test_elements_found_are_no_larger_than_walls_that_hold_a_part_together() -> None:

@@ -49,7 +49,7 @@ def homogenize(options: Namespace) -> int:
     report.say([] if options.quiet else doubts)
     if options.json:
         report.put(whole)
-    elif not options.quiet:
+    elif not (options.quiet and options.outputs):  # without a file this is the result
         print(design.program.source.name, found, sep="\n")
     return 0
 

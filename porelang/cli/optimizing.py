@@ -43,7 +43,7 @@ def optimize(options: Namespace) -> int:
     report.say(found.failed if options.quiet else [*found.failed, *found.told])
     if options.json:
         report.put({"folder": str(folder), **found.report, **to_lists([*options.doubts, *found.told])})
-    elif not options.quiet:
+    else:
         print(found.table)
         if found.promise:
             print(found.promise)

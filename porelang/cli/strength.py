@@ -18,6 +18,7 @@ from porelang.diagnostics import PoreError, fail, to_lists
 from porelang.fea import Resultant
 from porelang.strength import Strength, carry_out
 from porelang.tasks.study.missed import Missed
+from porelang.tasks.study.sized import Sized, duration, many
 
 _UNITS = {
     "compliance": "N mm",
@@ -29,6 +30,8 @@ _UNITS = {
     "mass": "g",
 }
 
+#: Seconds from which on it is said how long a study takes.
+_A_WHILE = 5.0
 #: What would not be understood by its name in the language.
 _CALLED = {"max_von_mises": "max von Mises", "von_mises_99": "von Mises, 99 %"}
 #: A moment that is less than this of forces times the distances between them is none; a number, beside the largest.
@@ -49,7 +52,8 @@ def fea(options: Namespace) -> int:
     if broken := broken_checks(design):
         raise PoreError(broken)
     start = time.perf_counter()
-    found = carry_out(design, options.study, options.refine, options.within, options.out)
+    begun = None if options.quiet else _begun
+    found = carry_out(design, options.study, options.refine, options.within, options.out, begun)
     if options.output:
         found.write(options.output)
     seconds = round(time.perf_counter() - start, 3)
@@ -60,6 +64,14 @@ def fea(options: Namespace) -> int:
     elif not (options.quiet and options.output):  # without a file the report is the result
         print(_text(options.output or design.program.source.name, found, seconds))
     return 0
+
+
+def _begun(found: Sized) -> None:
+    """Say what is to be solved and about how long that takes, where it takes a while."""
+    if found.seconds < _A_WHILE:
+        return
+    report.note(f"some {many(found.elements)} elements of {found.size:.3g} mm, {many(found.unknowns)} unknowns: about "
+                f"{duration(found.seconds)}, or twice that where a lattice is cut (Ctrl-C ends it)")  # fmt: skip
 
 
 def _text(path: str, found: Strength, seconds: float) -> str:

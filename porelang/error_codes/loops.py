@@ -66,7 +66,8 @@ LOOPS = (
         "`--resume` goes on with it, if the part, its study, the rule, the limits and the start are those with which\n"
         "it was begun. Where a file of a step is damaged or missing, it goes on from the last step before that, and\n"
         "says so. Without `--resume` a folder that holds a record is left as it is; `--force` begins anew there: the\n"
-        "older record is removed once the new one has its first step, and nothing else in the folder.",
+        "older record is removed once the new one has its first step, and nothing else in the folder. Nor does a loop\n"
+        "begin in a folder without a record that holds files of the names that it writes, but with `--force`.",
         "",
         "",
     ),

@@ -14,6 +14,8 @@ from porelang.fea.problem import Floats, Mask, OnSurface, Where
 
 #: Nine points of each triangle, at which a selection is asked first.
 _DEGREE = 4
+#: What is a little beyond an end of a part, of its size.
+_ASIDE = 0.01
 #: How many times the size of the part is looked at on each side for what is selected: a slip of the unit is thousands.
 _FAR = (1.0, 10.0, 100.0, 1000.0)
 #: Directions in which a line is looked for that parts the points of a triangle.
@@ -135,8 +137,8 @@ def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats) -> 
         return fail(
             "E170",
             f"{what} selects no {kind} of the boundary, nor anything near: {extent}",
-            hint="select a region that the boundary runs through, "
-            "with some room: z < -149mm where the part ends at z = -150mm",
+            hint="select a region that the boundary runs through, with some room, as in "
+            f"{_room(low, high, int(np.argmax(high - low)), high)}",
         )
     from scipy.spatial import cKDTree
 
@@ -155,13 +157,31 @@ def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats) -> 
     if gap <= _TOUCHES * float(np.linalg.norm(high - low)):
         said = f"it ends at the boundary, at {place(start)}, which it does not hold"
         return fail("E170", f"{what} selects no {kind} of the boundary: {said}; {extent}",
-                    hint="give it some room: z < -149mm where the part ends at z = -150mm")  # fmt: skip
+                    hint=f"give it some room: {_ends(where, start, low, high)}")  # fmt: skip
     return fail(
         "E170",
         f"{what} selects no {kind} of the boundary: the nearest is at {place(start)}, "
         f"and {gap:.3g} mm from what is selected, at {place(end)}; {extent}",
         hint="move the selection there, or give it more room",
     )
+
+
+def _ends(where: Where, at: Floats, low: Floats, high: Floats) -> str:
+    """How an end of the part is selected, in its own numbers: the one that a selection just misses at a place of it, as
+    it holds what is a little beyond along that axis."""
+    beyond = np.where(high - at < at - low, 1.0, -1.0) * _ASIDE * (high - low)
+    held = np.asarray(where(at + np.diag(beyond)))
+    apart = np.where(held, 0.0, 1.0) + np.minimum(at - low, high - at) / (high - low)
+    return _room(low, high, int(np.argmin(apart)), at)
+
+
+def _room(low: Floats, high: Floats, axis: int, at: Floats) -> str:
+    """How the end of a part along an axis that is the nearer one to a place is selected, with a hundredth of room."""
+    upper = high[axis] - at[axis] < at[axis] - low[axis]
+    end = high[axis] if upper else low[axis]
+    room = 10.0 ** np.floor(np.log10((high[axis] - low[axis]) / 30))
+    inner = end - room if upper else end + room
+    return f"{'xyz'[axis]} {'>' if upper else '<'} {inner:.6g}mm, where the part ends at {end:.6g} mm"
 
 
 def _held_on_grid(where: Where, middle: Floats, half: Floats, count: int, what: str) -> Floats:

@@ -15,7 +15,7 @@ from porelang.expression import Expression, expression
 from porelang.field import Backend, Bounds, checked_bounds, make_field
 from porelang.formula import Formula
 from porelang.gpu import Gpu
-from porelang.ir import Node, node
+from porelang.ir import Node, Stage, node
 from porelang.picture import Picture
 from porelang.program import Design, Program
 from porelang.progress import activity
@@ -24,7 +24,7 @@ from porelang.render.camera import Camera, look
 from porelang.render.cells import bound_cells
 from porelang.render.compositing import LEAP, averaged, lay_deformed, lay_glass, with_outlines
 from porelang.render.cuts import Shown, take_away, whole
-from porelang.render.deform import displacement
+from porelang.render.deform import displacement, of_field
 from porelang.render.deformed import draw
 from porelang.render.frame import ROUNDS, SMALL, closer, coarse, met, touches_rim, zoomed
 from porelang.render.legend import legend, strip_of
@@ -92,8 +92,9 @@ def render_output(
         over[on, :3] = planes.colours(seen, scale, 1.4 * samples)[on]
         over[on, 3] = 1.0
         far, backend = seen.distance, field.backend
-    if wishes.deform is not None:
-        moved = draw(design, part, box, bounds is not None, wishes.deform, wishes, size, paint if painted else None)
+    deform = of_field(program, wishes.deform, () if coloured is None else coloured.roots)
+    if deform is not None:
+        moved = draw(design, part, box, bounds is not None, deform, wishes, size, paint if painted else None)
         lay_deformed(over, moved, LEAP * moved.camera.pixel(size, moved.box), samples)
         camera, stage, scale, deformed, told = moved.camera, moved.box, moved.scale, moved.deformed, moved.told
         covered, backend = float(np.isfinite(moved.distance).mean()), "numpy"
@@ -160,6 +161,10 @@ def field_shown(program: Program, wishes: Wishes) -> Expression | None:
         if len(found.roots) > 1:
             what, hint = "a vector", f"colours are of one number: length({found.text}), or {found.text}.z"
         raise fail("E101", f"`{found.text}` is {what}", hint=hint)
+    if "." in found.text and found.value.node.stage is not Stage.FIELD:
+        study = found.text.rpartition(".")[0]
+        raise fail("E101", f"`{found.text}` is one number, and no field", hint=f"`pore fea` says it; a field is "
+                   f"`{study}.von_mises`")  # fmt: skip
     return found
 
 
@@ -177,7 +182,8 @@ def roots_shown(program: Program, name: str | Sequence[str] | None, wishes: Wish
     roots = [program.solid(n) for n in _names(program, name, wishes)]
     field = field_shown(program, wishes)
     roots += [] if field is None else field.roots
-    return roots + list(() if wishes.deform is None else displacement(program, wishes.deform.what)[1])
+    deform = of_field(program, wishes.deform, () if field is None else field.roots)
+    return roots + list(() if deform is None else displacement(program, deform.what)[1])
 
 
 def bodies_of(program: Program) -> list[str]:

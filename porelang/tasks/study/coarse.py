@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from porelang.data import coordinates
 from porelang.tasks.study.got import Got
-from porelang.tasks.study.sized import AFFORDABLE, HALVED, MOST, THROUGH, many, seconds, unknowns
+from porelang.tasks.study.sized import AFFORDABLE, HALVED, MOST, THROUGH, duration, many, seconds, unknowns
 from porelang.tasks.told import Doubt
 from porelang.walls import rounded
 
@@ -110,5 +110,4 @@ def _least(got: Got) -> float:
 
 def _time(got: Got, count: float) -> str:
     """About how long so many unknowns take, in words."""
-    took = seconds(count, int(got.order))
-    return f"about {took:.0f} s" if took < 90 else f"about {took / 60:.0f} minutes"
+    return f"about {duration(seconds(count, int(got.order)))}"

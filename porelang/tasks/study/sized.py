@@ -106,6 +106,11 @@ def seconds(unknowns: float, order: int) -> float:
     return _SECONDS[order] * unknowns
 
 
+def duration(seconds: float) -> str:
+    """A time in words."""
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} minutes"
+
+
 def sized(part: Solid, size: float, order: int) -> Sized:
     """The size of elements: the one that is given (mm), or found (0). Errors: E187 for one that makes too many."""
     volume = part.guess[0]

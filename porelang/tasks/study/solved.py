@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -102,14 +102,17 @@ class Solved:
         return {r.name: r.force for r in (*self.supports, *(load for load in self.loads if load.name in self.rests))}
 
 
-def solved(asked: Question) -> Solved:
-    """Elements, made as fine as the study asks for, and what is solved on them.
+def solved(asked: Question, begun: Callable[[Sized], None] | None = None) -> Solved:
+    """Elements, made as fine as the study asks for, and what is solved on them; `begun` is told of their size and about
+    how many there are, before they are made.
 
     Errors: those of the part (E091, E092), of its elements (E160-), of what holds and loads it (E170-, E185-E189).
     """
     part = solid_of(asked)
     with activity(MESHING):
         found = sized(part, asked.size, asked.order)
+        if begun is not None:
+            begun(found)
         mesh, found, lost, pieces = _meshed(part, found.size, found)
     return on(asked, part, mesh, found, lost, pieces)
 
