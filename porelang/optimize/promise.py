@@ -138,6 +138,7 @@ def law_of(
                 found.append(material(lattice_of(part), what.output, sides, nu, VOXELS, middle=middle, reach=what.box))
             except PoreError as error:
                 told = f"with {what.param} = {sign * float(value):.4g}, for the law of the lattice"
+                told += ", whose cells are as long as its waves are" if own else ", whose cells are said to be so long"
                 raise PoreError([replace(d, message=f"{d.message}, {told}") for d in error.diagnostics]) from None
     made = law([f.density for f in found], [f.stiffness for f in found], [f.stiffness_error for f in found], nu)
     doubts = []
