@@ -17,7 +17,7 @@ from porelang.diagnostics import PoreError
 from porelang.optimize import adapting as adapted
 from porelang.optimize import element, laws, loop, promise
 from porelang.optimize.adapting import adapting
-from porelang.optimize.grid import Grid
+from porelang.optimize.grid import Force, Grid, Problem
 from porelang.optimize.posed import posed
 from porelang.optimize.rules import Answer, Energy, Given, Optimum
 from porelang.tasks.study.asked import Question, question
@@ -177,6 +177,23 @@ def test_a_core_is_dense_in_the_middle_and_keeps_the_mean() -> None:
     assert found[0].max() < 0.35
 
 
+def test_few_cells_across_are_counted() -> None:
+    """In a bar, a plate, a cylinder, a tube; and across a patch that is loaded."""
+    bar = Grid(np.ones((24, 8, 8)), (0, 0, 0), (2.5, 2.5, 2.5))
+    assert promise.cells_across(bar, 10.0) == pytest.approx(2)
+    assert promise.cells_across(Grid(np.ones((24, 24, 4)), (0, 0, 0), (2.5, 2.5, 2.5)), 5.0) == pytest.approx(2)
+    tube = Grid.of(lambda p: np.abs(np.hypot(p[:, 0], p[:, 1]) - 15) - 5, (-20, -20, 0), (20, 20, 40), 1.25)
+    assert promise.cells_across(tube, 5.0) == pytest.approx(2, abs=0.5)
+    assert promise.cells_across(tube, 5.0) < promise.cells_across(tube, 2.5)
+    end = lambda p: p[:, 0] > 59.9  # noqa: E731
+    face = Problem(bar, (), (Force(end, (0, 0, 1)),))
+    patch = Problem(
+        bar, (), (Force(end, (0, 0, 1)), Force(lambda p: end(p) & (p[:, 1] < 5) & (p[:, 2] < 5), (1, 0, 0)))
+    )
+    assert promise.loaded_across(face, 10.0) == pytest.approx(2)
+    assert promise.loaded_across(patch, 10.0) == pytest.approx(0.5)
+
+
 class Uniform:
     """Every density bears the same everywhere; the given one less."""
 
@@ -216,9 +233,12 @@ def test_the_optimum_is_made_real(
     assert found["gain"] < 0.9
     # a cantilever of rho^2 within .3 to .7: what another code found for a sheet and .2 to .8 is .56
     assert 0.6 < promised["gain"] < 0.8
-    # the bar has one cell across: the homogenised one is a guess, but of its size
+    # the bar has one cell across: the homogenised one is a guess, but of its size, and says so
     assert promised["uniform"] == pytest.approx(found["steps"][0]["compliance"], rel=0.3)
-    assert 0 < promised["best_error"] < 0.3  # most of it what a cell of 16 voxels does not know
+    assert promised["cells_across"] == pytest.approx(1)
+    assert promised["few_cells_error"] == pytest.approx(0.65)
+    assert 0 < promised["best_error"] - 0.65 < 0.2  # what voxels twice as large change, and cells of 12 voxels
+    assert "the optimum is solved as a lattice" in (folder / "history.md").read_text()
     assert all(step["porosity"] == pytest.approx(0.5, abs=1e-3) for step in found["steps"])
     assert "homogenised" in (folder / "history.md").read_text()
     assert main([*words, "--resume"]) == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import warnings
 from itertools import product
 from pathlib import Path
@@ -335,7 +336,8 @@ def told(text: str, **more: Any) -> str:
         ("E108", "gyroid(10)", {"cell": "0,10,10"}),
         ("E180", "gyroid(10)", {"cell": (10, 1000, 1000)}),
         ("E180", "gyroid(10)", {"resolution": 4}),
-        ("E180", "param t = 1 in 0.2..2\ngyroid(10) |> shell(t)", {"sweep": "t=1..1:4"}),
+        ("E180", "let b = box([20mm, 10mm, 10mm])\ngyroid(phase=phase(5mm + x / 9, b)) & b", {}),
+        ("E108", "param t = 1 in 0.2..2\ngyroid(10) |> shell(t)", {"sweep": "t=1..1:4"}),
         ("E181", "gyroid(10)", {"cell": "10,10,12"}),
         ("E181", "rotate(gyroid(10), [0, 0, 1], 30deg)", {}),
         # graded evenly, so that opposite faces agree; and only beyond the cell
@@ -353,6 +355,23 @@ def test_what_is_no_cell_is_refused(code: str, text: str, more: dict[str, Any]) 
     found = told(text, **more)
     assert f"error[{code}]" in found
     assert "hint:" in found
+
+
+def test_a_phase_of_one_size_is_a_lattice_of_that_period() -> None:
+    plain = porelang.compile("gyroid(10) |> shell(1)").homogenize(resolution=8)
+    phased = porelang.compile("let b = box([20mm, 20mm, 20mm])\ngyroid(phase=phase(1cm, b)) |> shell(1) & b")
+    found = phased.homogenize(resolution=8)
+    assert found.cell == (10, 10, 10)
+    np.testing.assert_allclose(found.stiffness, plain.stiffness, atol=1e-3)
+
+
+def test_what_strays_is_shown_where_it_is_nearest_to_the_cell() -> None:
+    """And of a union it is said how an envelope of all of it is written."""
+    found = told("gyroid(10) |> shell(0.3 + 0.1 * hypot(x, y) / 1mm)")
+    places = [float(v) for v in re.findall(r"-?[\d.]+", found.split(" at (")[1].split(")")[0])]
+    assert max(map(abs, places)) < 15
+    assert "(a | b) & body" not in found
+    assert "(a | b) & body" in told("schwarz_p(10) | gyroid(20) & cylinder(40, 60)")
 
 
 def test_a_mismatch_names_its_place_and_numbers() -> None:
@@ -525,6 +544,8 @@ def test_python_reads_what_commands_read(lattice: Path) -> None:
         ["--cell", "0,10,10"],
         ["--sweep", "t=0.4..1:0"],
         ["--sweep", "t=0.4..1:99999"],
+        ["--sweep", "t=0.5..0.5:3"],
+        ["--sweep", "t=2..0.4:4"],
     ],
 )
 def test_wrong_usage_ends_with_2(words: list[str], lattice: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -533,7 +554,7 @@ def test_wrong_usage_ends_with_2(words: list[str], lattice: Path, capsys: pytest
 
 
 def test_a_sweep_is_not_of_what_is_set(lattice: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["homogenize", str(lattice), "--out", "cell", "--set", "t=1", "--sweep", "t=0.4..1:2"]) == 1
+    assert main(["homogenize", str(lattice), "--out", "cell", "--set", "t=1", "--sweep", "t=0.4..1:2"]) == 2
     assert "`t` is swept, and set to one value as well" in capsys.readouterr().err
     with pytest.raises(PoreError, match="is swept, and set"):
         porelang.compile(path=str(lattice)).homogenize("cell", sweep="t=0.4..1:2", t=1)
@@ -587,6 +608,10 @@ def test_a_longer_cell_of_the_same_lattice_is_the_same_material() -> None:
     one = porelang.compile("gyroid([6, 9, 12]) |> shell(1.4)").homogenize(cell="6,9,12", resolution=16)
     two = porelang.compile("gyroid([6, 9, 12]) |> shell(1.4)").homogenize(cell="12,9,12", resolution=16)
     assert [level.stiffness.solved for level in one.levels] == [6] * 4
+    # 16 along the shortest side make 32 along the longest, and that is told
+    assert one.levels[-1].voxels == (16, 24, 32)
+    assert "16 were asked for" in str(one)
+    assert "were asked for" not in str(porelang.compile("gyroid(10)").homogenize(resolution=8))
     np.testing.assert_allclose(one.stiffness, two.stiffness, atol=float(one.stiffness_error.max() + 1e-3))
     assert len({round(one.numbers[f"E.{n}"], 3) for n in ("100", "010", "001")}) == 3
 

@@ -12,8 +12,7 @@ CELLS = (
         "are those of the lattices in the part, where each is given one length; else say them: `--cell 10,10,15` in\n"
         "mm, along x, y and z. They may be several periods, but not a part of one. It is solved on voxels, 64 along\n"
         "its longest side unless `--resolution` says otherwise, from 8 to 256; the shortest side that something\n"
-        "varies along has 24 at least, so that a cell may be too long for its width. A param that is swept is not\n"
-        "set as well.",
+        "varies along has 24 at least, or what is asked for, so that a cell may be too long for its width.",
         "",
         "(gyroid(30) |> shell(0.5)) & cylinder(75, 300)",
     ),

@@ -15,7 +15,7 @@ from porelang.backends.numpy import NumpyField
 from porelang.data import coordinates
 from porelang.diagnostics import Diagnostic, fail
 from porelang.formula import Formula
-from porelang.ir import Node, node, order, within
+from porelang.ir import ZERO, Node, node, order, within
 from porelang.ops import kind
 from porelang.program import Design
 from porelang.progress import tell
@@ -42,20 +42,33 @@ def sides_of(design: Design, name: str, given: Any) -> Floats:
         return checked_sides(given)
     output = design.program.outputs[name]
     known = design.program.elaborated.lattices
-    used = {n: known[n][1] for n in order(output.nodes, within) if n in known}
+    used = {n: known[n][1] or _phased(n) for n in order(output.nodes, within) if n in known}
     periods = sorted({_length(design, w) for w in used.values() if w is not None})
     how = "say how long a period is along x, y and z, as by --cell 10,10,15"
     if not used:
         raise fail("E180", f"`{name}` has no lattice whose period could be its cell", output.span, hint=how)
     if any(w is None for w in used.values()):
         raise fail("E180", f"a lattice of `{name}` has not one period", output.span, hint=how,
-                   label="given as a phase, as three lengths or as a field")  # fmt: skip
+                   label="given as a phase of several sizes, as three lengths or as a field")  # fmt: skip
     longest = periods[-1]
     if any(abs(longest / w - round(longest / w)) > 1e-9 for w in periods):
         told = " and ".join(f"{w:g} mm" for w in periods)
         raise fail("E180", f"`{name}` has lattices of periods {told}, of which none is that of all", output.span,
                    hint=how)  # fmt: skip
     return np.full(3, longest)
+
+
+def _phased(lattice: Node) -> Node | None:
+    """The one size of the cells of the phases that a lattice reads, where it is the same everywhere and kept as it is;
+    None where there is none such."""
+    sizes = set()
+    for phase in (n for n in order([lattice], within) if n.op == "phase"):
+        size, body, *_ = phase.args
+        # three sizes, one for each axis, have no place yet either; and a number of cells makes others of them
+        if size.axes or not body.axes or phase.args[4] is not ZERO:
+            return None
+        sizes.add(size)
+    return sizes.pop() if len(sizes) == 1 else None
 
 
 def _length(design: Design, period: Node) -> float:
@@ -100,14 +113,21 @@ def period_doubts(part: Formula, low: Floats, sides: Floats, reach: Box | None =
         # of a side that is a little off, as the faces show, more and more is different from cell to cell
         if away.share > DIFFERENT * (FAR if odd else 1):
             raise fail("E181", f"{cell}, whole numbers of sides away: {told}",
-                       hint="a lattice that is graded or blended is another material at every place: make an output of "
-                       "it as it is at one; or cut one period out, as by & box(...)")  # fmt: skip
+                       hint=_elsewhere(part))  # fmt: skip
     if worst is not None:
         told = _told(worst, sides)
     elif away is None:
         return []
     return [Diagnostic("W260", f"the cell is only nearly a period of the part: {told}",
                        hint="check the sides of --cell", severity="warning")]  # fmt: skip
+
+
+def _elsewhere(part: Formula) -> str:
+    if part.root.op == "min":
+        return ("what is joined by | has to have this period as far as each of it goes; & binds before |: what is cut "
+                "as a whole stands in brackets, (a | b) & body")  # fmt: skip
+    return ("a lattice that is graded or blended is another material at every place: make an output of it as it is at "
+            "one; or cut one period out, as by & box(...)")  # fmt: skip
 
 
 def _asked(part: Formula) -> Callable[[Floats], Floats]:

@@ -49,7 +49,8 @@ class Homogenized:
     """What a period does as a material, for a solid of unit Young's modulus and unit conductivity.
 
     `cell` are its sides and `low` its lower corner (mm); `stiffness` (6, 6) is by Voigt with engineering shear (xx yy
-    zz yz xz xy), `conductivity` (3, 3); each with an error of the same shape. Both are extrapolated from the `levels`.
+    zz yz xz xy), `conductivity` (3, 3); each with an error of the same shape. Both are extrapolated from the `levels`,
+    whose finest was asked to have `resolution` voxels along the longest side.
     `wall` is how thick the thinnest walls are (mm), None where none were found; `orders` are those of convergence that
     are taken for possible. The `pieces` are those of the finest voxels, as elements hang together; `doubts` are
     warnings.
@@ -59,6 +60,7 @@ class Homogenized:
     cell: tuple[float, float, float]
     low: tuple[float, float, float]
     nu: float
+    resolution: int
     levels: tuple[Level, ...] = field(repr=False)
     wall: float | None
     orders: tuple[float, ...] = field(repr=False)

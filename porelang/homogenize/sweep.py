@@ -127,16 +127,17 @@ def sweep(
     `fixed` are the params that are set, among which it must not be. What was solved is kept: a sweep that was
     interrupted goes on.
 
-    Errors: those of the settings and of each cell, with the value that it is; E180 for a range that is none.
+    Errors: those of the settings and of each cell, with the value that it is; E108 for a range that is none, or a param
+    that is set as well.
     """
     if param in fixed:
-        raise fail("E180", f"`{param}` is swept, and set to one value as well", hint="leave out one of the two")
+        raise fail("E108", f"`{param}` is swept, and set to one value as well", hint="leave out one of the two")
     if not isinstance(count, int) or isinstance(count, bool) or not 2 <= count <= MOST:
-        raise fail("E180", f"a sweep over {count!r:.40} values is none", hint=f"take from 2 to {MOST}: t=0.2..1.2:6")
+        raise fail("E108", f"a sweep over {count!r:.40} values is none", hint=f"take from 2 to {MOST}: t=0.2..1.2:6")
     ends = [design.design({param: end}).settings[param] for end in (low, high)]
     if not ends[0] < ends[1]:
         told = "goes down" if ends[0] > ends[1] else "is one value"
-        raise fail("E180", f"the range of the sweep over `{param}` {told}",
+        raise fail("E108", f"the range of the sweep over `{param}` {told}",
                    hint="give two ends, the lower first: t=0.2..1.2:6")  # fmt: skip
     values = [float(v) for v in np.linspace(ends[0], ends[1], count)]
     shown = [design.program.params[param].shown(v) for v in values]

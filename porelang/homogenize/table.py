@@ -58,6 +58,9 @@ def lines_of(found: Any) -> list[str]:
     shown = min(9, max(5, 4 - math.floor(math.log10(found.stiffness.max())))) if found.stiffness.max() > 0 else 5
     out += ["    " + " ".join(f"{v + 0.0:{shown + 4}.{shown}f}" for v in row) for row in found.stiffness]
     grids = ", ".join(" x ".join(map(str, level.voxels)) for level in reversed(found.levels))
+    most = max(found.levels[-1].voxels)
+    if most > found.resolution:
+        grids += f" ({found.resolution} were asked for along the longest side, and come as {most})"
     out.append(f"  for a solid of E 1, nu {found.nu:g}, conductivity 1; from {grids} voxels, "
                f"extrapolated; {found.seconds:.1f} s")  # fmt: skip
     return out

@@ -96,7 +96,8 @@ def material(
     stiff = definite_limit(sizes_of(), np.array([at.stiffness.matrix for at in levels]), orders)
     heat = definite_limit(sizes_of(), np.array([at.conductivity.matrix for at in levels]), orders)
     found = Homogenized(
-        name=name, cell=_three(sides), low=_three(low), nu=nu, levels=tuple(levels), wall=wall, orders=orders,
+        name=name, cell=_three(sides), low=_three(low), nu=nu, resolution=int(resolution),
+        levels=tuple(levels), wall=wall, orders=orders,
         density=float(densities[-1].mean()), density_error=density_error,
         stiffness=_tidy(stiff.value), stiffness_error=stiff.error,
         conductivity=_tidy(heat.value), conductivity_error=heat.error,

@@ -18,7 +18,7 @@ from porelang.homogenize import material
 from porelang.homogenize.cell import lattice_of
 from porelang.optimize import loop
 from porelang.optimize.adapting import Adapting
-from porelang.optimize.grid import Grid
+from porelang.optimize.grid import Grid, Problem
 from porelang.optimize.laws import Lattice, Thickness
 from porelang.optimize.posed import posed
 from porelang.optimize.rules import Optimum, Rule
@@ -32,6 +32,11 @@ Array = NDArray[np.float64]
 DENSITIES, VOXELS = 7, 32
 #: When optimality criteria end: they leave the uniform density by less than a percent a step.
 UNTIL, MOST = 3e-4, 60
+#: What a lattice of few cells differs by from one of many, times the cells across, and times those across what is
+#: loaded. Walls that the sides cut carry little, and a face of few cells gives way between its walls: of eight
+#: lattices, 2 to 4 cells across, bent and pulled, the softest were softer by .63 over the cells; a patch of 1.2 cells
+#: on a thick cylinder gave way by .2 more (docs/decisions/0019).
+SIDES, LOADED = 0.65, 0.25
 #: What is further than this (relative) from cubic is doubted as such.
 CUBIC = 0.05
 
@@ -41,7 +46,8 @@ class Promise:
     """A density (m,) of the voxels of a grid, found on the homogenised lattice by `rule` in so many `steps`.
 
     `path` are the compliances (N mm) of all steps of the run that found it, from the density where it began. `uniform`
-    and `best` are compliances with their relative errors: what the voxels and the law err by.
+    and `best` are compliances with their relative errors: what the voxels and the law err by, and what is not known of
+    so few cells, `few`, as there are `across` the part.
     """
 
     rule: str
@@ -50,6 +56,8 @@ class Promise:
     uniform: float
     best: float
     errors: tuple[float, float]
+    across: float
+    few: float
     steps: int
     path: tuple[float, ...]
     doubts: tuple[Diagnostic, ...]
@@ -65,13 +73,17 @@ class Promise:
         first, last = self.errors
         return {"rule": self.rule, "steps": self.steps, "uniform": self.uniform, "uniform_error": first,
                 "best": self.best, "best_error": last, "gain": self.gain, "path": list(self.path),
+                "cells_across": self.across, "few_cells_error": self.few,
                 "law": {"density": self.law.density.tolist(), "constants": self.law.constants.tolist(),
                         "nu": self.law.nu}}  # fmt: skip
 
     def __str__(self) -> str:
         first, last = (f"{c:.5g} +- {e:.1%}" for c, e in zip((self.uniform, self.best), self.errors, strict=True))
+        where = "" if self.few == SIDES / self.across else " what is loaded"
+        many = (LOADED if where else SIDES) / self.few
+        of = f"{self.few:.0%} for the {many:.2g} cells across{where}"
         return (f"homogenised, {self.rule}, {self.steps} steps: from {first} to {last} N mm, {self.gain:.3f} of the "
-                "uniform compliance")  # fmt: skip
+                f"uniform compliance; each error has {of}")  # fmt: skip
 
 
 def promise(
@@ -84,7 +96,8 @@ def promise(
     asked = question(what.design.formula(*what.design.program.studies[what.study].args).taken)
     nu = _poisson(asked, grid)
     found, doubts = law_of(what, thickness, sign, cell, nu)
-    analysis = loop.Homogenised(posed(asked, grid), _lattice(found, asked, grid))
+    problem = posed(asked, grid)
+    analysis = loop.Homogenised(problem, _lattice(found, asked, grid))
     optimal = isinstance(rule, Optimum)
     until, most = (UNTIL, MOST) if optimal else (plan.until, plan.most)
     inner = replace(plan, cell=cell, until=until, most=most)
@@ -99,8 +112,10 @@ def promise(
     first, last = runs[0].steps[0].compliance, best.steps[best.best].compliance
     rough = _coarser(asked, grid, found, (uniform, best.density), plan)
     slack = float(np.max(found.error(plan.mean) / np.maximum(np.abs(found.cubic(plan.mean)), 1e-12)))
-    errors = [abs(r / c - 1) + slack for r, c in zip(rough, (first, last), strict=True)]
-    return Promise(rule.name, found, best.density, first, last, (errors[0], errors[1]), best.best,
+    across = cells_across(grid, cell)
+    few = max(SIDES / across, LOADED / loaded_across(problem, cell))
+    errors = [abs(r / c - 1) + slack + few for r, c in zip(rough, (first, last), strict=True)]
+    return Promise(rule.name, found, best.density, first, last, (errors[0], errors[1]), across, few, best.best,
                    tuple(step.compliance for step in best.steps), tuple(doubts))  # fmt: skip
 
 
@@ -123,6 +138,7 @@ def law_of(
                 found.append(material(lattice_of(part), what.output, sides, nu, VOXELS, middle=middle, reach=what.box))
             except PoreError as error:
                 told = f"with {what.param} = {sign * float(value):.4g}, for the law of the lattice"
+                told += ", whose cells are as long as its waves are" if own else ", whose cells are said to be so long"
                 raise PoreError([replace(d, message=f"{d.message}, {told}") for d in error.diagnostics]) from None
     made = law([f.density for f in found], [f.stiffness for f in found], [f.stiffness_error for f in found], nu)
     doubts = []
@@ -133,9 +149,27 @@ def law_of(
     return made, doubts
 
 
+def cells_across(grid: Grid, cell: float) -> float:
+    """How many cells (of the side in mm) the largest sphere in a part has across, or its box if that is less."""
+    sides = np.array(grid.shape) * np.array(grid.spacing)
+    return float(min(2 * _depth(grid).max(), sides.min()) / cell)
+
+
+def loaded_across(problem: Problem, cell: float) -> float:
+    """How many cells (of the side in mm) the smallest of what is loaded has across: the root of its area."""
+    _, middles, areas = problem.grid.faces
+    return float(min(np.sqrt(areas[load.where(middles)].sum()) for load in problem.loads) / cell)
+
+
+def _depth(grid: Grid) -> Array:
+    """How far (mm) voxels are from the surface."""
+    found = distance_transform_edt(np.pad(grid.mask, 1), sampling=grid.spacing)[1:-1, 1:-1, 1:-1]
+    return np.asarray(found[grid.mask], np.float64)
+
+
 def core(grid: Grid, plan: loop.Plan) -> Array:
     """A density that is greater in the middle of a part than near its surface."""
-    deep = distance_transform_edt(np.pad(grid.mask, 1), sampling=grid.spacing)[1:-1, 1:-1, 1:-1][grid.mask]
+    deep = _depth(grid)
     wanted = plan.mean * deep / np.average(deep, weights=grid.weights)
     low, high = np.full(len(deep), plan.low), np.full(len(deep), plan.high)
     return restored(lambda s: wanted * np.exp(s), low, high, grid.weights, plan.mean)

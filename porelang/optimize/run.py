@@ -194,7 +194,7 @@ def optimize(
     found = loop.iterate(analysis, made, plan, folder=folder, resume=resume, told=told, anew=force, seen=keep)
     samples, _ = analysis.samples(found.density)
     made_real = promised and plan.most == 1 and found.reason == "most"
-    reason = "the optimum is real" if made_real else loop.REASONS[found.reason]
+    reason = "the optimum is solved as a lattice" if made_real else loop.REASONS[found.reason]
     told_of = [*doubts(what, found, size), *(promised.doubts if promised else ())]
     result = Optimized(
         what.output, what.param, what.study, made.name, size, found.steps, found.best, reason, samples,

@@ -58,7 +58,8 @@ def mismatches(field: Callable[[Floats], Floats], low: Floats, cell: Floats) -> 
 @dataclass(frozen=True, slots=True)
 class Strayed:
     """That a field is not the same whole periods away: the share of points of the part where one is solid and the
-    other void, and the point (mm) where the field differs most, the one that it is in the cell, and both values."""
+    other void, and the point (mm) of these that is nearest to the cell, the one that it is in the cell, and both
+    values."""
 
     share: float
     at: tuple[float, float, float]
@@ -96,10 +97,11 @@ def strayed(
     odd = told & ((there < 0) != (here < 0))
     if not odd.any():
         return None
-    most = int(np.argmax(np.where(odd, np.abs(there - here), -1.0)))
-    (x, y, z), (a, b, c) = points[most].tolist(), home[most].tolist()
+    away = np.max(np.abs(points - middle) / cell, axis=1)
+    first = int(np.argmin(np.where(odd, away, np.inf)))
+    (x, y, z), (a, b, c) = points[first].tolist(), home[first].tolist()
     share = float(odd.sum() / told.sum())
-    return Strayed(share, (x, y, z), (a, b, c), float(there[most]), float(here[most]))
+    return Strayed(share, (x, y, z), (a, b, c), float(there[first]), float(here[first]))
 
 
 def middles(low: Floats, cell: Floats, counts: tuple[int, int, int]) -> list[Floats]:
