@@ -231,13 +231,14 @@ def test_edges_are_seen_where_struts_meet_and_not_in_lattices_of_waves() -> None
     fields = {
         "one": one, "two": np.minimum(one, two), "sheet": np.abs(wave) - 0.4, "net": wave + 0.5,
         "void": 3 - np.sqrt(a**2 + b**2 + c**2), "round": -np.log(np.exp(-2 * one) + np.exp(-2 * two)) / 2,
-        "meet from outside": np.maximum(one, two),
+        "meet from outside": np.maximum(one, two), "plates": np.abs(a) - 2 + 0 * (b + c),
     }  # fmt: skip
     share = {}
     for name, field in fields.items():
-        cut, creased = creases(np.concatenate([field[-1:], field, field[:1]]))
+        cut, creased, flat = creases(np.concatenate([field[-1:], field, field[:1]]))
         assert cut > 1000
         share[name] = creased / cut
+        assert (flat / cut > 0.2) == (name == "plates")
     assert share.pop("two") > 5e-3
     assert set(share.values()) == {0.0}
 
@@ -599,9 +600,9 @@ def test_a_law_of_what_is_not_cubic_is_refused() -> None:
 
 
 def test_numbers_that_some_grids_lack_have_no_known_error() -> None:
-    assert np.isnan(_error(float("nan"), np.array([1.0, 1, 1, 1]), 0, SMOOTH))
-    assert _error(1.0, np.array([1.0, 1, 1, np.nan]), 0, SMOOTH) == np.inf
-    assert 0.01 < _error(1.0, np.array([np.nan, 1.2, 1.1, 1]), 0, SMOOTH) < np.inf
+    assert np.isnan(_error(float("nan"), np.array([1.0, 1, 1, 1]), 0, SMOOTH, 0.04))
+    assert _error(1.0, np.array([1.0, 1, 1, np.nan]), 0, SMOOTH, 0.04) == np.inf
+    assert 0.01 < _error(1.0, np.array([np.nan, 1.2, 1.1, 1]), 0, SMOOTH, 0.04) < np.inf
 
 
 def test_a_longer_cell_of_the_same_lattice_is_the_same_material() -> None:

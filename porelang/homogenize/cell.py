@@ -209,13 +209,14 @@ def _waves(n: Node) -> bool:
 @dataclass(frozen=True, slots=True)
 class Sampled:
     """A cell on grids: the shares of solid of the voxels of each, where samples are `solid` (every one, or one in
-    several, so that pieces can be counted), the error of the density, and the share of the surface that has an edge
-    leading into the solid."""
+    several, so that pieces can be counted), the error of the density, and the shares of the surface that have an edge
+    leading into the solid, and that lie with the voxels."""
 
     densities: list[Floats]
     solid: NDArray[np.bool_]
     error: float
     creased: float
+    flat: float
 
 
 def sampled(part: Formula, low: Floats, sides: Floats, grid: Grids) -> Sampled:
@@ -237,7 +238,7 @@ def sampled(part: Formula, low: Floats, sides: Floats, grid: Grids) -> Sampled:
     third = tuple(3 if n % 3 == 0 else 1 for n in grid.samples)
     coarse = np.empty(tuple(n // t for n, t in zip(grid.samples, third, strict=True)))
     values = np.empty((thick + 2, ny, nz))
-    cut = creased = 0
+    cut = creased = flat = 0
     for slab in range(slabs):
         first = slab * thick
         tell(slab, slabs)
@@ -252,7 +253,7 @@ def sampled(part: Formula, low: Floats, sides: Floats, grid: Grids) -> Sampled:
                        hint="look for the square root or the logarithm of something negative")  # fmt: skip
         share = shares(values)
         more = creases(values)
-        cut, creased = cut + more[0], creased + more[1]
+        cut, creased, flat = cut + more[0], creased + more[1], flat + more[2]
         for voxels, density in zip(grid.voxels, out, strict=True):
             layers = voxels[0] // slabs
             density[slab * layers : (slab + 1) * layers] = averaged(share, (layers, *voxels[1:]))
@@ -264,4 +265,5 @@ def sampled(part: Formula, low: Floats, sides: Floats, grid: Grids) -> Sampled:
     off = abs(float(fractions(coarse, 1).mean() - out[-1].mean()))
     # at a third of the samples too, which sees edges that are a little rounded
     wide = creases(np.concatenate([coarse[-1:], coarse, coarse[:1]]))
-    return Sampled(out, solid, off / _SPREAD, max(creased / max(cut, 1), wide[1] / max(wide[0], 1)))
+    edges = max(creased / max(cut, 1), wide[1] / max(wide[0], 1))
+    return Sampled(out, solid, off / _SPREAD, edges, flat / max(cut, 1))

@@ -52,8 +52,8 @@ class Homogenized:
     zz yz xz xy), `conductivity` (3, 3); each with an error of the same shape. Both are extrapolated from the `levels`,
     whose finest was asked to have `resolution` voxels along the longest side.
     `wall` is how thick the thinnest walls are (mm), None where none were found; `orders` are those of convergence that
-    are taken for possible. The `pieces` are those of the finest voxels, as elements hang together; `doubts` are
-    warnings.
+    are taken for possible, and a grid `strays` by that share of what they differ by. The `pieces` are those of the
+    finest voxels, as elements hang together; `doubts` are warnings.
     """
 
     name: str
@@ -64,6 +64,7 @@ class Homogenized:
     levels: tuple[Level, ...] = field(repr=False)
     wall: float | None
     orders: tuple[float, ...] = field(repr=False)
+    strays: float = field(repr=False)
     density: float
     density_error: float
     stiffness: Floats = field(repr=False)
@@ -159,7 +160,9 @@ class Homogenized:
             is_ratio = name == "zener" or name.startswith("nu")
             least = (self.least_error if is_ratio else self.least_error_of_moduli) * abs(value)
             series = np.array([numbers[name] for numbers in of_each])
-            out[name] = _error(value, series, max(least, min(cut * abs(value), np.ptp(series))), self.orders)
+            out[name] = _error(
+                value, series, max(least, min(cut * abs(value), np.ptp(series))), self.orders, self.strays
+            )
 
         def off(*names: str) -> list[float]:
             return [out[name] / self.numbers[name] for name in names if self.numbers[name]] or [0.0]
@@ -218,6 +221,7 @@ class Homogenized:
                 **{key: errors[key] for key in ("zener", "bulk", "shear")},
             },
             "orders": [min(self.orders), max(self.orders)],
+            "strays": self.strays,
             "wall": self.wall,
             "voxels_through_wall": self.through,
             "levels": [
@@ -258,12 +262,12 @@ def numbers_of(stiffness: Floats, conductivity: Floats) -> dict[str, float]:
                   "conductivity": float(conductivity.trace() / 3)}  # fmt: skip
 
 
-def _error(value: float, series: Floats, least: float, orders: tuple[float, ...]) -> float:
+def _error(value: float, series: Floats, least: float, orders: tuple[float, ...], strays: float) -> float:
     """The error of a number from what each grid gave, the coarsest first, and no less than `least`."""
     if np.isnan(value):
         return float("nan")
     there = np.flatnonzero(np.isfinite(series))
     if len(there) < 2 or there[-1] != len(series) - 1:
         return float("inf")
-    found = limit(sizes_of()[there], series[there], orders)
+    found = limit(sizes_of()[there], series[there], orders, strays)
     return max(float(found.error), abs(float(found.value) - value), least)

@@ -21,7 +21,7 @@ from porelang.program import Design
 from porelang.progress import activity
 from porelang.solid import Solid
 from porelang.unitcell.effective import checked_ratio
-from porelang.unitcell.extrapolate import CREASED, SMOOTH, definite_limit
+from porelang.unitcell.extrapolate import ALIGNED, CREASED, SMOOTH, STRAYS, definite_limit
 from porelang.unitcell.grids import ALIKE, grids, sizes_of
 from porelang.unitcell.pieces import pieces_of
 from porelang.walls import thinnest
@@ -34,6 +34,8 @@ THIN, ROUND = 6.0, 0.45
 #: The share of the surface that has an edge leading into the solid, above which the solid is no smooth one: one strut
 #: that meets another has 5 times as much.
 EDGES = 1e-3
+#: The share of the surface that lies with the voxels above which these cut whole walls alike.
+FLAT = 0.2
 
 
 def homogenize(
@@ -92,12 +94,12 @@ def material(
     for density in densities:
         with activity(f"homogenizing {' x '.join(map(str, density.shape))} voxels"):
             levels.append(level(density, sides, nu, threads))
-    orders = CREASED if creased else SMOOTH
-    stiff = definite_limit(sizes_of(), np.array([at.stiffness.matrix for at in levels]), orders)
-    heat = definite_limit(sizes_of(), np.array([at.conductivity.matrix for at in levels]), orders)
+    orders, strays = CREASED if creased else SMOOTH, ALIGNED if seen.flat > FLAT else STRAYS
+    stiff = definite_limit(sizes_of(), np.array([at.stiffness.matrix for at in levels]), orders, strays)
+    heat = definite_limit(sizes_of(), np.array([at.conductivity.matrix for at in levels]), orders, strays)
     found = Homogenized(
         name=name, cell=_three(sides), low=_three(low), nu=nu, resolution=int(resolution),
-        levels=tuple(levels), wall=wall, orders=orders,
+        levels=tuple(levels), wall=wall, orders=orders, strays=strays,
         density=float(densities[-1].mean()), density_error=density_error,
         stiffness=_tidy(stiff.value), stiffness_error=stiff.error,
         conductivity=_tidy(heat.value), conductivity_error=heat.error,

@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 #: The orders that are fitted: of smooth walls, and of walls with edges that lead into the solid.
 SMOOTH, CREASED = (1.5, 1.75, 2.0, 2.25, 2.5), (1.0, 1.25, 1.5, 1.75, 2.0)
-#: What a grid strays by at least, as a share of the most that one differs from the finest; and the deviations of an
-#: error: what 14 lattices of 24 to 64 voxels ask for (docs/decisions/0018).
-_STRAYS, _DEVIATIONS = 0.04, 2.0
+#: What a grid strays by at least, as a share of the most that one differs from the finest, and where walls lie with the
+#: voxels, so that all of a wall is cut alike; and the deviations of an error: what 17 lattices of 24 to 64 voxels ask
+#: for (docs/decisions/0018).
+STRAYS, ALIGNED, _DEVIATIONS = 0.04, 0.4, 2.0
 #: Modes of a stiffness below this share of the stiffest are none, and so are those below this, of a solid of 1.
 _NO_MODE, _NOTHING = 1e-9, 1e-10
 #: A mode that the limit makes less than this share of what the finest grid has is extrapolated by its logarithm.
@@ -39,8 +40,9 @@ class Limit:
     error: Floats
 
 
-def limit(sizes: Floats, values: Floats, orders: tuple[float, ...] = SMOOTH) -> Limit:
-    """The limit of values (k, ...) on voxels of the sizes (k,), which goes with one of the `orders`.
+def limit(sizes: Floats, values: Floats, orders: tuple[float, ...] = SMOOTH, strays: float = STRAYS) -> Limit:
+    """The limit of values (k, ...) on voxels of the sizes (k,), which goes with one of the `orders`,
+    each of which may stray by a share of what they differ by.
 
     With one resolution nothing is known of the error: it is infinite. With two it is what the lowest order would give.
 
@@ -57,14 +59,14 @@ def limit(sizes: Floats, values: Floats, orders: tuple[float, ...] = SMOOTH) -> 
     many = len(h) - 2
     weight = 1 / h
     weight *= len(h) / weight.sum()
-    strays = (_STRAYS * np.abs(q - q[-1]).max(axis=0)) ** 2
+    least_missed = (strays * np.abs(q - q[-1]).max(axis=0)) ** 2
     limits, missed, known = [], [], []
     for p in orders:
         basis = np.stack([np.ones(len(h)), h**p], axis=1)
         inverse = np.linalg.inv(basis.T @ (weight[:, None] * basis))
         fitted = inverse @ basis.T @ (weight[:, None] * q)
         limits.append(fitted[0])
-        missed.append(strays + (weight @ (q - basis @ fitted) ** 2 / max(many, 1)) * (many > 0))
+        missed.append(least_missed + (weight @ (q - basis @ fitted) ** 2 / max(many, 1)) * (many > 0))
         known.append(float(inverse[0, 0]))
     tend, variance = np.array(limits), np.array(missed)
     least = np.maximum(variance.min(axis=0), np.finfo(float).tiny)
@@ -78,7 +80,9 @@ def limit(sizes: Floats, values: Floats, orders: tuple[float, ...] = SMOOTH) -> 
     return Limit(found.reshape(shape), error.reshape(shape))
 
 
-def definite_limit(sizes: Floats, values: Floats, orders: tuple[float, ...] = SMOOTH) -> Limit:
+def definite_limit(
+    sizes: Floats, values: Floats, orders: tuple[float, ...] = SMOOTH, strays: float = STRAYS
+) -> Limit:  # fmt: skip
     """The limit of symmetric matrices (k, n, n), each of which resists in every mode or not at all, with one that does
     not reward a deformation either.
 
@@ -92,7 +96,7 @@ def definite_limit(sizes: Floats, values: Floats, orders: tuple[float, ...] = SM
     >>> bool(0 < found.value[1, 1] < 2e-3), float(limit(h, np.array([9e-3, 4e-3])).value) < 0
     (True, True)
     """
-    plain = limit(sizes, values, orders)
+    plain = limit(sizes, values, orders, strays)
     if len(sizes) < 2:
         return plain
     by_size = np.argsort(-np.asarray(sizes))
@@ -106,8 +110,8 @@ def definite_limit(sizes: Floats, values: Floats, orders: tuple[float, ...] = SM
     into, basis = narrow @ turned, (modes[:, kept] * np.sqrt(size[kept])) @ turned
     # each mode on each grid, that of the finest being 1
     series = np.array([np.einsum("ai,ab,bi->i", into, at, into) for at in values])
-    straight = limit(sizes, series, orders).value
-    by_log = np.exp(limit(sizes, np.log(np.maximum(series, _NO_MODE)), orders).value)
+    straight = limit(sizes, series, orders, strays).value
+    by_log = np.exp(limit(sizes, np.log(np.maximum(series, _NO_MODE)), orders, strays).value)
     share = np.where(straight >= _FAR, straight, np.minimum(by_log, 1.0))
     found = (basis * share) @ basis.T
     return Limit(found, np.maximum(plain.error, np.abs(found - plain.value)))

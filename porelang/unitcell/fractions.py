@@ -49,9 +49,9 @@ def averaged(share: Floats, voxels: tuple[int, int, int]) -> Floats:
     return np.asarray(share.reshape(nx, x, ny, y, nz, z).mean(axis=(1, 3, 5)))
 
 
-def creases(values: Floats) -> tuple[int, int]:
-    """How many cells of samples (n + 2, ny, nz), laid out as those of `shares`, the surface passes, and in how many of
-    them it has an edge that leads into the solid, as where two struts meet.
+def creases(values: Floats) -> tuple[int, int, int]:
+    """How many cells of samples (n + 2, ny, nz), laid out as those of `shares`, the surface passes; in how many of
+    them it has an edge that leads into the solid, as where two struts meet; and in how many it lies with the voxels.
 
     There the field bends down from a sample to the next by a share of its slope that does not fall with the spacing: by
     more than a quarter, as at edges of some 30 degrees and more, or at rounded ones of less than four samples.
@@ -62,14 +62,14 @@ def creases(values: Floats) -> tuple[int, int]:
     >>> creases(np.minimum(x[:, None, None], x[None, :, None]) + np.zeros((16, 16, 8)))[1] > 0  # a cross of two
     True
     """
-    cut, creased = _creases(values, _BENT)
-    return int(cut), int(creased)
+    cut, creased, flat = _creases(values, _BENT)
+    return int(cut), int(creased), int(flat)
 
 
 @compiled
-def _creases(values: Any, bent: float) -> tuple[int, int]:
+def _creases(values: Any, bent: float) -> tuple[int, int, int]:
     n, ny, nz = values.shape
-    cut, creased = 0, 0
+    cut, creased, flat = 0, 0, 0
     for i in range(1, n - 1):
         for j in range(ny):
             below, above = (j - 1) % ny, (j + 1) % ny
@@ -84,7 +84,9 @@ def _creases(values: Any, bent: float) -> tuple[int, int]:
                     cut += 1
                     if min(a + b, c + d, e + f) - 2 * value < -bent * slope:
                         creased += 1
-    return cut, creased
+                    if max(abs(b - a), abs(d - c), abs(f - e)) > 1.98 * slope:
+                        flat += 1
+    return cut, creased, flat
 
 
 @compiled
