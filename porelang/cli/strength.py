@@ -70,8 +70,9 @@ def _begun(found: Sized) -> None:
     """Say what is to be solved and about how long that takes, where it takes a while."""
     if found.seconds < _A_WHILE:
         return
+    rims = f", up to {found.rims:g} times that with smaller ones at rims" if found.rims else ""
     report.note(f"some {many(found.elements)} elements of {found.size:.3g} mm, {many(found.unknowns)} unknowns: about "
-                f"{duration(found.seconds)}, or twice that where a lattice is cut (Ctrl-C ends it)")  # fmt: skip
+                f"{duration(found.seconds)}{rims} (Ctrl-C ends it)")  # fmt: skip
 
 
 def _text(path: str, found: Strength, seconds: float) -> str:

@@ -56,8 +56,8 @@ def halved(asked: Asked, grading: Grading, around: Around, most: float = np.inf)
 
 def wrong(grading: Grading, mesh: Made, missed: Ints) -> Cells:
     """The cubes that have `missed` something of a part, or have hinges or slivers, and may be halved."""
-    cells = mesh.lattice.cells
-    found = cells.taken(np.union1d(missed, mesh.lattice.cell_at(mesh.poor)))
+    some = np.union1d(missed, mesh.lattice.cell_at(mesh.poor))
+    found = mesh.lattice.cells.taken(some[some >= 0])
     return found.taken(grading.large(found))
 
 
