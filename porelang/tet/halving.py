@@ -18,12 +18,16 @@ from porelang.tet.stuffing import Around, Asked, Made, made
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 TURNS = 4  # as halved cubes may show what larger ones did not
 MANY = 0.25  # of the cubes at a surface: where more miss it the size is too large for the part, not for some places
 ENOUGH = 5e-4  # of the volume: a mesh that misses less is not made anew
 CORNER = 1e-3  # of a cube: branches are asked as far within its corners
 REACH = 1.0  # edges: so far from a cube's middle the surface is within it, or next to it
+SIDES = [
+    (i, j) for i in range(8) for j in range(i) if (EIGHT[i] != EIGHT[j]).sum() == 1
+]  # edges of a cube, by its corners
 NONE = np.zeros(0, np.int64)
 
 
@@ -67,15 +71,33 @@ def matters(asked: Asked, mesh: Made) -> bool:
 
 
 def at_rims(asked: Asked, grading: Grading) -> tuple[int, Cells]:
-    """How many cubes a surface may pass, and those of them that a rim passes: whose corners are on several branches."""
+    """How many cubes a surface may pass, and those of them that a rim passes: the surfaces of two branches, on which
+    corners of theirs are, meet there."""
     field, frame = Branches(asked.solid.formula), grading.frame
     cells = grading.cells(asked.sizes, asked.solid.decided, asked.void)
     cells = cells.taken(cells.known == 0)
     low, high = cells.boxes(frame)
-    value, slope = field.slope(frame.before_ends((low + high) / 2, CORNER))
-    reach = REACH * np.linalg.norm(slope, axis=1) * (high - low).max(axis=1)
-    near = np.flatnonzero(~(np.abs(value) > reach))
+    middle, edge = frame.before_ends((low + high) / 2, CORNER), (high - low).max(axis=1)
+    value, slope = field.slope(middle)
+    near = np.flatnonzero(~(np.abs(value) > REACH * np.linalg.norm(slope, axis=1) * edge))
     low, side = low[near], (high - low)[near]
     corners = low[:, None] + (CORNER + (1 - 2 * CORNER) * EIGHT) * side[:, None]
     branch = field.of(frame.before_ends(corners.reshape(-1, 3), CORNER)).reshape(-1, 8)
-    return len(near), cells.taken(near[(branch != branch[:, :1]).any(axis=1)])
+    several = np.flatnonzero((branch != branch[:, :1]).any(axis=1))
+    some = near[several]
+    return len(near), cells.taken(some[_meeting(middle[some], branch[several], edge[some], field)])
+
+
+def _meeting(middle: Floats, branch: Ints, edge: Floats, field: Branches) -> Flags:
+    """Whether the tangent planes of two of the branches (n, 8) meet near the middles (n, 3) of cubes: those on the two
+    sides of a sheet do not, however thin it is."""
+    value, gradient = field.held(np.repeat(middle, 8, axis=0), branch.ravel())
+    with np.errstate(all="ignore"):
+        steep = np.linalg.norm(gradient, axis=1)
+        off, normal = (value / steep).reshape(-1, 8), (gradient / steep[:, None]).reshape(-1, 8, 3)
+        found = np.zeros(len(middle), np.bool_)
+        for i, j in SIDES:
+            both = np.einsum("nk,nk->n", normal[:, i], normal[:, j])
+            far2 = (off[:, i] ** 2 + off[:, j] ** 2 - 2 * both * off[:, i] * off[:, j]) / (1 - both**2)
+            found |= (branch[:, i] != branch[:, j]) & ~(far2 > (REACH * edge) ** 2)
+    return found
