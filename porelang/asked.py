@@ -178,7 +178,7 @@ def render(
     if check:
         keep_checks(design, measure=False)
     made = render_output(design, names, wishes, read("bounds", bounds, values.box))
-    warn(design.told(*roots_shown(design.program, names, wishes)))
+    warn([*design.told(*roots_shown(design.program, names, wishes)), *made.told])
     return made
 
 

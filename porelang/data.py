@@ -166,10 +166,14 @@ def shown(length: float, figures: int = 3) -> str:
 
 
 def figures(value: float, error: float) -> str:
-    """A number to the place of its error, which has two figures; without exponents where sizes are ordinary."""
+    """A number to the place of its error, which has two figures, and to two of its own at least, where it is known to
+    no more than its order; without exponents where sizes are ordinary."""
     if not (_ORDINARY[0] <= error < _ORDINARY[1] and abs(value) < _ORDINARY[1]):
         return f"{value:.6g} +- {error:.2g}"
     place = math.floor(math.log10(error)) - 1
+    if error > abs(value) >= _ORDINARY[0]:
+        own = math.floor(math.log10(abs(value))) - 1
+        return f"{round(value, -own):.{max(0, -own)}f} +- {round(error, -place):.{max(0, -place)}f}"
     decimals = max(0, -place)
     return f"{round(value, -place):.{decimals}f} +- {round(error, -place):.{decimals}f}"
 

@@ -133,10 +133,14 @@ def fail(code: str, message: str, span: Span | None = None, **more: Any) -> Pore
 
 #: An option of a command as it stands in a text, with its value if it is a number, a number type or the like.
 _OPTION = re.compile(
-    r"(?<![\w`-])--([a-z]+(?:-[a-z]+)*)"
-    r"(?: (\d[\w.]*(?:,\d[\w.]*)*|numpy|glsl|direct|ftetwild|none|NAME|[xyz]=\d\w*|x0,y0,z0,x1,y1,z1))?(?![\w-])"
+    r"`pore (?P<command>\w+)(?P<options>(?: --[a-z-]+)+)`|`pore [^`]*`|"
+    r"(?<![\w`-])--(?P<name>[a-z]+(?:-[a-z]+)*)"
+    r"(?: (?P<value>\d[\w.]*(?:,\d[\w.]*)*|numpy|glsl|direct|ftetwild|none|NAME|[xyz]=\d\w*|x0,y0,z0,x1,y1,z1))?"
+    r"(?![\w-])"
 )
-_FLAGS = frozenset({"force", "keep_islands", "resume"})
+_FLAGS = frozenset({"force", "keep_islands", "resume", "refine"})
+#: What a command is called in Python, of those that are called otherwise there.
+_METHODS = {"fea": "study", "optimize": "iterate"}
 
 
 def _in_python(d: Diagnostic) -> Diagnostic:
@@ -146,7 +150,12 @@ def _in_python(d: Diagnostic) -> Diagnostic:
 
 
 def _keyword(option: re.Match[str]) -> str:
-    name, value = option[1].replace("-", "_"), option[2]
+    if option["command"]:
+        given = ", ".join(f"{flag.replace('-', '_')}=True" for flag in option["options"].replace(" --", " ").split())
+        return f"`program.{_METHODS.get(option['command'], option['command'])}({given})`"
+    if option["name"] is None:  # another command, as it is
+        return option[0]
+    name, value = option["name"].replace("-", "_"), option["value"]
     if value is None:
         return f"{name}=True" if name in _FLAGS else f"`{name}`"
     return f"{name}={value}" if value == "NAME" or value.isdigit() else f'{name}="{value}"'

@@ -52,10 +52,23 @@ def expression(program: Program, text: str, option: str) -> Expression:
                    hint=f"ask for one, as in `{option} {text}.von_mises`")  # fmt: skip
     try:
         return _compiled(program, text, option)
-    except PoreError:
+    except PoreError as error:
+        if any(d.code == "E066" for d in error.diagnostics):
+            said = error.diagnostics[0].label.removeprefix("this is ")
+            raise fail("E101", f"`{text}` is {said}: several numbers in each place",
+                       hint=_one_of(text)) from None  # fmt: skip
         if text.isidentifier() or not text:
             raise outputs.no_number(program.elaborated, text) from None
         raise
+
+
+def _one_of(text: str) -> str:
+    """What to ask for in place of a collection; of a tensor what engineers look at."""
+    study, _, member = text.rpartition(".")
+    if study and member in ("stress", "strain"):
+        more = f", `{study}.von_mises` or `{study}.principal1`" if member == "stress" else ""
+        return f"one of them: `{text}.xx`{more}"
+    return f"one of them by its name, as in `{text}.xx`"
 
 
 def _compiled(program: Program, text: str, option: str) -> Expression:

@@ -10,7 +10,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.diagnostics import fail
+from porelang.diagnostics import Diagnostic, fail
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -19,7 +19,8 @@ class Picture:
 
     `pixel` is the size of one in mm at the middle of the part, `covered` the share of the picture where the part is
     seen, `steps` the samples of the field for a ray on average, `scale` that of the field's colours, `colours` that of
-    each output where there are several, `deformed` by how much displacements are magnified where they are drawn.
+    each output where there are several, `deformed` by how much displacements are magnified where they are drawn, `told`
+    what is doubtful about what it shows.
     """
 
     pixels: NDArray[np.uint8]
@@ -33,6 +34,7 @@ class Picture:
     transparent: bool = False
     colours: tuple[tuple[str, tuple[int, int, int]], ...] = ()
     deformed: Any = None  # a `porelang.render.deform.Deformed`, or None
+    told: tuple[Diagnostic, ...] = ()
 
     def __repr__(self) -> str:
         height, width = self.pixels.shape[:2]

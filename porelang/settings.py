@@ -60,6 +60,10 @@ def given(
             raise fail("E083", f"the program has no param `{name}`", hint=hint)
         if name in more and (near := suggest(name, options)):
             raise fail("E083", f"the program has no param `{name}`", hint=f"did you mean the option `{near}`?")
+        if name in more:
+            known = ", ".join(f"`{n}`" for n in found.params) or "none that is a number"
+            raise fail("E083", f"`{name}` is neither an option of what is asked nor a param of the program",
+                       hint=f"its params: {known}; options are listed by help(), as help(program.mesh)")  # fmt: skip
     out = {**_preset(found, preset), **(settings or {}), **more}
     values = settle(found.params, out)
     warn(off_step(found.params, {name: values[name] for name in out}))

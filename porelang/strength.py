@@ -6,7 +6,7 @@ What a program reads of a study are samples, found by the same solve (`porelang.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,8 @@ from porelang.source import Source
 from porelang.tasks.resolve import leave
 from porelang.tasks.study.asked import question
 from porelang.tasks.study.found import kept
+from porelang.tasks.study.numbers import form_error
+from porelang.tasks.study.sized import Sized
 from porelang.tasks.study.solved import Solved, refined, solved
 from porelang.tasks.telling import told
 
@@ -36,8 +38,8 @@ Floats = NDArray[np.float64]
 #: What is no number of its own in a report: it is told under `error`.
 _ERROR = "error"
 #: What the solver doubts of loads and elements, and a study does not say itself: a force on a point, locking, a ragged
-#: area, an equilibrium that rounding ends early.
-_OF_THE_SOLVER = frozenset({"W258", "W259", "W280", "W281"})
+#: area, an equilibrium that rounding ends early, a load that supports take.
+_OF_THE_SOLVER = frozenset({"W258", "W259", "W280", "W281", "W286"})
 #: A part without an envelope of its own that fills so much of its bounds is a solid, and no lattice in them.
 _FILLS = 0.5
 
@@ -71,6 +73,7 @@ class Strength:
         if self.effective_modulus is not None:
             shown["effective_modulus"] = self.effective_modulus.value
             errors["effective_modulus"] = self.effective_modulus.error
+        wall, missed = solved.sized.wall, solved.missed
         return {
             "study": self.name,
             "elements": len(solved.mesh.tets),
@@ -79,14 +82,18 @@ class Strength:
             "residual": solved.residual,
             "size": solved.sized.size,
             "finest_size": solved.sized.finest or solved.sized.size,
+            "halved": solved.sized.halved,
             **shown,
             "reaction": self.reaction.tolist(),
             "reactions": {name: force.tolist() for name, force in solved.reactions.items()},
             "supports": {r.name: _resultant(r) for r in solved.supports},
             "loads": {r.name: _resultant(r) for r in solved.loads},
             "left_out": solved.lost,
+            "wall": None if wall is None else {"thickness": wall.wall, "at": wall.at.tolist()},
+            "missed": {"lacking": missed.lacking, "beyond": missed.beyond, "at": list(missed.at),
+                       "holes": missed.of, "holes_otherwise": missed.handles, "of_stiffness": form_error(missed)},
             "error": {"energy": numbers[_ERROR].value, **errors},
-        }
+        }  # fmt: skip
 
     @property
     def reaction(self) -> Floats:
@@ -135,13 +142,15 @@ def _resultant(of: Resultant) -> dict[str, Any]:
 
 
 def carry_out(
-    design: Design, name: str | None = None, refine: bool = False, within: str | None = None, out: str | None = None
-) -> Strength:
+    design: Design, name: str | None = None, refine: bool = False, within: str | None = None, out: str | None = None,
+    begun: Callable[[Sized], None] | None = None,
+) -> Strength:  # fmt: skip
     """Solve a study that a `let` of the program names: the one that is asked for, or the only one. Or one that is
     described as a program would call it, `compress(part, 10kN, axis=z, material="PA12")`, of the output `out`.
 
     `refine` adds a step of refinement: where the stresses of the first solve err most, elements of half the size.
-    `within` names the envelope of an effective modulus: an output or a `let`. Errors: E100 where there is no such
+    `within` names the envelope of an effective modulus: an output or a `let`. `begun` is told of the size of elements,
+    and about how many there are, before they are made. Errors: E100 where there is no such
     study, or several and none is named; E109 for an unknown `within`; those of the study.
 
     >>> import porelang
@@ -157,7 +166,7 @@ def carry_out(
     place = design.program.places.get(n)
     try:
         asked = design.formula(*n.args)
-        found = solved(question(asked.taken))
+        found = solved(question(asked.taken), begun)
         if refine:
             found = refined(found)
         samples = kept(found)

@@ -23,6 +23,11 @@ STARTS = 4096  # places from which the surface is looked for
 STEPS, SCAN = 5, 40
 ON = 1e-3  # of the distance between places: what is nearer to the surface is on it
 PARALLEL = -0.9  # cosine between the outward directions of the two sides of a wall; a wedge has others
+#: The same, 7 degrees, of walls that elements are to fit through. Where a shape cuts a lattice at a small angle a
+#: feather is left, which runs out in an edge: no size of elements fits through that. Measured, of gyroids, diamonds,
+#: IWPs and Schwarz P cut by boxes, cylinders and balls: with this the thinnest is a wall of the lattice; sheets,
+#: plates, struts and webs are found as without it.
+BEARING = -0.9925
 ALIKE = 0.8  # walls down to this part of a thickness are as thick
 FEW = 0.01  # of the walls: fewer are no walls, but where something runs out
 
@@ -124,28 +129,38 @@ def on_surface(part: Solid) -> Floats:
     return found
 
 
-def walls_at(part: Solid, at: Floats) -> Thinnest | None:
+def walls_at(part: Solid, at: Floats, parallel: float = PARALLEL) -> Thinnest | None:
     """The thinnest walls that some points (n, 3) mm on the surface of a part stand on, or None where there are none.
 
-    A wall counts where its sides are parallel. The thinnest is the least thickness that is not just the end of a tail:
-    most walls that are no thicker are about as thick.
+    A wall counts where its sides are parallel: the cosine between their outward directions is below `parallel`. The
+    thinnest is the least thickness that is not just the end of a tail: most walls that are no thicker are about as
+    thick.
     """
-    return _thinnest(part, at, float((part.hi - part.lo).max()), void=False)
+    return _thinnest(part, at, float((part.hi - part.lo).max()), False, parallel)
+
+
+def walls_of(part: Solid) -> tuple[Thinnest | None, Thinnest | None]:
+    """The thinnest walls of a part, and the thinnest that bear (BEARING): the same where these are as thick."""
+    at = on_surface(part)
+    narrow, bearing = walls_at(part, at), walls_at(part, at, BEARING)
+    if narrow is not None and bearing is not None and ALIKE < narrow.wall / bearing.wall < 1 / ALIKE:
+        return narrow, narrow
+    return narrow, bearing
 
 
 def gaps_at(part: Solid, at: Floats, reach: float) -> Thinnest | None:
     """The narrowest gaps, less than `reach` (mm) wide, that some points (n, 3) mm on the surface of a part look into:
     void between parallel sides of the part. Pores of a lattice have all widths from 0 on, the most of them wide: of
     gaps that count there are more than of those a little wider."""
-    return _thinnest(part, at, reach, void=True)
+    return _thinnest(part, at, reach, True, PARALLEL)
 
 
-def _thinnest(part: Solid, at: Floats, reach: float, void: bool) -> Thinnest | None:
+def _thinnest(part: Solid, at: Floats, reach: float, void: bool, parallel: float) -> Thinnest | None:
     if not len(at):
         return None
     points = len(at)
     thick, facing, _ = part.walls(at, reach / ALIKE if void else reach, SCAN, void)
-    at, thick = at[facing < PARALLEL], thick[facing < PARALLEL]
+    at, thick = at[facing < parallel], thick[facing < parallel]
     wall = least(np.sort(thick), points, reach if void else None)
     if wall is None:
         return None

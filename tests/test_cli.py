@@ -661,6 +661,15 @@ def test_what_other_programs_call_an_option_is_known(pore: Pore) -> None:
     assert "did you mean `--voxel`?" in pore.err
 
 
+def test_what_a_program_says_is_no_option(pore: Pore) -> None:
+    path = pore.write("let b = cube(9mm)\nlet s = compress(b, 1kN, E=2GPa, nu=0.3)\nb")
+    for command in ("fea", "optimize"):
+        assert pore(command, path, "--size", "3mm") == 2
+        assert "an argument of the study: `compress(part, 10kN, ..., size=3mm)`" in pore.err
+    assert pore("fea", path, "--material", "PA12") == 2
+    assert "--set" not in pore.err
+
+
 def test_an_option_with_one_value_is_given_once(pore: Pore) -> None:
     path = pore.write('param w = 3 in 1..5\npreset "a": w = 2\npreset "b": w = 4\nsphere(w)')
     for twice in (["--preset", "a", "--preset", "b"], ["--preset=a", "--preset=b"]):

@@ -224,6 +224,9 @@ TWO = BAR.replace("\nbar", "\nlet t = compress(bar, force=1kN, axis=z, E=1GPa, n
         (f"out a = sphere(1)\n{BAR}", ["--deform", "--bodies"], "drawn alone"),
         (BAR, ["--field", "s"], "as in `--field s.von_mises`"),
         (BAR, ["--field", "s.displacement"], "length(s.displacement)"),
+        (BAR, ["--field", "s.stress"], "`s.stress.xx`, `s.von_mises`"),
+        (BAR, ["--field", "s.stiffness"], "is one number, and no field"),
+        (BAR, ["--field", "s.von_mises", "--deform", "s.stress"], "several numbers in each place"),
         (BAR, ["--field", "s.von_misses"], "von_mises"),
         (BAR, ["--field", "s.von_mises /"], "--field:1:"),
         (BAR, ["--field", "s.von_mises + 1mm"], "--field:1:1"),
@@ -267,3 +270,45 @@ def test_a_compression_is_magnified_up_to_where_nothing_is_left_and_no_more() ->
 )  # fmt: skip
 def test_how_an_option_is_read(text: str, read: tuple[float | None, str]) -> None:
     assert values.deform(text) == read
+
+
+# ---- what was not studied
+
+
+@pytest.mark.parametrize("deform", [True, False])
+def test_what_was_not_studied_is_grey_and_told(deform: bool, request: pytest.FixtureRequest) -> None:
+    """A block beside the bar that is solved, as large in the picture: it has no stress, and no say in the colours."""
+    if not deform:
+        request.getfixturevalue("gpu")
+    both = BAR.replace("compress(bar", 'compress(bar, platens="bonded"').replace(
+        "\nbar", "\nbar | bar @ [x - 30, y, z]"
+    )
+    wishes = PLAIN | {"field": "s.von_mises", "deform": deform}
+    with pytest.warns(porelang.PoreWarning, match=r"W285.*(50|51|49)% of what is drawn lies beyond") as told:
+        made = porelang.compile(both).render(**wishes)
+    assert [w.message.diagnostic.code for w in told] == ["W285"]  # type: ignore[union-attr]
+    assert ("moved with the nearest place" in str(told[0].message)) == deform
+    there = made.pixels[..., 3] > 0
+    there[:30] = False  # what is written on it
+    middle = int(np.flatnonzero(there.any(axis=0)).mean())
+    colour = np.ptp(made.pixels[..., :3].astype(int), axis=-1)
+    assert colour[:, middle:][there[:, middle:]].max() < 12
+    assert np.median(colour[:, :middle][there[:, :middle]]) > 40
+    alone = porelang.compile(both.replace(" | bar @ [x - 30, y, z]", "")).render(**wishes)
+    assert made.scale.ends == pytest.approx(alone.scale.ends, rel=0.02)
+
+
+@pytest.mark.usefixtures("gpu")
+def test_what_a_study_says_is_beyond_is_drawn() -> None:
+    text = BAR.replace("size=5mm", "size=5mm, outside=0").replace("\nbar", "\nbar | bar @ [x - 30, y, z]")
+    made = porelang.compile(text).render(**PLAIN, field="s.von_mises")
+    assert not made.told
+
+
+def test_of_several_studies_the_one_whose_field_is_drawn_deforms_the_part() -> None:
+    text = BAR.replace("\nbar", "\nlet t = compress(bar, force=-1kN, axis=x, E=1GPa, nu=0.25, size=5mm)\nbar")
+    program = porelang.compile(text)
+    for name in ("s", "t"):
+        assert program.render(**PLAIN, field=f"{name}.von_mises", deform=True).deformed.what == name
+    with pytest.raises(PoreError, match=r"E100.*several studies"):
+        program.render(**PLAIN, deform=True)

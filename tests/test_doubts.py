@@ -63,6 +63,8 @@ DOUBTED = [
     ("let t = mix(0.2mm, 1mm, ramp(z, 0, 30))\nshell(gyroid(10), t) & cube(20)", "W212"),
     ("param low = 0.2mm in 0.1mm..1mm\noffset(diamond(10), low * ramp(z, 0, 30)) & cube(20)", "W212"),
     ("let heat = ramp(z, 0, 30)\ngyroid(10) |> thicken(-heat * 0.3mm) & cube(20)", "W212"),
+    ("let s = compress(cube(20), 1kN, E=1GPa, nu=0.3)\ngyroid(10) |> thicken(s.von_mises, 0.3) & cube(20)", "W287"),
+    ("let s = compress(cube(20), 1kN, E=1GPa, nu=0.3)\nsphere(9) |> thicken(-s.principal1)", "W287"),
     # lengths that are added to what is a distance no longer
     ("crossfade(metric(gyroid(10)), metric(gyroid(14)), along=z, r=5) |> shell(0.8mm) & cube(30)", "W238"),
     ("blend(metric(gyroid(10)), metric(schwarz_p(10)), along=z, r=5) |> shell(0.8mm) & cube(30)", "W238"),
@@ -378,6 +380,8 @@ RIGHT = [
     "sphere(5)",
     "param w = 9mm in 6mm..20mm\nlet cyl = cylinder(20, 40)\nthicken(gyroid(w), cyl, 0.3) & cyl",
     "gyroid(20) |> thicken((torus(60, 20) - sphere(40)) / 100) & cylinder(75, 300)",
+    'let b = cube(20)\nlet s = compress(b, 1kN, material="PA12")\ngyroid(10) |> thicken(1 - s.von_mises / 9MPa) & b',
+    'let b = cube(20)\nlet s = compress(b, 1kN, material="PA12")\ngyroid(10) |> thicken(s.von_mises, -0.3 / 9MPa) & b',
     "let heat = torus(60, 20) - sphere(40)\ngyroid(20) |> thicken(max(heat, 0) / 100, 0.3) & cylinder(75, 300)",
     "sphere(10) - 2",
     "sphere(10) - 0.3 * sin(2 * x)",

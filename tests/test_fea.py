@@ -8,13 +8,28 @@ import numpy as np
 import pytest
 from boxes import Floats, box, cylinder, octant
 
-from porelang.fea import BodyForce, Force, Moment, Pressure, Problem, Solution, Support, Weight, refined_sizes, solve
+from porelang.fea import (
+    BodyForce,
+    Facing,
+    Force,
+    Moment,
+    Pressure,
+    Problem,
+    Solution,
+    Support,
+    Weight,
+    refined_sizes,
+    solve,
+)
 from porelang.fea.assemble import lame, stiffness
+from porelang.fea.covered import covered
 from porelang.fea.elements import shape_values, slopes_at, terms, tet_rule
+from porelang.fea.loads import applied
 from porelang.fea.means import mean_length
 from porelang.fea.nodes import EDGES, number
 from porelang.fea.shares import percentile, share_below
 from porelang.fea.stress import TWICE, strains_at, stresses, von_mises
+from porelang.fea.surface import surface
 
 YOUNG, POISSON = 100.0, 0.3
 
@@ -406,3 +421,42 @@ def test_the_share_of_a_tetrahedron_below_a_level_is_that_of_points_in_it() -> N
         counted = (points @ values.T < level).mean(axis=0)
         np.testing.assert_allclose(share_below(values, level), counted, atol=0.006)
     assert percentile(np.arange(4.0), np.array([[0, 1, 2, 3]]), np.array([2.0]), 100) == pytest.approx(3, rel=1e-4)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_selection_covers_what_it_says_of_triangles_that_it_cuts(order: int) -> None:
+    """Areas of strips, half spaces and a disk on a block of 10 x 8 x 4, none of whose edges lie where they end; the
+    middle of a part of a side; and forces on nodes that are consistent, in force and moment."""
+    mesh = box((7, 5, 3), (10.0, 8.0, 4.0))
+    nodes = number(mesh.vertices, mesh.tets, order)
+    boundary = surface(nodes)
+
+    def area(where: object) -> float:
+        return covered(where, nodes, boundary, "it").area  # type: ignore[arg-type]
+
+    assert area(lambda p: np.abs(p[:, 0] - 3.1) < 0.4) == pytest.approx(0.8 * 24, rel=1e-6)
+    assert area(lambda p: np.abs(p[:, 0] - 3.1) < 0.1) == pytest.approx(0.2 * 24, rel=1e-6)  # a seventh of a triangle
+    assert area(lambda p: p[:, 0] + p[:, 1] + p[:, 2] < 3) == pytest.approx(3 * 4.5, rel=1e-6)
+    assert area(lambda p: np.hypot(p[:, 0] - 5, p[:, 1] - 4) < 2) == pytest.approx(8 * np.pi, rel=2e-3)
+    assert area(lambda p: np.hypot(p[:, 0] - 5, p[:, 1] - 4) > 9) == 0
+    top = Facing(lambda p: (np.abs(p[:, 0] - 3.1) < 1.1) & (p[:, 2] > 3.9), (0, 0, 1))
+    assert covered(top, nodes, boundary, "it").centre == pytest.approx([3.1, 4, 4], rel=1e-6)
+    assert area(top) == pytest.approx(2.2 * 8, rel=1e-6)
+    load = applied(Force(top, (0.0, 0.0, -6.0)), 0, nodes, boundary, np.ones(len(mesh.tets)))
+    assert load.forces.sum(axis=0) == pytest.approx([0, 0, -6], abs=1e-12)
+    assert np.cross(nodes.points, load.forces).sum(axis=0) == pytest.approx([-24, 18.6, 0], rel=1e-6)
+
+
+def test_an_end_is_its_face_without_a_strip_of_the_sides() -> None:
+    """What is near the end of a bar is that end; what is on the sides by itself, or much of them, is meant."""
+    mesh = box((2, 2, 8), (2.0, 2.0, 8.0))
+    nodes = number(mesh.vertices, mesh.tets, 2)
+    boundary = surface(nodes)
+    for where, true in (
+        (lambda p: p[:, 2] > 7.9, 4.0),
+        (lambda p: p[:, 2] > 7.0, 4.0 + 8.0),
+        (lambda p: np.abs(p[:, 2] - 7.8) < 0.1, 8 * 0.2),
+        (lambda p: (p[:, 2] > 7.9) | ((p[:, 0] > 1.6) & (np.abs(p[:, 2] - 4) < 0.2)), 4.0 + 0.8 + 0.32),
+        (lambda p: (p[:, 2] > 7.9) & (p[:, 0] > 1.0), 2.0 + 4 * 0.1),
+    ):
+        assert covered(where, nodes, boundary, "it").area == pytest.approx(true, rel=2e-3)

@@ -438,6 +438,8 @@ def test_what_samples_show_is_certain(text: str, solids: int, euler: int | None)
         (523.5987, 0.0423, "523.599 +- 0.042"),
         (0.5, 1.2e-4, "0.50000 +- 0.00012"),
         (0.4187, 0.4, "0.42 +- 0.40"),
+        (1.674, 17.3, "1.7 +- 17"),  # known to less than its order: a value of its own all the same
+        (-0.0312, 4.0, "-0.031 +- 4.0"),
         (3e-12, 1e-15, "3e-12 +- 1e-15"),
         (7.0, 0.0, "7 +- 0"),
     ],

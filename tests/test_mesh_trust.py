@@ -24,7 +24,7 @@ from porelang.mesh.part import grid_of, surface_of
 from porelang.mesh.surface import Surface, decimal, single
 from porelang.slices import write_slices
 from porelang.solid import Solid
-from porelang.walls import MOST_TRIANGLES, TO_A_WALL, chosen, thinnest, triangles
+from porelang.walls import BEARING, MOST_TRIANGLES, TO_A_WALL, chosen, on_surface, thinnest, triangles, walls_at
 
 CUBE = (-5, -5, -5, 5, 5, 5)
 PINS = "union([box([40,20,2]), union([for i in range(8): translate(cylinder(0.1,15),[5*i-18,0,8])])])"
@@ -321,6 +321,25 @@ def test_wedges_are_no_walls():
     design = porelang.compile("sphere(10) & (z - 8)").design()
     found = thinnest(Solid(design.of(), design.bounds()))
     assert found is None or found > 1
+
+
+@pytest.mark.parametrize(("lattice", "across"), [("gyroid", 3**0.5 / 4), ("diamond", 2**0.5 / 4)])
+def test_feathers_are_no_walls_that_bear(lattice, across):
+    """Where an envelope cuts a network at a small angle it leaves feathers, and bridges where it just touches it. The
+    walls of the network are from flat point to flat point of its surface, which lie on a lattice of their own."""
+    for envelope in ("cube(20mm)", "cylinder(10mm, 20mm)", "sphere(15mm)", "cube(20mm) @ [x + 2.5, y, z]"):
+        design = porelang.compile(f"{lattice}(10mm) & {envelope}").design()
+        part = Solid(design.of(), design.bounds())
+        assert walls_at(part, on_surface(part), BEARING).wall == pytest.approx(10 * across, rel=0.01)
+    for text, wall in (
+        ("box([30, 30, 0.7])", 0.7),
+        ("box([30, 4, 0.7]) | cube(9) @ [x - 9, y, z]", 0.7),
+        ("shell(sphere(10), 0.3)", 0.3),
+        ("metric(gyroid(10mm)) |> shell(0.5mm) & sphere(9mm)", 0.5),
+    ):
+        design = porelang.compile(text).design()
+        part = Solid(design.of(), design.bounds())
+        assert walls_at(part, on_surface(part), BEARING).wall == pytest.approx(wall, rel=0.03)
 
 
 def test_the_voxel_holds_the_walls_where_nothing_is_asked():

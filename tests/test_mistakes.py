@@ -114,6 +114,8 @@ MISTAKES: list[tuple[str, str, str, str, str | None]] = [
     ("sphere(3)\nlet a = 2", "E018", "sphere(3)", "not used", "let a = sphere(3)\nlet a = 2"),
     ("sphere(3)\n- sphere(2)", "E018", "sphere(3)", "starts anew", "let a = sphere(3)\n- sphere(2)"),
     ("w = 30", "E019", "=", "`let w = ...`", "let w = 30"),
+    ("b = cube(9)\nb & gyroid(6)", "E019", "=", "`let b = ...`", "let b = cube(9)\nb & gyroid(6)"),
+    ("part = cube(9) & gyroid(6)\n# end", "E019", "=", "`out part = ...`", "out part = cube(9) & gyroid(6)\n# end"),
     ("f(x) = x + 1", "E019", "=", "`def`", "def f(x) = x + 1"),
     ("let a = { k = 1; k }", "E019", "=", "`let k = ...`", "let a = { let k = 1; k }"),
     ("let a = 3;", "E020", ";", "leave out", "let a = 3"),

@@ -12,6 +12,7 @@ import pytest
 import porelang
 from porelang.cli import main
 from porelang.diagnostics import PoreError, fail
+from porelang.optimize import record
 from porelang.optimize.adapting import adapting
 from porelang.optimize.grid import Grid
 from porelang.optimize.real import Real
@@ -122,8 +123,8 @@ def test_a_loop_tells_of_its_best_step_and_its_cell(tmp_path: Path) -> None:
     program = porelang.compile(MOVED)
     with pytest.warns(porelang.PoreWarning) as told:
         found = program.iterate("part", most=0, until="0.5%", limits="30%..0.7", damping="0.5", folder=tmp_path / "a")
-    assert "W264" in {w.message.diagnostic.code for w in told}  # type: ignore[union-attr]
-    assert all("step 0" in d.message for d in found.told if d.code in ("W264", "W265", "W266"))
+    assert "W284" in {w.message.diagnostic.code for w in told}  # type: ignore[union-attr]
+    assert all("step 0" in d.message for d in found.told if d.code in ("W284", "W266"))
     (step,) = found.steps
     head, line = (json.loads(text) for text in (tmp_path / "a" / "loop.jsonl").read_text().splitlines())
     assert (head["cell"], head["damping"], head["low"]) == (pytest.approx(20), 0.5, 0.3)
@@ -169,6 +170,8 @@ def test_a_step_that_fails_leaves_the_best_so_far(
     step.write_bytes(step.read_bytes()[:-9])
     assert main([*words, "--resume"]) == 1
     assert "warning[W272]: the record was damaged: step-000.npz" in capsys.readouterr().err
+    assert main([*words, "--resume", "-q"]) == 1  # what is found is said all the same
+    assert f"{folder}: t.npz" in capsys.readouterr().out
     assert main([*words, "--force", "--damping", "0.5", "-q", "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["failed"][0]["code"] == "E187"
     assert json.loads((folder / "loop.jsonl").read_text().splitlines()[0])["damping"] == 0.5
@@ -272,6 +275,26 @@ def test_the_loop_of_a_program_stiffens_its_part(tmp_path: Path, capsys: pytest.
 
     assert main([*words, "--rule", "von_mises", "--resume"]) == 1
     assert "E195" in capsys.readouterr().err
+
+
+def test_files_of_others_are_not_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, folder = tmp_path / "bar.pore", tmp_path / "mine"
+    file.write_text(TEXT)
+    folder.mkdir()
+    words = ["optimize", str(file), "--iterate", "part", "--max", "1", "-o", str(folder)]
+    for name in ("t.npz", "step-000.npz", "history.md"):
+        (folder / name).write_text("mine")
+        assert main(words) == 1
+        told = capsys.readouterr().err
+        assert f"no record of a loop, and files that it would write over: {name}" in told
+        assert "--force" in told
+        assert (folder / name).read_text() == "mine"
+        (folder / name).unlink()
+    (folder / "notes.txt").write_text("mine")
+    (folder / "state-001.npz").write_text("mine")
+    with pytest.raises(PoreError, match=r"E195.*state-001\.npz"):
+        record.Book.open(folder, {}, resume=False)
+    record.Book.open(folder, {}, resume=False, anew=True)
 
 
 def test_words_that_are_no_ends(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -78,7 +78,7 @@ def test_what_is_set_of_a_design_is_set_besides() -> None:
     assert design.design(n=3).design(h=4).settings == {"r": 6, "h": 4, "n": 3}
     assert program.design(n=3).bounds(n=1, r=6).hi == pytest.approx((6, 6, 1), abs=1e-6)
     assert program.design(n=3).bounds(r=6).hi == pytest.approx((6, 46, 1), abs=1e-6)
-    with pytest.raises(PoreError, match="has no param `m`"):
+    with pytest.raises(PoreError, match="`m` is neither an option of what is asked nor a param"):
         design.mesh(m=3)
 
 
@@ -352,12 +352,22 @@ def test_ipython_shows_a_program_s_errors_without_ours(
     assert "bug" not in out
 
 
+def test_a_command_in_a_text_is_that_of_python() -> None:
+    def said(hint: str) -> str:
+        return str(PoreError(Diagnostic("E100", "no", hint=hint)))
+
+    assert "finer there, `program.study(refine=True)`" in said("finer there, `pore fea --refine`")
+    whole = "`pore optimize FILE --iterate part --rule optimum`"
+    assert whole in said(whole)
+    assert "refine=True mends it" in said("--refine mends it")
+
+
 def test_a_slip_in_an_option_or_a_name_is_guessed() -> None:
     program = porelang.compile("param w = 3 in 1..9\nlet ball = sphere(w)\nball")
     with pytest.raises(PoreError, match="did you mean the option `resolution`") as caught:
         program.mesh(resolutoin=20)
     assert caught.value.diagnostics[0].code == "E083"
-    with pytest.raises(PoreError, match="no param `q`"):
+    with pytest.raises(PoreError, match="`q` is neither an option of what is asked nor a param"):
         program.mesh(q=20)
     with pytest.raises(PoreError, match="`ball` is a let"):
         program.mesh("ball")

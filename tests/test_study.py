@@ -103,7 +103,36 @@ def test_what_is_bent_by_three_points_is_as_elasticity_has_it() -> None:
     ratio = _bent(span, wide) / _bent(span, 1e-3)
     call = f"bend(beam, force=100N, axis=z, toward=-x, span={span}mm, pads={wide}mm, {MATERIAL}, size=3.34mm)"
     got = stiffness(call, "let beam = box([10mm, 10mm, 130mm])\n")
-    assert got.value == pytest.approx(1 / (by_line * ratio), rel=1e-3)
+    # what the pads press into the beam is of the order of the force over E times its width, .2 %, and is in neither
+    assert got.value == pytest.approx(1 / (by_line * ratio), rel=1.5e-3)
+
+
+def test_pads_are_as_wide_as_they_are_said_to_be_whatever_the_elements() -> None:
+    """Two meshes of which neither has edges where the pads end: all numbers agree to the sum of their errors, and what
+    a pad presses on is its width times that of the beam."""
+    first, second = (
+        carry_out(porelang.compile("let b = box([60mm, 10mm, 10mm])\nlet s = bend(b, force=100N, axis=x, pads=6mm, "
+                                   f"span=50mm, {MATERIAL}, size={size}mm)\nb").design())
+        for size in (4, 3)
+    )  # fmt: skip
+    for name in ("stiffness", "max_displacement", "mean_displacement"):
+        a, b = first.numbers[name], second.numbers[name]
+        assert abs(a.value - b.value) <= a.error + b.error < 0.01 * a.value, name
+    for found in (first, second):
+        for load in found.report["loads"].values():
+            assert load["area"] == pytest.approx(60.0, rel=1e-6)
+
+
+def test_pads_that_are_not_given_depend_on_the_part_alone() -> None:
+    """A twentieth of it, also under elements that are larger than that; of a round bar, what is no deeper than half."""
+    beam = "let beam = BEAM\nlet s = bend(beam, force=100N, axis=x, E=2GPa, nu=0.3, size=5mm)\nbeam"
+    square = carry_out(porelang.compile(beam.replace("BEAM", "box([60mm, 10mm, 10mm])")).design())
+    assert [load["area"] for load in square.report["loads"].values()] == pytest.approx([30.0] * 3, rel=1e-6)
+    bar = beam.replace("BEAM", "rotate(cylinder(5mm, 60mm), [0, 1, 0], 90deg)")
+    angle = math.acos(1 - 1.5 / 5)
+    areas = [load["area"] for name, load in carry_out(porelang.compile(bar).design()).report["loads"].items()
+             if "balances" not in name]  # fmt: skip
+    assert areas == pytest.approx([3 * 2 * 5 * angle] * 3, rel=0.04)
 
 
 def _bent(span: float, wide: float) -> float:
@@ -143,6 +172,17 @@ def test_a_round_bar_twists_as_saint_venant_has_it() -> None:
     got = stiffness(f"twist_load(rod, 1N * 1m, axis=z, {MATERIAL}, size=4mm)", "let rod = cylinder(10mm, 30mm)\n")
     exact = E / (2 * (1 + NU)) * math.pi * 10**4 / 2 / 30
     assert abs(got.value - exact) <= got.error < 0.1 * exact
+
+
+def test_the_greatest_displacement_is_that_of_the_part_not_of_corners_that_stand_out_of_it() -> None:
+    """Saint-Venant's angle of twist times the radius; corners of elements of 2 mm lie .8 % farther out."""
+    text = f"let c = cylinder(5mm, 20mm)\nlet s = twist_load(c, 1N * 1m, axis=z, {MATERIAL}, size=2mm)\nc"
+    found = carry_out(porelang.compile(text).design())
+    true = 1000 * 20 / (E / (2 * (1 + NU)) * math.pi / 2 * 5**4) * 5
+    number = found.numbers["max_displacement"]
+    assert abs(number.value - true) <= min(number.error, 3e-3 * true)
+    nodes = float(np.linalg.norm(found.solved.fields.displacement, axis=1).max())
+    assert 5e-3 * true < nodes - number.value < number.error
 
 
 def test_bonded_platens_make_it_stiffer() -> None:
@@ -231,8 +271,8 @@ def test_a_round_part_is_as_sure_as_its_facets(size: str) -> None:
     assert abs(found.numbers["compliance"].value - work) <= found.numbers["compliance"].error
     assert abs(found.numbers["volume"].value - math.pi / 6 * (b**3 - a**3)) <= found.numbers["volume"].error
     (load,) = found.report["loads"].values()
-    assert load["area"] == pytest.approx(4 * math.pi * a**2 / 8, rel=0.01)
-    np.testing.assert_allclose(load["force"], p * math.pi * a**2 / 4, rtol=0.01)
+    assert load["area"] == pytest.approx(4 * math.pi * a**2 / 8, rel=0.015)  # the facets at 4 mm have 1.2 % more
+    np.testing.assert_allclose(load["force"], p * math.pi * a**2 / 4, rtol=0.015)
     np.testing.assert_allclose(sum(np.array(s["force"]) for s in found.report["supports"].values()),
                                -np.array(load["force"]), rtol=1e-6)  # fmt: skip
 
@@ -293,12 +333,12 @@ def test_what_elements_miss_of_a_part_is_counted_by_place() -> None:
 @pytest.mark.slow
 def test_a_bar_that_elements_lose_is_in_the_error_and_comes_back_with_refinement() -> None:
     """A frame of which one side is much thinner than elements: pulled, it bears what it has of the area."""
-    frame = FRAME.replace("SHIFT", "3.8")  # sides of 0.2 mm and 7.8 mm; one of 0.6 mm is kept by halved cubes
-    text = f"let part_ = {frame}\nlet s = compress(part_, force=100N, axis=x, {MATERIAL}, size=4mm)\npart_"
+    frame = FRAME.replace("SHIFT", "3.6")  # sides of 0.4 mm and 7.6 mm; with elements of 4 mm halved ones keep it
+    text = f"let part_ = {frame}\nlet s = compress(part_, force=100N, axis=x, {MATERIAL}, size=5mm)\npart_"
     design = porelang.compile(text).design()
     first, second = carry_out(design), carry_out(design, refine=True)
     assert (first.solved.missed.handles, first.solved.missed.of) == (1, 1)
-    (doubt,) = (d for d in first.told if d.code == "W282")
+    (doubt,) = (d for d in first.told if d.code == "W284")
     assert "by 1 of 1 holes they are joined otherwise" in doubt.message
     assert second.solved.missed.handles == 0
     assert second.solved.missed.share < 0.5 * first.solved.missed.share
@@ -316,7 +356,9 @@ def test_a_lattice_cut_at_sharp_angles_is_as_sure_as_it_says() -> None:
     found = carry_out(porelang.compile(text).design())
     assert abs(found.numbers["stiffness"].value - 4380) <= found.numbers["stiffness"].error
     assert abs(found.numbers["volume"].value - 1154.55) <= found.numbers["volume"].error < 0.01 * 1154.55
-    assert "W282" in {d.code for d in found.told}
+    (doubt,) = (d for d in found.told if d.severity == "warning")
+    assert doubt.code == "W284"
+    assert "holes they are joined otherwise" in doubt.message
 
 
 def test_stress_and_energy_beyond_the_part_are_not_below_0() -> None:
@@ -463,7 +505,7 @@ def test_it_says_what_it_is_and_what_is_doubtful() -> None:
     assert all(word in fine[""] for word in words)
     plate = "study(plate, x < -14.9mm, force(x > 14.9mm, [0, 0, -1N])"
     thin = told(f"let plate = box([30mm, 30mm, 1mm])\nlet s = {plate}, {MATERIAL}, size=1.5mm)\nout vm = s.von_mises")
-    assert "1 mm thick" in thin["W265"]
+    assert "1 mm thick" in thin["W284"]
     crumbs = told(f"let body = box([20mm, 20mm, 20mm]) | cube(3mm) @ [x - 14, y, z]\n"
                   f"let s = compress(body, 1kN, {MATERIAL}, size=2mm)\nout vm = s.von_mises")  # fmt: skip
     assert "left out" in crumbs["W266"]

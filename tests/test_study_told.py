@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,13 @@ from porelang.cli import main
 from porelang.diagnostics import PoreError
 from porelang.formula import Formula
 from porelang.ir import ONE, ZERO, X, Y, const, node
+from porelang.ops.studies import NUMBERS
 from porelang.strength import Strength, carry_out
 from porelang.tasks.study import estimate
+from porelang.tasks.study.coarse import coarse, finer
 from porelang.tasks.study.conditions import certain_and_possible
+from porelang.tasks.study.got import Got
+from porelang.tasks.study.sized import for_walls
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 
@@ -90,6 +95,43 @@ def test_conditions_are_kleenes() -> None:
     assert answer(node("eq", none, X)) is None
 
 
+@pytest.mark.parametrize(("where", "room"), [("x < -20mm", "x < -19mm, where the part ends at -20 mm"),
+                                             ("z > 4mm", "z > 3.9mm, where the part ends at 4 mm")])  # fmt: skip
+def test_what_misses_an_end_is_told_with_that_end(where: str, room: str) -> None:
+    with pytest.raises(PoreError, match="E170") as refused:
+        found(f"study(body, fix={where}, load={PUSH}, {MATERIAL}, size=8mm)")
+    assert room in str(refused.value)
+
+
+def test_what_a_study_does_not_give_is_said_with_where_it_is(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "s.pore"
+    for asked, hint in (("s.reaction", "`pore fea` reports the force on each support"),
+                        ("s.effective_modulus", "`s.stiffness * length / area`"),
+                        ("density(s)", "`pore optimize FILE --iterate part --rule optimum`")):  # fmt: skip
+        file.write_text(f"{BOX}let s = compress(body, 1kN, {MATERIAL})\nlet a = {asked}\nbody", encoding="utf-8")
+        assert main(["check", str(file)]) == 1
+        assert hint in capsys.readouterr().err
+
+
+def test_what_takes_long_is_said_before_it_begins(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the size, what there is to solve and about how long; and nothing where nobody wants to hear it."""
+    file = tmp_path / "s.pore"
+    file.write_text(f"{BOX}let s = compress(body, 1kN, {MATERIAL}, size=1mm)\nbody", encoding="utf-8")
+
+    def stop(*_: Any, **__: Any) -> None:
+        raise PoreError([])
+
+    monkeypatch.setattr("porelang.tasks.study.solved.direct", stop)
+    for quiet in ([], ["-q"]):
+        main(["fea", str(file), *quiet])
+        told = re.findall(r"some [\d,]+ elements of 1 mm, [\d,]+ unknowns: about \d+ s", capsys.readouterr().err)
+        assert len(told) == (0 if quiet else 1)
+
+
 # ---- what holds against the load
 
 
@@ -156,18 +198,87 @@ def test_large_displacements_and_yield_are_doubted() -> None:
     assert "strained by 0.15" in said(found(f"compress(body, 120kN, {MATERIAL}, size=4mm)"), "W274")
 
 
+@pytest.mark.parametrize("quiet", [[], ["-q"]])
+def test_what_is_doubtful_of_the_text_is_in_json_too(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, quiet: list[str]
+) -> None:
+    """Units are doubted before anything is solved, the elements after: a script reads both in one place."""
+    file = tmp_path / "s.pore"
+    text = f"{BOX}let s = study(body, fix={HELD}, load={PUSH}, E=210e9, nu=0.3, density=7850, size=8mm)\nbody"
+    file.write_text(text, encoding="utf-8")
+    assert main(["fea", str(file), "--json", *quiet]) == 0
+    out, err = capsys.readouterr()
+    told = [d["code"] for d in json.loads(out)["warnings"]]
+    assert told == ["W273", "W273", "W284"]
+    assert re.findall(r"^warning\[(\w+)\]", err, re.M) == ([] if quiet else told)
+
+
 # ---- sizes
 
 
-def test_what_two_elements_through_a_wall_take_is_about_what_they_do() -> None:
-    coarse = found(f"study(body, fix={HELD}, load={PUSH}, {MATERIAL}, size=50mm)")
-    told = said(coarse, "W265")
-    assert "walls 8 mm thick" in told
-    size, count = re.findall(r"`size=([\d.]+)mm` .* some ([\d,]+) unknowns", told)[0]
-    assert float(size) == 4
-    fine = found(f"study(body, fix={HELD}, load={PUSH}, {MATERIAL}, size={size}mm)")
-    assert "W265" not in codes(fine)
+def test_the_size_that_is_proposed_mends_what_is_too_coarse() -> None:
+    """One warning, with one size, and about how many unknowns that makes."""
+    call = f"study(body, fix={HELD}, load={PUSH}, {MATERIAL}, size=50mm)"
+    coarse = found(call)
+    assert codes(coarse) == {"W284"}
+    told = said(coarse, "W284")
+    assert "walls 8 mm thick, as at (" in told
+    assert told.count("size=") == 1
+    size, count = re.findall(r"`size=([\d.]+)mm` makes some ([\d,]+) unknowns, about \d+ s$", told)[0]
+    assert float(size) <= 4
+    fine = found(call.replace("50mm", f"{size}mm"))
+    assert not codes(fine)
     assert 0.5 < int(count.replace(",", "")) / fine.solved.unknowns < 2
+
+
+KNOWN = Got(
+    elements=20_000, unknowns=100_000, iterations=60, residual=1e-9, order=2, size=1.2, finest=0, beside=1.2,
+    wall=4.33, wall_x=1, wall_y=2, wall_z=3, area=1200, moved=0.01, strain=0.001, stiffest=0, densest=0, yields=0,
+    lost=0, pieces=0, voxel=0.3, off=0, form=0, lacking=7.6, beyond=6.5, handles=1, holes=8, form_x=-3, form_y=6,
+    form_z=1, shared=0, seam_x=0, seam_y=0, seam_z=0, numbers=tuple(1150.0 * (n == "volume") for n in NUMBERS),
+    errors=(0.0,) * len(NUMBERS),
+)  # fmt: skip
+ERR = list(NUMBERS).index("error")
+
+
+def with_error(got: Got, error: float) -> Got:
+    return replace(got, numbers=tuple(error if i == ERR else n for i, n in enumerate(got.numbers)))
+
+
+def test_what_is_too_coarse_is_said_once_and_only_if_it_is_so() -> None:
+    assert coarse(with_error(KNOWN, 0.09)) == []
+    (stresses,) = coarse(with_error(KNOWN, 0.12))
+    assert stresses.message == "elements of 1.2 mm are too coarse: stresses err by about 12%"
+    (walls,) = coarse(replace(KNOWN, wall=2.3))
+    assert walls.message.endswith("coarse: walls 2.3 mm thick, as at (1, 2, 3), are thinner than two of them")
+    (form,) = coarse(replace(KNOWN, form=0.11))
+    assert "by 1 of 8 holes they are joined otherwise" in form.message
+    assert "stresses" not in form.message
+    (all_of_it,) = coarse(with_error(replace(KNOWN, wall=2.3, form=0.11), 0.2))
+    assert all(words in all_of_it.message for words in ("lack 7.6 mm3", "walls 2.3 mm", "stresses err"))
+    assert all_of_it.hint.count("size=") == 1
+    assert "stiffness may be off by 11%" in all_of_it.label
+
+
+def test_no_size_is_proposed_that_cannot_be_had_or_does_not_help() -> None:
+    def proposed(got: Got) -> tuple[float, float]:
+        size, count = re.findall(r"`size=([\d.]+)mm` .*?some ([\d,]+) unknowns", finer(got))[0]
+        return float(size), float(count.replace(",", ""))
+
+    few = proposed(with_error(KNOWN, 0.2))
+    assert 0.45 < few[0] <= 0.6  # the estimate goes by the size: half of it halves that
+    large = replace(KNOWN, unknowns=400_000, numbers=tuple(30_000 * (n == "volume") for n in NUMBERS), size=2.0)
+    size, count = proposed(with_error(large, 0.4))
+    assert size < 2.0
+    assert count < 900_000
+    assert "to mend all of it takes 0.5 mm" in finer(with_error(large, 0.4))
+    fine = replace(large, unknowns=790_000)
+    size, count = proposed(with_error(fine, 0.12))  # nothing affordable helps: what would, and what that takes
+    assert size < 2.0 / 1.2
+    assert count > 790_000
+    most = replace(large, unknowns=2_000_000)
+    assert "size=" not in finer(with_error(most, 0.3))
+    assert "--refine" in finer(with_error(most, 0.3))
 
 
 def test_elements_that_are_too_coarse_for_walls_are_called_so() -> None:
@@ -179,6 +290,15 @@ def test_elements_that_are_too_coarse_for_walls_are_called_so() -> None:
     ) as e:
         found(f"compress(body, 1kN, {MATERIAL}, size=1.8mm)", sheet.replace("WALL", "0.9mm"))
     assert "hang together" not in str(e.value)
+
+
+def test_where_two_elements_through_walls_are_too_many_one_is_proposed() -> None:
+    def cubes(size: float) -> float:
+        return 1e6 / size**3
+
+    assert for_walls(2.0, cubes).endswith("makes two through walls of 2 mm: some 1,000,000 unknowns")
+    assert "or `size=1mm`, one element through them, some 1,000,000" in for_walls(1.0, cubes)
+    assert for_walls(0.1, cubes).endswith("4 million are the most: take a part of it")
 
 
 def test_elements_found_are_no_larger_than_walls_that_hold_a_part_together() -> None:

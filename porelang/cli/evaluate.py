@@ -18,7 +18,7 @@ from porelang.backends.numpy import Dtype
 from porelang.checks import broken_checks
 from porelang.cli import report
 from porelang.cli.loading import bound
-from porelang.diagnostics import PoreError, fail
+from porelang.diagnostics import PoreError, fail, to_lists
 from porelang.field import Backend, checked_points
 from porelang.gpu.fields import gpu
 
@@ -43,7 +43,7 @@ def evaluate(options: Namespace) -> int:
         save(options.output, lambda file: np.save(file, values))
     if options.json:
         written = {"file": options.output} if options.output else {"values": values.tolist()}
-        report.put({"points": len(points), "backend": backend, "dtype": dtype, **written})
+        report.put({"points": len(points), "backend": backend, "dtype": dtype, **written, **to_lists(options.doubts)})
     elif not options.output:
         for i in range(0, len(values), AT_ONCE):
             sys.stdout.write("".join(f"{_line(row)}\n" for row in values[i : i + AT_ONCE].tolist()))

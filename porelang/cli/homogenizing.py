@@ -43,13 +43,13 @@ def homogenize(options: Namespace) -> int:
         fixed = [name for name, _ in options.settings]
         found = sweep(design, param, low, high, count, options.out, options.cell, options.nu, options.resolution, fixed)
     doubts = [*found.doubts, *undecided_checks(design), *design.told(*design.program.roots(options.out))]
-    whole = found.report() | to_lists(doubts)
+    whole = found.report() | to_lists([*options.doubts, *doubts])
     for path in options.outputs:
         _write(path, found, whole)
     report.say([] if options.quiet else doubts)
     if options.json:
         report.put(whole)
-    elif not options.quiet:
+    elif not (options.quiet and options.outputs):  # without a file this is the result
         print(design.program.source.name, found, sep="\n")
     return 0
 

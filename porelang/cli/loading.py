@@ -6,7 +6,7 @@ from argparse import Namespace
 
 from porelang.cli import report
 from porelang.compiler import try_compile
-from porelang.diagnostics import PoreError, fail
+from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.files import read_source, read_standard_input
 from porelang.program import Design, Program
 from porelang.settings import off_step
@@ -29,13 +29,14 @@ def data_of(options: Namespace) -> dict[str, tuple[str, ...]]:
 
 
 def load(options: Namespace) -> Program:
-    """The program of a command, its warnings said. Errors: all that is wrong with it."""
+    """The program of a command, its warnings said, and kept as `options.doubts` for `--json`. Errors: all that is wrong
+    with it."""
     program, found = try_compile(source_of(options), bound=data_of(options))
     if program is None:
         raise PoreError(found)
-    if not getattr(options, "quiet", False):
-        named = {getattr(options, option, None) for option in ("within", "field", "size")}
-        report.say(d for d in found if d.code != "W220" or d.span is None or d.span.text not in named)
+    options.doubts = []
+    named = {getattr(options, option, None) for option in ("within", "field", "size")}
+    _say(options, [d for d in found if d.code != "W220" or d.span is None or d.span.text not in named])
     return program
 
 
@@ -43,8 +44,14 @@ def bound(options: Namespace) -> Design:
     """The program of a command with its settings and its preset bound. Errors: all that is wrong with either."""
     program = load(options)
     design = program.design(dict(options.settings), preset=options.preset)
-    if not getattr(options, "quiet", False):
-        told = {(d.code, d.span) for d in program.warnings}
-        report.say([d for d in design.program.warnings if (d.code, d.span) not in told])
-        report.say(off_step(program.params, design.settings))
+    told = {(d.code, d.span) for d in program.warnings}
+    _say(options, [d for d in design.program.warnings if (d.code, d.span) not in told])
+    _say(options, off_step(program.params, design.settings))
     return design
+
+
+def _say(options: Namespace, found: list[Diagnostic]) -> None:
+    """Say what is doubtful about a program, and keep it: what is said on standard error is in `--json` too."""
+    options.doubts += found
+    if not getattr(options, "quiet", False):
+        report.say(found)

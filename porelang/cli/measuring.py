@@ -52,7 +52,7 @@ def measure(options: Namespace) -> int:
     asked = [*design.program.roots(options.out), *design.program.graph.checks]
     doubts = [*undecided_checks(design), *design.told(*asked)]
     if options.json:
-        report.put(found | {"failed_checks": [d.to_json() for d in broken], **to_lists(doubts)})
+        report.put(found | {"failed_checks": [d.to_json() for d in broken], **to_lists([*options.doubts, *doubts])})
     else:
         print(_text(design.program.source.name, found))
     report.say(broken)

@@ -48,7 +48,10 @@ def mesh(options: Namespace) -> int:
     seconds = round(time.perf_counter() - start, 3)
     found = facts(made.surface) | made.facts | {"seconds": seconds, "backend": backend}
     if options.json:
-        report.put({"file": options.output, "output": design.program.output(options.out), **found} | to_lists(doubts))
+        report.put(
+            {"file": options.output, "output": design.program.output(options.out), **found}
+            | to_lists([*options.doubts, *doubts])
+        )
     elif not options.quiet:
         print(_text(options.output, found))
     return 0

@@ -42,8 +42,8 @@ def optimize(options: Namespace) -> int:
         raise
     report.say(found.failed if options.quiet else [*found.failed, *found.told])
     if options.json:
-        report.put({"folder": str(folder), **found.report, **to_lists(found.told)})
-    elif not options.quiet:
+        report.put({"folder": str(folder), **found.report, **to_lists([*options.doubts, *found.told])})
+    else:
         print(found.table)
         if found.promise:
             print(found.promise)

@@ -24,6 +24,15 @@ CALLED = {
     **dict.fromkeys(("--element-size", "--edge-length", "--mesh-size"), "--size"),
     **dict.fromkeys(("--define", "--param"), "--set"),
 }
+_OF_STUDY = "that is an argument of the study: "
+#: What is said elsewhere than by an option, of a command.
+ELSEWHERE = {
+    **{(command, option): f"{_OF_STUDY}`{how}`" for command in ("fea", "optimize") for option, how in (
+        ("--size", "compress(part, 10kN, ..., size=3mm)"), ("--element-size", "compress(part, 10kN, ..., size=3mm)"),
+        ("--order", "compress(part, 10kN, ..., order=1)"), ("--material", 'compress(part, 10kN, ..., material="PA12")'),
+    )},
+    ("fea", "--voxel"): f"elements have a size, and {_OF_STUDY}`compress(part, 10kN, ..., size=3mm)`",
+}  # fmt: skip
 
 
 def parse(argv: Sequence[str]) -> Namespace:
@@ -231,6 +240,8 @@ def _unknown(command: Command, word: str) -> PoreError:
         elif "-o" in flags:
             hint = f"what is to be written is named after -o: `-o {word}`"
         return fail("E108", f"`{word}` is one word too many for `pore {command.name}`", hint=hint)
+    if why := ELSEWHERE.get((command.name, name)):
+        return fail("E108", f"`pore {command.name}` has no option `{name}`", hint=why)
     ours = CALLED.get(name, "")
     near = ours if ours in flags else suggest(name, flags)
     hint = f"did you mean `{near}`?" if near else f"it has {', '.join(flags) or 'none'}"

@@ -45,7 +45,7 @@ def render(options: Namespace) -> int:
     start = time.perf_counter()
     made = render_output(design, names, wishes, options.bounds)
     write_png(made, options.output, wishes.transparent)
-    told = design.told(*roots_shown(design.program, names, wishes))
+    told = [*design.told(*roots_shown(design.program, names, wishes)), *made.told]
     report.say([] if options.quiet else told)
     seconds = round(time.perf_counter() - start, 3)
     width, height = options.size
@@ -67,7 +67,7 @@ def render(options: Namespace) -> int:
                 "colours": {name: "#{:02x}{:02x}{:02x}".format(*colour) for name, colour in made.colours},
                 **_deformed(made),
                 "backend": made.backend,
-                **to_lists(told),
+                **to_lists([*options.doubts, *told]),
             }
         )
     elif not options.quiet:

@@ -13,7 +13,7 @@ from porelang.analysis.notes import NOTES
 from porelang.backends.glsl import Form, shader
 from porelang.cli import report
 from porelang.cli.loading import bound
-from porelang.diagnostics import PoreError, fail, suggest
+from porelang.diagnostics import PoreError, fail, suggest, to_lists
 from porelang.elaborate.values import Scalar
 from porelang.ir import Node
 from porelang.notation import steps
@@ -48,7 +48,7 @@ def show(options: Namespace) -> int:
     chosen = program.output(options.out) if options.out else None
     if options.stages:
         lines = plan(design, program.output(options.out))
-        report.put({"stages": lines}) if options.json else print("\n".join(lines))
+        report.put({"stages": lines} | to_lists(options.doubts)) if options.json else print("\n".join(lines))
         return 0
     graph = program.written if after == WRITTEN else run(program.written, after)
     roots = _named(graph, chosen)
@@ -57,7 +57,10 @@ def show(options: Namespace) -> int:
     if options.note == "bounds":
         text += "".join(f"\n; {line}" for line in _boxes(design, chosen))
     if options.json:
-        report.put({"after": after, "nodes": len(ir.order(roots.values())), "lines": text.split("\n")})
+        report.put(
+            {"after": after, "nodes": len(ir.order(roots.values())), "lines": text.split("\n")}
+            | to_lists(options.doubts)
+        )
     else:
         print(text)
     return 0
@@ -69,7 +72,9 @@ def glsl(options: Namespace) -> int:
     form: Form = "grid" if options.stage == "compute" else options.stage
     made = shader((program.solid(options.out),), program.ranges, form)
     if options.json:
-        report.put({"stage": options.stage, "text": made.text, "uniforms": len(made.uniforms)})
+        report.put(
+            {"stage": options.stage, "text": made.text, "uniforms": len(made.uniforms)} | to_lists(options.doubts)
+        )
     else:
         print(made.text.rstrip())
     return 0
@@ -141,7 +146,8 @@ def _cost(design: Design, n: Node) -> str:
     elements, unknowns, seconds = (
         f"{float(f'{v:.2g}'):,.0f}" for v in (cost.elements, cost.unknowns, max(1.0, cost.seconds))
     )
-    return f"some {elements} elements of {cost.size:.3g} mm, {unknowns} unknowns, {seconds} s"
+    rims = f"; up to {cost.rims:g} times as many with smaller ones at rims" if cost.rims else ""
+    return f"some {elements} elements of {cost.size:.3g} mm, {unknowns} unknowns, {seconds} s{rims}"
 
 
 def _boxes(design: Design, chosen: str | None) -> list[str]:

@@ -55,7 +55,7 @@ def slices(options: Namespace) -> int:
     report.say([] if options.quiet else doubts)
     seconds = round(time.perf_counter() - start, 3)
     if options.json:
-        report.put({"folder": options.output, **found, "seconds": seconds, **to_lists(doubts)})
+        report.put({"folder": options.output, **found, "seconds": seconds, **to_lists([*options.doubts, *doubts])})
     elif not options.quiet:
         print(f"{options.output}: {of_layers(found)}, {found['volume']:.6g} mm3, {seconds:.1f} s")
     return 0

@@ -13,10 +13,12 @@ from porelang.atomic import destination
 from porelang.checks import broken_checks
 from porelang.cli import report
 from porelang.cli.loading import bound
-from porelang.data import Reduced, figures
+from porelang.data import Reduced, coordinates, figures
 from porelang.diagnostics import PoreError, fail, to_lists
 from porelang.fea import Resultant
 from porelang.strength import Strength, carry_out
+from porelang.tasks.study.missed import Missed
+from porelang.tasks.study.sized import Sized, duration, many
 
 _UNITS = {
     "compliance": "N mm",
@@ -28,6 +30,8 @@ _UNITS = {
     "mass": "g",
 }
 
+#: Seconds from which on it is said how long a study takes.
+_A_WHILE = 5.0
 #: What would not be understood by its name in the language.
 _CALLED = {"max_von_mises": "max von Mises", "von_mises_99": "von Mises, 99 %"}
 #: A moment that is less than this of forces times the distances between them is none; a number, beside the largest.
@@ -48,25 +52,36 @@ def fea(options: Namespace) -> int:
     if broken := broken_checks(design):
         raise PoreError(broken)
     start = time.perf_counter()
-    found = carry_out(design, options.study, options.refine, options.within, options.out)
+    begun = None if options.quiet else _begun
+    found = carry_out(design, options.study, options.refine, options.within, options.out, begun)
     if options.output:
         found.write(options.output)
     seconds = round(time.perf_counter() - start, 3)
     report.say([] if options.quiet else found.told)
     if options.json:
         written = {"file": options.output} if options.output else {}
-        report.put(written | found.report | {"seconds": seconds} | to_lists(list(found.told)))
+        report.put(written | found.report | {"seconds": seconds} | to_lists([*options.doubts, *found.told]))
     elif not (options.quiet and options.output):  # without a file the report is the result
         print(_text(options.output or design.program.source.name, found, seconds))
     return 0
 
 
+def _begun(found: Sized) -> None:
+    """Say what is to be solved and about how long that takes, where it takes a while."""
+    if found.seconds < _A_WHILE:
+        return
+    report.note(f"some {many(found.elements)} elements of {found.size:.3g} mm, {many(found.unknowns)} unknowns: about "
+                f"{duration(found.seconds)}, or twice that where a lattice is cut (Ctrl-C ends it)")  # fmt: skip
+
+
 def _text(path: str, found: Strength, seconds: float) -> str:
     solved = found.solved
     turns = solved.asked.whole is not None and solved.asked.whole.name == "twist_load"
+    fine = solved.sized
+    halved = f", {fine.halved:,} cubes at rims halved to {fine.least:.2g} mm" if fine.halved else ""
     lines = {
         "study": found.name,
-        "elements": f"{len(solved.mesh.tets):,} of {solved.sized.span} mm, {solved.unknowns:,} unknowns",
+        "elements": f"{len(solved.mesh.tets):,} of {solved.sized.span} mm{halved}, {solved.unknowns:,} unknowns",
         "solver": f"{solved.iterations} iterations to a residual of {solved.residual:.1g}",
     }
     for name, number in found.numbers.items():
@@ -77,9 +92,20 @@ def _text(path: str, found: Strength, seconds: float) -> str:
         lines["modulus"] = f"{_shown(found.effective_modulus)} MPa, of {found.envelope}"
     acting = [*solved.loads, *solved.supports]
     lines |= {of.name: _acting(of, acting) for of in acting}
+    if solved.sized.wall is not None:
+        lines["thinnest walls"] = f"{solved.sized.wall.wall:.3g} mm, as at ({coordinates(solved.sized.wall.at)})"
+    lines["elements miss"] = _missed(solved.missed)
     lines["stresses err"] = f"{found.numbers['error'].value:.2%} in energy (Zienkiewicz and Zhu)"
     lines["time"] = f"{seconds:.2f} s"
     return "\n".join([path, *(f"  {name:<18} {value}" for name, value in lines.items())])
+
+
+def _missed(found: Missed) -> str:
+    """What elements lack of the part, and hold beyond it."""
+    said = f"{found.lacking:.3g} mm3 of the part, and hold {found.beyond:.3g} mm3 beyond it"
+    if found.handles:
+        said += f"; {found.handles} of {found.of} holes are otherwise"
+    return said
 
 
 def _acting(of: Resultant, among: Sequence[Resultant]) -> str:

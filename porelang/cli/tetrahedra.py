@@ -40,7 +40,10 @@ def tet(options: Namespace) -> int:
     made.write(options.output)
     found = made.report | {"seconds": round(time.perf_counter() - start, 3)}
     if options.json:
-        report.put({"file": options.output, "output": design.program.output(options.out), **found} | to_lists(doubts))
+        report.put(
+            {"file": options.output, "output": design.program.output(options.out), **found}
+            | to_lists([*options.doubts, *doubts])
+        )
     elif not options.quiet:
         print(_text(options.output, found))
     return 0
@@ -50,7 +53,7 @@ def _text(path: str, found: dict[str, Any]) -> str:
     """The report: a line for each thing, then the angles as bars."""
     lines = {
         "tetrahedra": f"{found['tets']:,} on {found['vertices']:,} vertices",
-        "size": found["size_told"] + _at_the_surface(found),
+        "size": found["size_told"] + _at_the_surface(found) + _halved(found),
         "volume": _volume(found),
         "surface": _distance(found["distance"]),
         "angles": f"{found['min_dihedral']:.3g} to {found['max_dihedral']:.4g} degrees between faces",
@@ -74,6 +77,11 @@ _MESHERS = {"direct": "direct", "ftetwild": "fTetWild"}
 def _at_the_surface(found: dict[str, Any]) -> str:
     size = found["surface_size"]
     return "" if size is None else f", {size:.4g} mm at the surface"
+
+
+def _halved(found: dict[str, Any]) -> str:
+    many, finest = found.get("halved", 0), found.get("finest_cube", 0.0)
+    return f"; {many:,} of the cubes halved, to {finest:.3g} mm" if many else ""
 
 
 def _volume(found: dict[str, Any]) -> str:

@@ -262,6 +262,10 @@ def unknown_name(name: str, span: Span, visible: Iterable[str], called: bool = F
             label="planned, and not there yet",
             hint=habits.hint(name) or "docs/language.md lists what there is",
         )
+    if name == "density" and called:
+        said = "no function, but a loop"
+        hint = "the density that is stiffest for its mass: `pore optimize FILE --iterate part --rule optimum`"
+        return Diagnostic("E030", f"unknown name `{name}`", span, label=said, hint=hint)
     if name in MATERIALS:
         said = "a material is named by a text"
         return Diagnostic("E030", f"unknown name `{name}`", span, label=said, hint=f'in quotes: `material="{name}"`')

@@ -165,10 +165,43 @@ def _is_uneven(ctx: Context, value: Value, but: Container[Node]) -> bool:
 def call_on_lattice(ctx: Context, function: Function, given: Mapping[str, Given]) -> Poison | None:
     """Refuse the call of a function that says by `Adds:` what it adds to a lattice, if that is a length."""
     fact = _ADDS.fullmatch(function.definition.fact("Adds") or "") if function.definition is not None else None
-    if fact is None or fact[3] not in given or not _is_raw(ctx, given[fact[3]].value):
+    if fact is None or fact[3] not in given:
+        return None
+    _unit_by_number(ctx, function, fact, given)
+    if not _is_raw(ctx, given[fact[3]].value):
         return None
     said = _length_among(ctx, [given[name] for name in fact.groups()[:2] if name in given])
     return None if said is None else _told(ctx, said.span, _lifted(ctx, given.values()), _is_known(said))
+
+
+def _unit_by_number(ctx: Context, function: Function, fact: re.Match[str], given: Mapping[str, Given]) -> None:
+    """Doubt a stress or the like that is added to a field, times a number without a unit: that may be of 1/MPa, and
+    was rarely meant so."""
+    field = given[fact[3]].value
+    if not isinstance(field, Scalar) or not field.node.axes or nature(ctx.natures, field.node) is None:
+        return
+    for one, other in (fact.groups()[:2], fact.groups()[1::-1]):
+        value = given[one].value if one in given else None
+        factor = given[other].value if other in given else None
+        if not isinstance(value, Scalar) or value.dimension in (None, RATIO, LENGTH, ANGLE):
+            continue
+        if factor is not None and not (isinstance(factor, Scalar) and factor.dimension is None):
+            continue
+        said = value_of(given[one].span)
+        text = short(said.text)
+        plain = short(_without_brackets(said.text.removeprefix("-").strip()))
+        unit = next((name for name, u in UNITS.items() if u.dimension == value.dimension and u.scale == 1), None)
+        much = f"10{unit}" if unit is not None else "..."
+        doubt(
+            ctx,
+            "W287",
+            f"`{text}` is {value.dimension}, and `{function.name}` adds it to a field whose values are none: where "
+            f"that is above 0 the part gets thinner, by as many units as it has {value.dimension.called}",
+            said,
+            f"is in {value.dimension.called}",
+            f"divide it by what counts as 1, with the sign that is meant: `1 - {plain} / {much}` has walls grow where "
+            f"it is above {much}, and give where it is less; `-clamp({plain} / {much}, 0, 1)` has them grow alone",
+        )
 
 
 def note_length(ctx: Context, numbers: Sequence[Value], made: Value) -> None:

@@ -52,6 +52,8 @@ _STIFF = {
 #: Why a study does not give a number.
 _WITHOUT = {
     "stiffness": "it is the force over the way it goes, of one force, torque or `moved`: of several ask `compliance`",
+    "reaction": "a study in a program gives none; `pore fea` reports the force on each support, and Python's study",
+    "effective_modulus": "it is `s.stiffness * length / area` of the part; `pore fea` reports that of a compression",
     "mass": "that takes a density: `density=1.01`, in g/cm^3, or a material by its name",
 }
 _BEND = ("three-point", "cantilever")

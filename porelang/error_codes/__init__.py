@@ -2,7 +2,7 @@
 
 E001-E029 syntax, E030- names, E060- kinds and units, E080- params and contracts, E090- numbers found from fields,
 E100- requests, E120- the machine, E130- files of data, E140- meshes, E145- raw lattices, E147- phases, E150- sampling
-and binding, E160- and W250- tetrahedra, E170- and W255- elasticity, E179 deformed parts in pictures, E180- and W260-
+and binding, E160- and W250- tetrahedra, E170- and W255- elasticity, E179 and W285 parts in pictures, E180- and W260-
 unit cells, E184- studies, E190- loops, W200- warnings, W210- doubts, W273- studies, W280- elasticity and studies. A
 code keeps its meaning for ever; one that is no longer given keeps its page.
 """
@@ -52,7 +52,9 @@ THEMES: tuple[tuple[Code, ...], ...] = (
     DOUBTS,
 )
 CODES: dict[str, Code] = {page.code: page for theme in THEMES for page in theme}
+#: What is no longer given, and keeps its page: W284 says it.
+RETIRED = frozenset({"W264", "W265", "W282"})
 
 Page = Code  # what a reader sees of it
 
-__all__ = ["CODES", "THEMES", "Code", "Page"]
+__all__ = ["CODES", "RETIRED", "THEMES", "Code", "Page"]

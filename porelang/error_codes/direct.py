@@ -36,10 +36,10 @@ DIRECT = (
     Code(
         "W250",
         "a wall of fewer than two elements",
-        "Walls are measured across, along the normals of the surface at places all over the part, as for the\n"
-        "voxel of `pore mesh`. In a wall that is thinner than two cubes most tetrahedra have all of their corners\n"
-        "on one side or the other, it is too stiff in bending, and it may have holes. Take smaller cubes; the\n"
-        "message says which.",
+        "Walls are measured across, along the normals of the surface at places all over the part, where their\n"
+        "sides are parallel to 7 degrees: the feather that an envelope leaves where it cuts a lattice is none. In\n"
+        "a wall that is thinner than two cubes most tetrahedra have all of their corners on one side or the other,\n"
+        "it is too stiff in bending, and it may have holes. Take smaller cubes; the message says which.",
         "",
         "gyroid(10) |> shell(1.2) & cube(20)  # pore tet --size 0.6mm",
     ),

@@ -265,4 +265,17 @@ DOUBTS = (
         "",
         "",
     ),
+    Code(
+        "W287",
+        "a stress that is added to a field as it is",
+        "`thicken` adds f * b to a field. The values of a lattice have no unit and those of a solid are mm: a stress\n"
+        "times a bare number is neither, and 12 MPa count as 12 units, where walls are one or two. And what is added\n"
+        "above 0 makes them thinner, for a solid is negative: handed over as it is, a stress takes material away\n"
+        "where it is high. Divide by the stress that counts as 1, and take the sign that is meant. A factor with a\n"
+        "unit, `-0.1 / 1MPa`, says it too.",
+        'let body = cylinder(9mm, 20mm)\nlet s = compress(body, force=1kN, material="PA12")\n'
+        "body & gyroid(6mm) |> thicken(s.von_mises, 0.3)",
+        'let body = cylinder(9mm, 20mm)\nlet s = compress(body, force=1kN, material="PA12")\n'
+        "body & gyroid(6mm) |> thicken(1 - s.von_mises / 3.9MPa, 0.3)",
+    ),
 )

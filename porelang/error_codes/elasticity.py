@@ -1,4 +1,4 @@
-"""E170-E178, W255-W259, W280-W281: parts under load."""
+"""E170-E178, W255-W259, W280-W281, W286: parts under load."""
 
 from __future__ import annotations
 
@@ -39,7 +39,8 @@ ELASTICITY = (
         "a part without a load",
         "All loads are 0 or there are none, a load is no finite number, a support holds no axis, or what a\n"
         "solution is to be scaled by or refined to is no number that it could be. Nor does a load do anything of\n"
-        "which every node is held: supports take it at once, and nothing is strained.",
+        "which every node is held: supports take it at once, and nothing is strained. One on an area is refused where\n"
+        "supports take more than nine tenths of it, and doubted above one tenth (W286).",
         "",
         "",
     ),
@@ -65,7 +66,7 @@ ELASTICITY = (
         "a solve that does not converge",
         "The conjugate gradients made no progress. Very flat tetrahedra, moduli that differ by more than a million\n"
         "and a Poisson's ratio next to 0.5 are the common reasons; the hint says which of them are there. Where\n"
-        "displacements are found and forces balance all the same, to a millionth, the result is given, with W281.",
+        "displacements are found all the same, and forces balance to a thousandth, the result is given, with W281.",
         "",
         "",
     ),
@@ -137,8 +138,21 @@ ELASTICITY = (
         "W281",
         "an equilibrium that rounding ends early",
         "Forces on nodes balance to what is said, and no further in this arithmetic: where moduli differ by orders,\n"
-        "stiff parts move as a whole, and small forces are the difference of large ones. Displacements are sure to\n"
-        "a millionth, or the solve is refused (E176).",
+        "stiff parts move as a whole, and small forces are the difference of large ones; where a slender part\n"
+        "bends, the forces within its elements are larger than those that act by the square of how slender it is.\n"
+        "The share that displacements, stiffness and compliance may be off for that is said, and is in their errors:\n"
+        "the length of all displacements times what is left of forces, over the work. Above a hundredth, or where\n"
+        "displacements are not found to a millionth in energy, the solve is refused (E176).",
+        "",
+        "",
+    ),
+    Code(
+        "W286",
+        "a load that falls on a support",
+        "What of a load is on nodes that are held against it, supports take at once: the part is not strained by it,\n"
+        "and stresses and displacements are those of the rest. Conditions of a load and a support overlap, as\n"
+        "`z < -8mm` does with `z < -9.9mm`. Above nine tenths it is refused (E173). A load all round a part that is\n"
+        "held at one end has a little of that, and a tenth is not spoken of.",
         "",
         "",
     ),

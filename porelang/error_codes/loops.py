@@ -66,7 +66,8 @@ LOOPS = (
         "`--resume` goes on with it, if the part, its study, the rule, the limits and the start are those with which\n"
         "it was begun. Where a file of a step is damaged or missing, it goes on from the last step before that, and\n"
         "says so. Without `--resume` a folder that holds a record is left as it is; `--force` begins anew there: the\n"
-        "older record is removed once the new one has its first step, and nothing else in the folder.",
+        "older record is removed once the new one has its first step, and nothing else in the folder. Nor does a loop\n"
+        "begin in a folder without a record that holds files of the names that it writes, but with `--force`.",
         "",
         "",
     ),
@@ -90,10 +91,11 @@ LOOPS = (
     ),
     Code(
         "W270",
-        "a gain within the error",
-        "The best step is stiffer than the uniform part by less than either stiffness is known to. The two meshes err\n"
-        "alike, so that the gain may be real; finer elements, or elements of the second order, would tell. A gain\n"
-        "within the noise of the lattice in two such meshes is no gain: then the uniform part is kept.",
+        "a gain within the noise",
+        "Two meshes of a lattice differ a little in stiffness, and no step was stiffer than the uniform part by\n"
+        "more: so that is kept. By how much they differ is told by the solid that each voxel has and should have.\n"
+        "It is less than either stiffness is known to, as the table says it: what both meshes err by is nearly the\n"
+        "same, and cancels. Finer elements tell more.",
         "",
         "",
     ),

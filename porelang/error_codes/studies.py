@@ -1,4 +1,4 @@
-"""E184-E189, W264-W267, W273-W275, W282-W283: studies of strength in a program."""
+"""E184-E189, W264-W267, W273-W275, W282-W284: studies of strength in a program."""
 
 from __future__ import annotations
 
@@ -75,7 +75,8 @@ STUDIES = (
         "Stresses jump from element to element, and by how much tells how far they are from the true ones\n"
         "(Zienkiewicz and Zhu, A simple error estimator, 1987): in the energy of the whole part, where this is above\n"
         "10 %. Finer elements help, but at sharp inner corners and at the edges of what is bonded, where the true\n"
-        "stress is infinite.",
+        "stress is infinite.\n"
+        "Such elements are told by W284 now, with all else that is too coarse.",
         "",
         "",
     ),
@@ -84,7 +85,8 @@ STUDIES = (
         "walls thinner than two elements",
         "Of a wall that one element spans stiffness and stresses are unsure. The message says how thick the thinnest "
         "walls\nare, and where one is; the hint what size makes two elements of it, and what that takes. Without "
-        "`size` elements\nare as fine as about a minute allows.",
+        "`size` elements\nare as fine as about a minute allows.\n"
+        "Such elements are told by W284 now, with all else that is too coarse.",
         "",
         "",
     ),
@@ -140,7 +142,8 @@ STUDIES = (
         "What elements lack of the part and hold beyond it is counted on a grid, and so are the holes through both:\n"
         "a neck that is cut, or a gap that is bridged, changes their number. Where a lattice meets its envelope at a\n"
         "sharp angle elements of one size lose such necks, and with them stiffness. The errors of numbers contain\n"
-        "it; smaller elements, or `--refine`, which makes them smaller there, mend it.",
+        "it; smaller elements, or `--refine`, which makes them smaller there, mend it.\n"
+        "Such elements are told by W284 now, with all else that is too coarse.",
         "",
         "",
     ),
@@ -151,6 +154,23 @@ STUDIES = (
         "becomes one of whole elements. Between Voigt's mean of their moduli and Reuss's lies what an element may be\n"
         "that is made of two; the errors of numbers contain thrice that, by the energy that such elements bear.\n"
         "Stresses next to a jump are surer the smaller elements are, but for those in the corners of that surface.",
+        "",
+        "",
+    ),
+    Code(
+        "W284",
+        "elements too coarse for a study",
+        "What is too coarse is said, in one warning with one size. Three things may be so. Elements miss the part:\n"
+        "what they lack of it and hold beyond it is counted on a grid, by place, and so are the holes through\n"
+        "both, for a neck that is cut, or a gap that is bridged, changes their number; where that is more than 6 %\n"
+        "of a stiffness it is doubted. Lattices that meet their envelope at a sharp angle lose such necks. Walls\n"
+        "are thinner than two elements: those between sides that are parallel to 7 degrees, so that the feather\n"
+        "that a shape leaves where it cuts a lattice is none. Stresses jump from element to element, and by how\n"
+        "much tells how far they are from the true ones (Zienkiewicz and Zhu, A simple error estimator, 1987), in\n"
+        "the energy of the whole part: where this is above 10 %. At sharp inner corners and at the edges of what\n"
+        "is bonded the true stress is infinite. The errors of numbers contain what elements miss and how stresses\n"
+        "jump. The size that is proposed is one that takes about a minute, where that helps. `--refine` makes\n"
+        "elements smaller where stresses err, and where they missed the part.",
         "",
         "",
     ),

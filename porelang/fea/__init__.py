@@ -7,7 +7,19 @@ Pure functions of arrays: nothing here knows of programs or fields.
 from __future__ import annotations
 
 from porelang.fea.error import Error
-from porelang.fea.problem import BodyForce, Force, Load, Moment, OnSurface, Pressure, Problem, Support, Weight, Where
+from porelang.fea.problem import (
+    BodyForce,
+    Facing,
+    Force,
+    Load,
+    Moment,
+    OnSurface,
+    Pressure,
+    Problem,
+    Support,
+    Weight,
+    Where,
+)
 from porelang.fea.refine import refined_sizes
 from porelang.fea.resultants import Resultant
 from porelang.fea.solution import Solution
@@ -15,6 +27,6 @@ from porelang.fea.solve import solve
 from porelang.fea.write import write
 
 __all__ = [
-    "BodyForce", "Error", "Force", "Load", "Moment", "OnSurface", "Pressure", "Problem", "Resultant", "Solution",
-    "Support", "Weight", "Where", "refined_sizes", "solve", "write",
+    "BodyForce", "Error", "Facing", "Force", "Load", "Moment", "OnSurface", "Pressure", "Problem", "Resultant",
+    "Solution", "Support", "Weight", "Where", "refined_sizes", "solve", "write",
 ]  # fmt: skip

@@ -10,8 +10,8 @@ from porelang.fea.problem import Floats, Ints, Mask, Problem
 from porelang.fea.supports import Held
 from porelang.fea.surface import place
 
-#: A load of which supports take all but this share does nothing.
-_TAKEN = 1e-12
+#: A load of which supports take more than this share at once does nothing; one that is on the volume, all but that.
+_TAKEN, _ALL = 0.9, 1 - 1e-12
 
 
 def checked_mesh(vertices: Floats, tets: Ints) -> tuple[Floats, Ints]:
@@ -126,16 +126,25 @@ def _refuse(bad: Mask, values: Floats, centres: Floats, name: str, unit: str, hi
         raise fail("E172", f"{name} is {values[at]:.6g} {unit}".rstrip() + everywhere, hint=hint)
 
 
+def taken(load: Applied, held: Held) -> float:
+    """Which share of the forces of a load is on nodes that are held against it: supports take that at once."""
+    whole = float(np.abs(load.forces).sum())
+    return float(np.abs(load.forces * held.components).sum()) / whole if whole > 0 else 0.0
+
+
 def loaded(problem: Problem, loads: tuple[Applied, ...], held: Held, points: Floats) -> None:
     """Errors: E173 where there is neither a load nor a prescribed displacement, or where supports hold all that a load
     acts on."""
     for load in loads:
-        left = np.abs(load.forces * ~held.components).sum()
-        if load.forces.any() and left <= _TAKEN * np.abs(load.forces).sum():
-            at = int(np.argmax(np.abs(load.forces).sum(axis=1)))
+        share = taken(load, held)
+        if share > (_ALL if load.on is None else _TAKEN):
+            at = int(np.argmax(np.abs(load.forces * held.components).sum(axis=1)))
+            every = f"{share:.0%} of it is on nodes that are held against it"
+            if share > _ALL:
+                every = "every node that it acts on is held against it"
             raise fail(
                 "E173",
-                f"{load.name} does nothing: every node that it acts on is held against it, as at {place(points[at])}",
+                f"{load.name} does nothing: {every}, as at {place(points[at])}",
                 hint="hold less of the part, or load it elsewhere",
             )
     if not any(load.forces.any() for load in loads) and not held.displacement.any():

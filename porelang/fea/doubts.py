@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from porelang.diagnostics import Diagnostic
+from porelang.fea.checks import taken
 from porelang.fea.nodes import EDGES, Nodes
 from porelang.fea.problem import Floats, Pressure
 from porelang.fea.solution import Solution
@@ -19,6 +20,10 @@ _OPPOSITE = -0.5
 _COARSE = 0.2
 #: An area of which more lies in triangles that a selection does not cut in two is ragged.
 _RAGGED = 0.1
+#: Of a load, what supports may take without a word: the edge of an area that is held is on both sides of it.
+_MUCH = 0.1
+#: No share is told that is smaller.
+_SMALLEST = 1e-6
 #: Near 0.5 displacements of the order lock.
 _LOCKS = {1: 0.45, 2: 0.495}
 
@@ -26,10 +31,10 @@ _LOCKS = {1: 0.45, 2: 0.495}
 def of(found: Solution, system: System, tolerance: float) -> tuple[Diagnostic, ...]:
     """Warnings: W255 for several pieces, W256 for walls of one element, W257 for a large error, W258 for a force that
     stands on a point, W259 where elements lock, W280 for a pressure on a ragged area, W281 for an equilibrium that
-    rounding ends early.
+    rounding ends early, W286 for a load that supports take.
     """
     told = [_pieces(system.bodies), _thin(found.nodes), _coarse(found), *_points(found), _locking(found)]
-    told += [*_ragged(found, system), _unsettled(found, tolerance)]
+    told += [*_ragged(found, system), _unsettled(found, tolerance), *_taken(system)]
     return tuple(d for d in told if d is not None)
 
 
@@ -135,11 +140,11 @@ def _ragged(found: Solution, system: System) -> list[Diagnostic]:
     """Pressures on areas that come and go within single triangles: what is left out bears no load."""
     told = []
     for load, acting, come_to in zip(found.problem.loads, system.loads, found.loads, strict=True):
-        if not isinstance(load, Pressure) or acting.areas is None:
+        if not isinstance(load, Pressure) or acting.on is None:
             continue
-        torn = interleaved(acting.areas > 0)
+        torn = interleaved(acting.on.chosen)
         whole = system.boundary.areas.sum(axis=1)
-        touched = float(whole[acting.areas.any(axis=1)].sum())
+        touched = float(whole[acting.on.chosen.any(axis=1)].sum())
         if torn.any() and whole[torn].sum() > _RAGGED * touched:
             at = system.boundary.points[np.argmax(np.where(torn, whole, 0.0))].mean(axis=0)
             told.append(
@@ -153,12 +158,32 @@ def _ragged(found: Solution, system: System) -> list[Diagnostic]:
     return told
 
 
+def _taken(system: System) -> list[Diagnostic]:
+    """Loads on areas of which supports take much before it comes to the part."""
+    told = []
+    for load in system.loads:
+        share = taken(load, system.held)
+        if load.on is None or share <= _MUCH:
+            continue
+        at = int(np.argmax(np.abs(load.forces * system.held.components).sum(axis=1)))
+        told.append(
+            _warn(
+                "W286",
+                f"{share:.0%} of {load.name} is on nodes that are held against it, as at "
+                f"{place(system.nodes.points[at])}: supports take that at once",
+                "load the part where it is not held, or hold less of it; finer elements take what is beside it apart",
+            )
+        )
+    return told
+
+
 def _unsettled(found: Solution, tolerance: float) -> Diagnostic | None:
     if found.residual <= tolerance:
         return None
     return _warn(
         "W281",
         f"forces balance to {found.residual:.2g} of those that act, where {tolerance:.2g} is wanted: rounding ends "
-        f"there",
-        "moduli that differ by orders do that, flat tetrahedra, a Poisson's ratio next to 0.5; displacements are surer",
+        f"there, and displacements are sure to {max(found.unsure, _SMALLEST):.1g} of themselves",
+        "slender parts that bend do that, moduli that differ by orders, flat tetrahedra, a Poisson's ratio next to "
+        "0.5: a reaction may be off by the first share",
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,9 +19,10 @@ from porelang.fea.system import System
 _ROUNDS = 4
 #: A support's force counts as no less than this share of the forces on its nodes, which may answer each other.
 _LEAST = 1e-3
-#: Where rounding ends iterations early, a displacement whose own error is less than this in energy, and what is left of
-#: forces too, stands; it is said.
-_STANDS = 1e-6
+#: Where rounding ends iterations early, a displacement whose own error is less than this in energy stands, if its work
+#: is sure to that share, and forces balance to that one; it is said. Of what is slender forces in elements are larger
+#: than those that act by the square of its ratio, and so is their rounding.
+_STANDS, _SURE, _BALANCES = 1e-6, 1e-2, 1e-3
 #: Moduli that differ by more, Poisson's ratios above, tetrahedra as much flatter than long: what a system that does
 #: not converge is said to suffer from.
 _APART, _FULL, _FLAT = 1e4, 0.49, 0.02
@@ -30,13 +31,15 @@ _APART, _FULL, _FLAT = 1e4, 0.49, 0.02
 @dataclass(frozen=True, slots=True)
 class Equilibrium:
     """`displacement` and `rest` (k, 3), which is what supports hold with; `residual` what iterations left, over the
-    forces that act; `compliance` N mm twice the strain energy."""
+    forces that act; `compliance` N mm twice the strain energy. `unsure` is by which share that, and displacements, may
+    be off for the residual."""
 
     displacement: Floats
     rest: Floats
     compliance: float
     residual: float
     iterations: int
+    unsure: float
 
 
 def equilibrium(system: System, tolerance: float) -> Equilibrium:
@@ -59,8 +62,10 @@ def equilibrium(system: System, tolerance: float) -> Equilibrium:
         outcome = iterate.gradients(system.matrix, right, precondition, aim, outcome.x)
         iterations += outcome.iterations
         found = _seen(system, outcome, iterations)
-    stands = found.residual <= _STANDS and outcome.off <= _STANDS**2 * found.compliance
-    if found.residual > tolerance and not stands:
+    if found.residual <= tolerance:
+        return replace(found, unsure=0.0)
+    sure = found.residual <= _BALANCES and found.unsure <= _SURE
+    if not sure or outcome.off > _STANDS**2 * found.compliance:
         raise _stuck(system, found, tolerance)
     return found
 
@@ -101,7 +106,10 @@ def _seen(system: System, outcome: iterate.Outcome, iterations: int) -> Equilibr
     whole = max([_LEAST * float(np.abs(np.where(held, rest, system.forces)).sum()),
                  *(float(np.linalg.norm(f)) for f in resultants)])  # fmt: skip
     left.append(float(np.abs(unanswered).max()) / whole if whole > 0 else 0.0)
-    return Equilibrium(displacement, rest, float(np.vdot(resisted, displacement)), max(left), iterations)
+    compliance = float(np.vdot(resisted, displacement))
+    # forces f and what is left r of them: f (u - u') = u r, which is no more than the product of their norms
+    product = float(np.linalg.norm(displacement)) * max(outcome.left, float(np.linalg.norm(loose)))
+    return Equilibrium(displacement, rest, compliance, max(left), iterations, product / max(compliance, 1e-300))
 
 
 def _stuck(system: System, found: Equilibrium, tolerance: float) -> PoreError:

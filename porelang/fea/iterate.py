@@ -26,6 +26,8 @@ _PATIENCE, _AGAIN, MOST = 100, 2, 2000
 #: Chebyshev's polynomial, and from which part of the largest eigenvalue on it is small: what lies below is left to
 #: order 1.
 _DEGREE, _LEAST = 2, 0.1
+#: Steps that find the largest eigenvalue.
+_LANCZOS = 15
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,14 +171,36 @@ def nested(matrix: Blocks, nodes: Nodes, held: Mask, coarse: Callable[[Floats], 
 
 
 def _largest(matrix: Blocks, inverse: Floats, free: Mask) -> float:
-    """The largest eigenvalue of the matrix over its diagonal blocks, from below: fifteen steps of the power method."""
-    x = np.cos(np.arange(free.size, dtype=np.float64) ** 2 % 6.0).reshape(free.shape) * free
-    size = 1.0
-    for _ in range(15):
-        x = np.einsum("nij,nj->ni", inverse, matrix @ x)
-        size = _norm(x)
-        x /= size
-    return size
+    """The largest eigenvalue of the matrix over its diagonal blocks: that of Lanczos' tridiagonal matrix, whose entries
+    are the factors of conjugate gradients (Golub and Van Loan, Matrix Computations, 10.2), and what it leaves.
+
+    Steps of the power method came to three quarters of it where tetrahedra are long: what is smooth is then amplified
+    by Chebyshev's polynomial, and the iterations end at once.
+    """
+    r = np.cos(np.arange(free.size, dtype=np.float64) ** 2 % 6.0).reshape(free.shape) * free
+    z = np.einsum("nij,nj->ni", inverse, r)
+    direction, product = z.copy(), _dot(r, z)
+    steps: list[float] = []
+    ratios: list[float] = []
+    while len(steps) < _LANCZOS:
+        image = matrix @ direction
+        curve = _dot(direction, image)
+        if not curve > 0:
+            break
+        steps.append(product / curve)
+        r -= steps[-1] * image
+        z = np.einsum("nij,nj->ni", inverse, r)
+        last, product = product, _dot(r, z)
+        ratios.append(max(product, 0.0) / last)
+        direction = z + ratios[-1] * direction
+    if not steps:
+        return 1.0
+    alpha, beta = np.array(steps), np.array(ratios)
+    diagonal = 1 / alpha
+    diagonal[1:] += beta[:-1] / alpha[:-1]
+    beside = np.sqrt(beta) / alpha
+    values, vectors = np.linalg.eigh(np.diag(diagonal) + np.diag(beside[:-1], 1) + np.diag(beside[:-1], -1))
+    return float(values[-1] + abs(beside[-1] * vectors[-1, -1]))
 
 
 @compiled

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from porelang.diagnostics import fail
+from porelang.fea.covered import Patch, covered
 from porelang.fea.elements import shape_values, tet_rule
 from porelang.fea.nodes import EDGES, Nodes
 from porelang.fea.problem import BodyForce, Floats, Force, Ints, Load, Moment, Pressure, Weight
-from porelang.fea.surface import Surface, asked, nothing, vectors
+from porelang.fea.surface import Surface, nothing, vectors
 
 #: g/cm3 times mm/s2, in N/mm3.
 GRAM = 1e-9
@@ -30,12 +31,12 @@ def name_of(load: Load, number: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Applied:
-    """A load as forces (k, 3) N on nodes; on which `areas` (f, q) mm2 of the boundary's points, None on the volume.
-    `name` is what it is called in a sentence."""
+    """A load as forces (k, 3) N on nodes; what of the boundary it is `on`, None on the volume. `name` is what it is
+    called in a sentence."""
 
     name: str
     forces: Floats
-    areas: Floats | None
+    on: Patch | None
 
 
 def applied(load: Load, number: int, nodes: Nodes, boundary: Surface, density: Floats) -> Applied:
@@ -52,42 +53,36 @@ def applied(load: Load, number: int, nodes: Nodes, boundary: Surface, density: F
                 nodes, lambda at, _: vectors(field, at.reshape(-1, 3), name).reshape(at.shape), _DEGREE
             )
             return Applied(name, of_field, None)
-    areas = _selected(load, name, nodes, boundary)
-    return Applied(name, _on_surface(nodes, boundary, areas, _traction(load, name, areas, boundary)), areas)
+    on = _selected(load, name, nodes, boundary)
+    shares = np.einsum("cq,cqd,cqw->cwd", on.areas, _traction(load, name, on), on.shapes)
+    return Applied(name, _gathered(nodes.faces[on.faces], shares, len(nodes.points)), on)
 
 
-def _traction(load: Force | Pressure | Moment, name: str, areas: Floats, boundary: Surface) -> Floats:
-    """The traction (f, q, 3) MPa at the boundary's points, of a load on these areas of it."""
+def _traction(load: Force | Pressure | Moment, name: str, on: Patch) -> Floats:
+    """The traction (c, q, 3) MPa at the points of what a load is on."""
     match load:
         case Force():
-            return np.broadcast_to(_triple(load.total, name) / areas.sum(), boundary.points.shape)
+            return np.broadcast_to(_triple(load.total, name) / on.area, on.points.shape)
         case Pressure():
             value = float(_numbers(load.value, name))
-            return np.broadcast_to(-value * boundary.normals[:, None], boundary.points.shape)
+            return np.broadcast_to(-value * on.normals[:, None], on.points.shape)
         case Moment():
-            centre = np.einsum("fq,fqd->d", areas, boundary.points) / areas.sum()
-            arms = boundary.points - centre
-            inertia = np.eye(3) * np.einsum("fq,fqd,fqd->", areas, arms, arms) - np.einsum(
-                "fq,fqi,fqj->ij", areas, arms, arms
+            arms = on.points - on.centre
+            inertia = np.eye(3) * np.einsum("cq,cqd,cqd->", on.areas, arms, arms) - np.einsum(
+                "cq,cqi,cqj->ij", on.areas, arms, arms
             )
             turn = np.linalg.solve(inertia, _triple(load.total, name))
             return np.cross(turn, arms)
 
 
-def _selected(load: Force | Pressure | Moment, name: str, nodes: Nodes, boundary: Surface) -> Floats:
-    """The area (f, q) of the boundary's points that a load is on."""
-    points = boundary.points.reshape(-1, 3)
-    areas = boundary.areas * asked(load.where, points, name).reshape(boundary.areas.shape)
-    if not areas.sum() > 0:
+def _selected(load: Force | Pressure | Moment, name: str, nodes: Nodes, boundary: Surface) -> Patch:
+    """What of the boundary a load is on."""
+    on = covered(load.where, nodes, boundary, name)
+    if not on.area > 0:
         corners = nodes.points[: nodes.vertices]
+        points = boundary.points.reshape(-1, 3)
         raise nothing(name, "area", load.where, points, np.stack([corners.min(0), corners.max(0)]))
-    return areas
-
-
-def _on_surface(nodes: Nodes, boundary: Surface, areas: Floats, traction: Floats) -> Floats:
-    loaded = areas.any(axis=1)
-    shares = np.einsum("fq,fqd,qw->fwd", areas[loaded], traction[loaded], boundary.shapes)
-    return _gathered(nodes.faces[loaded], shares, len(nodes.points))
+    return on
 
 
 def _on_volume(nodes: Nodes, density: Callable[[Floats, slice], Floats], degree: int) -> Floats:

@@ -3,8 +3,7 @@
 Lengths are mm, forces N, stresses and moduli MPa = N/mm2, densities g/cm3. Places are selected by functions of
 points, so
 that fields, shapes and plain NumPy all serve. Supports act on the nodes of the boundary that are selected; loads
-on its area, point by point of a quadrature: a selection that cuts through triangles loads the part of them that it
-covers, as well as the quadrature sees.
+on its area: a selection that cuts through triangles loads the part of them that it covers.
 """
 
 from __future__ import annotations
@@ -36,6 +35,18 @@ class OnSurface:
 
     def __call__(self, points: Floats) -> Any:
         return self.anywhere(self.nearest(points))
+
+
+@dataclass(frozen=True, slots=True)
+class Facing:
+    """A selection of a load, of what of the boundary looks in a direction alone: of a strip of one side not what of the
+    sides beside it lies as near."""
+
+    anywhere: Where
+    toward: Triple
+
+    def __call__(self, points: Floats) -> Any:
+        return self.anywhere(points)
 
 
 class Tetrahedra(Protocol):

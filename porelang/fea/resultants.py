@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from porelang.fea.covered import Patch
 from porelang.fea.nodes import Nodes
 from porelang.fea.problem import Floats
 from porelang.fea.supports import Held
-from porelang.fea.surface import Surface
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,14 +35,13 @@ class Resultant:
         return replace(self, force=self.force * factor, moment=self.moment * factor)
 
 
-def of_load(name: str, forces: Floats, areas: Floats | None, nodes: Nodes, boundary: Surface) -> Resultant:
-    """Of a load with forces (k, 3) N on nodes, on an area (f, q) mm2 of the boundary's points, or on the volume."""
+def of_load(name: str, forces: Floats, on: Patch | None, nodes: Nodes) -> Resultant:
+    """Of a load with forces (k, 3) N on nodes, on a part of the boundary, or on the volume."""
     force, moment = forces.sum(axis=0), np.cross(nodes.points, forces).sum(axis=0)
-    if areas is None:
+    if on is None:
         middles = nodes.points[nodes.corners].mean(axis=1)
         return Resultant(name, 0.0, np.average(middles, axis=0, weights=nodes.volumes), force, moment)
-    area = float(areas.sum())
-    return Resultant(name, area, np.einsum("fq,fqd->d", areas, boundary.points) / area, force, moment)
+    return Resultant(name, on.area, on.centre, force, moment)
 
 
 def of_supports(names: tuple[str, ...], held: Held, rest: Floats, nodes: Nodes) -> tuple[Resultant, ...]:

@@ -35,6 +35,7 @@ class Solution:
     nodes of each support, `applied` (k, 3) N all loads on nodes. `compliance` is
     twice the strain energy, N mm: what forces times displacements are. `residual` is what the `iterations` left of
     forces, and of their resultants, over those that act (loads, and what moved supports press with);
+    `unsure` is by which share displacements and compliance may be off for that, where it is more than was asked;
     `unknowns` are the components that nothing held. `error` is an estimate of what the mesh leaves out, and
     `doubts` are warnings.
     """
@@ -51,6 +52,7 @@ class Solution:
     applied: Floats
     compliance: float
     residual: float
+    unsure: float
     iterations: int
     unknowns: int
     sites: Sites

@@ -65,13 +65,14 @@ def _recovered(problem: Problem, system: System, found: Equilibrium) -> Solution
         displacement=found.displacement,
         reactions=of_supports(names, system.held, found.rest, nodes),
         loads=tuple(
-            of_load(load.name, acting.forces, acting.areas, nodes, system.boundary)
+            of_load(load.name, acting.forces, acting.on, nodes)
             for load, acting in zip(problem.loads, system.loads, strict=True)
         ),
         held=system.held.nodes,
         applied=system.forces,
         compliance=found.compliance,
         residual=found.residual,
+        unsure=found.unsure,
         iterations=found.iterations,
         unknowns=3 * len(nodes.points) - int(system.still.sum()),
         sites=where,

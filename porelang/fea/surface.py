@@ -1,4 +1,4 @@
-"""What is selected of a boundary: nodes for supports, area for loads; and what is said where that is nothing."""
+"""Selections of a boundary: how they are asked, and what is said where one selects nothing."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 
 from porelang.diagnostics import PoreError, fail
-from porelang.fea.elements import TRIANGLE_EDGES, shape_values, triangle_rule
+from porelang.fea.elements import triangle_rule
 from porelang.fea.nodes import Nodes
 from porelang.fea.problem import Floats, Mask, OnSurface, Where
 
-#: Exact for quadratic tractions on quadratic shapes, and nine points to see where a selection cuts through.
+#: Nine points of each triangle, at which a selection is asked first.
 _DEGREE = 4
+#: What is a little beyond an end of a part, of its size.
+_ASIDE = 0.01
 #: How many times the size of the part is looked at on each side for what is selected: a slip of the unit is thousands.
 _FAR = (1.0, 10.0, 100.0, 1000.0)
 #: Directions in which a line is looked for that parts the points of a triangle.
@@ -25,13 +27,11 @@ _NEAREST, _BISECTIONS, _FINER, _TOUCHES = 64, 50, 3, 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """Points of quadrature on the boundary (f, q, 3) mm, the area (f, q) mm2 of each, outward normals (f, 3), and the
-    shape functions (q, w) there."""
+    """Points of quadrature on the boundary (f, q, 3) mm, the area (f, q) mm2 of each, and outward normals (f, 3)."""
 
     points: Floats
     areas: Floats
     normals: Floats
-    shapes: Floats
 
 
 def surface(nodes: Nodes) -> Surface:
@@ -40,9 +40,8 @@ def surface(nodes: Nodes) -> Surface:
     corners = nodes.points[nodes.faces[:, :3]]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     twice = np.linalg.norm(cross, axis=1)
-    shapes = shape_values(barycentric, None if nodes.order == 1 else TRIANGLE_EDGES)
     normals = cross / np.where(twice > 0, twice, 1.0)[:, None]
-    return Surface(np.einsum("qk,fkd->fqd", barycentric, corners), twice[:, None] / 2 * weights, normals, shapes)
+    return Surface(np.einsum("qk,fkd->fqd", barycentric, corners), twice[:, None] / 2 * weights, normals)
 
 
 def asked(where: Where, points: Floats, what: str) -> Mask:
@@ -138,8 +137,8 @@ def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats) -> 
         return fail(
             "E170",
             f"{what} selects no {kind} of the boundary, nor anything near: {extent}",
-            hint="select a region that the boundary runs through, "
-            "with some room: z < -149mm where the part ends at z = -150mm",
+            hint="select a region that the boundary runs through, with some room, as in "
+            f"{_room(low, high, int(np.argmax(high - low)), high)}",
         )
     from scipy.spatial import cKDTree
 
@@ -158,13 +157,31 @@ def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats) -> 
     if gap <= _TOUCHES * float(np.linalg.norm(high - low)):
         said = f"it ends at the boundary, at {place(start)}, which it does not hold"
         return fail("E170", f"{what} selects no {kind} of the boundary: {said}; {extent}",
-                    hint="give it some room: z < -149mm where the part ends at z = -150mm")  # fmt: skip
+                    hint=f"give it some room: {_ends(where, start, low, high)}")  # fmt: skip
     return fail(
         "E170",
         f"{what} selects no {kind} of the boundary: the nearest is at {place(start)}, "
         f"and {gap:.3g} mm from what is selected, at {place(end)}; {extent}",
         hint="move the selection there, or give it more room",
     )
+
+
+def _ends(where: Where, at: Floats, low: Floats, high: Floats) -> str:
+    """How an end of the part is selected, in its own numbers: the one that a selection just misses at a place of it, as
+    it holds what is a little beyond along that axis."""
+    beyond = np.where(high - at < at - low, 1.0, -1.0) * _ASIDE * (high - low)
+    held = np.asarray(where(at + np.diag(beyond)))
+    apart = np.where(held, 0.0, 1.0) + np.minimum(at - low, high - at) / (high - low)
+    return _room(low, high, int(np.argmin(apart)), at)
+
+
+def _room(low: Floats, high: Floats, axis: int, at: Floats) -> str:
+    """How the end of a part along an axis that is the nearer one to a place is selected, with a hundredth of room."""
+    upper = high[axis] - at[axis] < at[axis] - low[axis]
+    end = high[axis] if upper else low[axis]
+    room = 10.0 ** np.floor(np.log10((high[axis] - low[axis]) / 30))
+    inner = end - room if upper else end + room
+    return f"{'xyz'[axis]} {'>' if upper else '<'} {inner:.6g}mm, where the part ends at {end:.6g} mm"
 
 
 def _held_on_grid(where: Where, middle: Floats, half: Floats, count: int, what: str) -> Floats:

@@ -204,13 +204,19 @@ def adapting(
     return Adapting(design, name, param, studied, shape, box, places, _under(design, studied))
 
 
+def _are(names: list[str]) -> str:
+    """`is `t``, `are `t` and `w``."""
+    return f"{'is' if len(names) == 1 else 'are'} {' and '.join(f'`{n}`' for n in names)}"
+
+
 def _param(program: Program, output: str, adapt: str | None, box: Box) -> str:
     """The param that an output reads."""
     known = [n for n, info in program.data.items() if info.components == 1]
     if adapt is not None and adapt not in known:
         near = suggest(adapt, known)
         raise fail("E193", f"`{adapt}` is no param that takes one number in each place",
-                   hint=f"did you mean `{near}`?" if near else f"declare it: `param {adapt}: field = 1.5`")  # fmt: skip
+                   hint=f"did you mean `{near}`?" if near else f"there {_are(known)}" if known
+                   else f"declare it: `param {adapt}: field = 1.5`")  # fmt: skip
     read = [n for n in ([adapt] if adapt else known) if _reads(program, output, n, box)]
     if len(read) == 1:
         return read[0]

@@ -14,7 +14,7 @@ def doubts(what: Adapting, found: loop.Outcome, cell: float) -> list[Diagnostic]
 
 def _gained(what: Adapting, found: loop.Outcome, cell: float) -> list[Diagnostic]:
     place = what.design.program.data[what.param].span
-    first, best = found.steps[0], found.steps[found.best]
+    first = found.steps[0]
     stiffest = min(found.steps, key=lambda step: step.softness)
     gained, apart = 1 - stiffest.softness / first.softness, loop.noise_of(first, stiffest)
     if found.reason == "uniform" and found.best == 0 and stiffest is first:
@@ -34,12 +34,6 @@ def _gained(what: Adapting, found: loop.Outcome, cell: float) -> list[Diagnostic
             "W269", f"no step was stiffer than the uniform `{what.output}`", place, "the start is kept",
             severity="warning",
             hint="take less of each change, as in --damping 0.5, or wider limits")]  # fmt: skip
-    gained, error = 1 - best.softness / first.softness, max(first.error or 0.0, best.error or 0.0)
-    if found.best and gained < error:
-        return [Diagnostic(
-            "W270", f"the gain of {gained:.1%} is less than the stiffness is known to, {error:.1%}", place,
-            "both meshes err alike, so it may be real", severity="warning",
-            hint="take finer elements: `size=` of the study")]  # fmt: skip
     return []
 
 

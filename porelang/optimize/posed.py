@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from porelang.diagnostics import PoreError, fail
 from porelang.optimize.grid import Flags, Force, Grid, Moment, Platen, Problem, Support, Where
-from porelang.tasks.study.asked import Acts, Question, solid_of
+from porelang.tasks.study.asked import Acts, Question
 from porelang.tasks.study.ends import pads_of
-from porelang.tasks.study.sized import sized
 
 Array = NDArray[np.float64]
 
@@ -127,9 +126,8 @@ def _bent(
     if points == 1:
         loads = (Force(ends.at(axis, True), _along(toward, sign * force)),)
         return Problem(grid, (Support(ends.at(axis, False)),), loads)
-    size = asked.size or sized(solid_of(asked), 0.0, asked.order).size
     low, high = ends.at(axis, False).end, ends.at(axis, True).end
-    apart, wide = pads_of(low, high, size, span, pads)
+    apart, wide = pads_of(low, high, span, pads)
     middle = (low + high) / 2
     places = [ends.at(toward, sign < 0, _strip(grid, axis, middle, wide))]
     places += [ends.at(toward, sign > 0, _strip(grid, axis, middle + s * apart / 2, wide)) for s in (-1, 1)]

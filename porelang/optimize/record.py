@@ -13,7 +13,7 @@ import io
 import json
 import re
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -36,6 +36,17 @@ Doubtful = tuple[str, str, str, str]
 ARRAYS = frozenset({"density", "following", "origin", "spacing"})
 _OWN = re.compile(r"(?:step|state)-\d{3,}\.npz")
 _ANEW = "begin anew with --force, or name another folder"
+
+
+def refuse_others(folder: Path, names: Collection[str] = ()) -> None:
+    """Errors: E195 where a folder without a record holds files that one would write over: steps, or of some `names`."""
+    if (folder / NAME).exists() or not folder.is_dir():
+        return
+    there = sorted(f.name for f in folder.iterdir() if f.name in names or _OWN.fullmatch(f.name))
+    if there:
+        listed = ", ".join(there[:3]) + (", ..." if len(there) > 3 else "")
+        raise fail("E195", f"{folder} holds no record of a loop, and files that it would write over: {listed}",
+                   hint="name another folder; or --force writes over them")  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +111,7 @@ class Book:
         """Begin a record, or go on with one; `missed` then says what of it is not whole, if anything is.
 
         `anew` begins one where another is: that is kept until the first step of the new one is written. Errors: E195
-        where another loop's is there, or one to be gone on with.
+        where another loop's is there, or one to be gone on with, or files of these names that are of none.
         """
         path = folder / NAME
         try:
@@ -109,6 +120,8 @@ class Book:
         except OSError as error:
             raise unwritable(folder, error) from None
         if not found:
+            if not anew:
+                refuse_others(folder)
             return cls(folder, head, [])
         if anew:
             return cls(folder, head, [], old=True)

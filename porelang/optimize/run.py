@@ -26,7 +26,7 @@ from porelang.optimize.doubts import doubts
 from porelang.optimize.grid import Grid
 from porelang.optimize.promise import Promise, promise
 from porelang.optimize.real import Real, sampled
-from porelang.optimize.record import ARRAYS, Step
+from porelang.optimize.record import ARRAYS, Step, refuse_others
 from porelang.optimize.rules import Answer, Energy, Given, Optimum, Rule, VonMises
 from porelang.program import Design
 
@@ -76,6 +76,8 @@ class Optimized:
     def ended(self) -> str:
         """Why it ended, and what the best step is, in a line."""
         text = f"ended: {self.reason}; step {self.best} has {self.gain:.3f} of the uniform compliance"
+        if noise := loop.noise_of(self.steps[0], self.steps[self.best]) if self.best else 0.0:
+            text += f", where two such meshes differ by {noise:.1%}"
         if self.steps[0].under == "displacements":
             text += f" under equal forces, and takes {1 / self.gain:.3f} of the work under these displacements"
         return text
@@ -157,6 +159,8 @@ def optimize(
     if folder is not None and what.param in ARRAYS:
         raise fail("E193", f"the param that adapts is called `{what.param}`, as an array of each record is",
                    hint="give it another name, such as `t`")  # fmt: skip
+    if folder is not None and not force:
+        refuse_others(Path(folder), {f"{what.param}.npz", TABLE, PICTURE})
     size = what.cell() if cell is None else cell
     _sized(what, size)
     low, high = limits

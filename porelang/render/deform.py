@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from porelang.data import coordinates
 from porelang.diagnostics import fail, suggest
 from porelang.elaborate.values import Vector
 from porelang.expression import expression
-from porelang.ir import Node, X, Y, Z, node
+from porelang.ir import Node, X, Y, Z, node, order, within
 from porelang.ops.studies import COMPONENTS
 from porelang.program import Design, Program
 from porelang.units import LENGTH
@@ -47,6 +48,15 @@ class Deformed:
 
     def __str__(self) -> str:
         return f"displacements x {self.factor:.4g}"
+
+
+def of_field(program: Program, wish: Deform | None, shown: Sequence[Node]) -> Deform | None:
+    """The wish, with the study that a field in colours reads where it names none of several and the field reads one."""
+    if wish is None or wish.what or len(program.studies) < 2:
+        return wish
+    read = set(order(shown, within))
+    named = [name for name, task in program.studies.items() if task in read]
+    return replace(wish, what=named[0]) if len(named) == 1 else wish
 
 
 def displacement(program: Program, what: str) -> tuple[str, tuple[Node, ...]]:

@@ -15,8 +15,8 @@ from porelang.analysis.bounds import box_test
 from porelang.analysis.box import Box
 from porelang.analysis.enclose import F32, F64
 from porelang.backends.numpy import NumpyField
-from porelang.diagnostics import PoreError, fail
-from porelang.field import Field, number_type
+from porelang.diagnostics import Diagnostic, PoreError, fail
+from porelang.field import number_type
 from porelang.formula import Formula
 from porelang.ir import Node, X, Y, Z, const, node
 from porelang.mesh import Grid, Surface, extract
@@ -25,12 +25,13 @@ from porelang.program import Design
 from porelang.progress import activity, tell
 from porelang.render.camera import Camera, look
 from porelang.render.cuts import Cut
-from porelang.render.deform import Deform, Deformed, magnified
+from porelang.render.deform import Deform, Deformed, displacement, magnified
 from porelang.render.frame import closer, zoomed
-from porelang.render.painting import AMBIENT
+from porelang.render.painting import AMBIENT, Evaluate
 from porelang.render.raster import Seen, seen
 from porelang.render.scale import Colouring, fitting, scale_colours
 from porelang.render.shade import lit, open_sky, vertex_normals
+from porelang.render.studied import studied
 from porelang.render.wishes import Wishes
 from porelang.solid import Solid
 from porelang.walls import chosen
@@ -57,7 +58,8 @@ class Ghost:
 @dataclass(frozen=True, slots=True)
 class Drawn:
     """A deformed part as it is seen: colours (height, width, 3) in 0..1 and distances from the eye in mm, of the
-    undeformed part too where it is a ghost; the scale of the colours, where they are those of a field."""
+    undeformed part too where it is a ghost; the scale of the colours, where they are those of a field; what is doubtful
+    about it."""
 
     colours: NDArray[np.float32]
     distance: NDArray[np.float32]
@@ -66,13 +68,15 @@ class Drawn:
     box: Box
     scale: Colouring | None
     deformed: Deformed
+    told: list[Diagnostic]
 
 
 def draw(
     design: Design, part: Formula, box: Box, cut_flat: bool, wish: Deform, wishes: Wishes, size: tuple[int, int],
-    field: Field | None,
+    field: Evaluate | None,
 ) -> Drawn:  # fmt: skip
-    """The deformed part in a picture of `size` samples. `cut_flat`: the part goes on beyond its box.
+    """The deformed part in a picture of `size` samples, in the colours of a field. `cut_flat`: the part goes on
+    beyond its box.
 
     Errors: E107, E111 where cuts leave nothing, E179 about the deformation.
     """
@@ -93,7 +97,10 @@ def draw(
                 light = (AMBIENT + (1 - AMBIENT) * light) * scale_colours(values[rows][hit], scale)
             colours[rows][hit] = light
         ghost = _ghost(surface, camera, size) if wishes.ghost else None
-    return Drawn(colours, front.distance, ghost, camera, stage, scale, deformed)
+    found = studied(design, displacement(design.program, wish.what)[1])
+    what = "it is drawn as if it moved with the nearest place of that" + (", and is grey" if scale is not None else "")
+    told = [] if found is None else found.told(surface.vertices, what)
+    return Drawn(colours, front.distance, ghost, camera, stage, scale, deformed, told)
 
 
 def _surface(part: Formula, box: Box, cut_flat: bool, cuts: Sequence[Cut], pixel: float) -> tuple[Surface, float]:
@@ -162,7 +169,7 @@ def _normals(front: Seen, vertices: Floats, camera: Camera) -> NDArray[np.float3
 
 
 def _looked_at(
-    front: Seen, surface: Surface, cuts: Sequence[Cut], near: float, field: Field | None
+    front: Seen, surface: Surface, cuts: Sequence[Cut], near: float, field: Evaluate | None
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """The field (height, width) where samples look, at the places as they were before they moved, and which of them lie
     in the faces of cuts."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,11 @@ MOST_SURVEYED = 100_000
 Paint = Callable[[NDArray[np.float64]], NDArray[np.float32]]
 
 
-def ramp_of(field: Field, scale: Colouring) -> Paint:
+#: A field as a function of places (n, 3) in mm.
+Evaluate = Callable[[NDArray[np.float64]], NDArray[Any]]
+
+
+def ramp_of(field: Evaluate, scale: Colouring) -> Paint:
     return lambda places: scale_colours(np.asarray(field(places), np.float64), scale)
 
 
@@ -47,15 +52,15 @@ def patches_of(outputs: Sequence[Field], colours: Sequence[Colour], within: floa
     return paint
 
 
-def survey(camera: Camera, size: tuple[int, int], distance: Distances, field: Field) -> NDArray[np.float64]:
-    """The values of a field on the surface that is seen, at some of its places."""
+def surveyed(camera: Camera, size: tuple[int, int], distance: Distances) -> NDArray[np.float64]:
+    """Some places (n, 3) of the surface that is seen, evenly."""
     hits = np.flatnonzero(np.isfinite(distance))
     if not len(hits):
-        return np.zeros(0)
+        return np.zeros((0, 3))
     few = np.full(distance.size, np.inf, np.float32)
     chosen = hits[:: max(1, len(hits) // MOST_SURVEYED)]
     few[chosen] = distance.ravel()[chosen]
-    return np.asarray(field(met(camera, size, few.reshape(distance.shape))), np.float64)
+    return met(camera, size, few.reshape(distance.shape))
 
 
 def colour(light: NDArray[np.uint8], camera: Camera, distance: Distances, size: tuple[int, int], paint: Paint) -> None:

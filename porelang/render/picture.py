@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.analysis.box import Box
-from porelang.diagnostics import fail
+from porelang.diagnostics import Diagnostic, fail
 from porelang.elaborate.values import Scalar
 from porelang.expression import Expression, expression
 from porelang.field import Backend, Bounds, checked_bounds, make_field
 from porelang.formula import Formula
 from porelang.gpu import Gpu
-from porelang.ir import Node, node
+from porelang.ir import Node, Stage, node
 from porelang.picture import Picture
 from porelang.program import Design, Program
 from porelang.progress import activity
@@ -24,14 +24,15 @@ from porelang.render.camera import Camera, look
 from porelang.render.cells import bound_cells
 from porelang.render.compositing import LEAP, averaged, lay_deformed, lay_glass, with_outlines
 from porelang.render.cuts import Shown, take_away, whole
-from porelang.render.deform import displacement
+from porelang.render.deform import displacement, of_field
 from porelang.render.deformed import draw
 from porelang.render.frame import ROUNDS, SMALL, closer, coarse, met, touches_rim, zoomed
 from porelang.render.legend import legend, strip_of
 from porelang.render.march import Distances, Marcher, Scene
 from porelang.render.marks import Colour, axes_mark, key, lay, scale_bar_mark, words_mark
-from porelang.render.painting import BODIES, colour, patches_of, ramp_of, survey
+from porelang.render.painting import BODIES, colour, patches_of, ramp_of, surveyed
 from porelang.render.scale import fitting
+from porelang.render.studied import GREY, is_result, studied
 from porelang.render.wishes import Wishes
 from porelang.units import RATIO, STRESS
 
@@ -75,21 +76,27 @@ def render_output(
     covered, steps, scale, backend, deformed = 0.0, 0.0, None, "", None
     backing: Backend = "auto" if wishes.deform is None else "numpy"
     field = make_field(shown_field, program.ranges, backing, "f32") if wishes.slices or painted else None
+    of_study = studied(design, coloured.roots) if coloured is not None and is_result(coloured) else None
+    paint = field if field is None or of_study is None else of_study.known(field)
+    told: list[Diagnostic] = []
     if wishes.slices and field is not None:
         within = None
         if coloured is not None and coloured.dimension == STRESS:  # there is none beside the part
             within = make_field(part, program.ranges, "auto", "f32")
-        seen = planes.cross(wishes.slices, stage, camera, size, field, within)
+        seen = planes.cross(wishes.slices, stage, camera, size, field if within is None else paint or field, within)
         found = seen.value[np.isfinite(seen.value)].astype(np.float64)
         scale = wishes.scale or (fitting(found) if within else planes.reach(wishes.slices, stage, field))
+        if within is not None and of_study is not None:
+            told = of_study.told(surveyed(camera, size, seen.distance), GREY)
         on = seen.which >= 0
         over[on, :3] = planes.colours(seen, scale, 1.4 * samples)[on]
         over[on, 3] = 1.0
         far, backend = seen.distance, field.backend
-    if wishes.deform is not None:
-        moved = draw(design, part, box, bounds is not None, wishes.deform, wishes, size, field if painted else None)
+    deform = of_field(program, wishes.deform, () if coloured is None else coloured.roots)
+    if deform is not None:
+        moved = draw(design, part, box, bounds is not None, deform, wishes, size, paint if painted else None)
         lay_deformed(over, moved, LEAP * moved.camera.pixel(size, moved.box), samples)
-        camera, stage, scale, deformed = moved.camera, moved.box, moved.scale, moved.deformed
+        camera, stage, scale, deformed, told = moved.camera, moved.box, moved.scale, moved.deformed, moved.told
         covered, backend = float(np.isfinite(moved.distance).mean()), "numpy"
     elif wishes.solid != "none":
         several = len(names) > 1
@@ -103,9 +110,11 @@ def render_output(
                 lay_glass(over, marcher, far, distance)
             else:
                 light = marcher.light(distance, (1, 2, 3))  # this round over the picture takes twice as long
-                if field is not None and painted:
-                    scale = wishes.scale or fitting(survey(camera, size, distance, field))
-                    colour(light, camera, distance, size, ramp_of(field, scale))
+                if paint is not None and painted:
+                    places = surveyed(camera, size, distance)
+                    scale = wishes.scale or fitting(np.asarray(paint(places), np.float64))
+                    colour(light, camera, distance, size, ramp_of(paint, scale))
+                    told = [] if of_study is None else of_study.told(places, GREY)
                 elif several:
                     outputs = [make_field(design.of(n), program.ranges, "auto", "f32") for n in names]
                     colour(
@@ -136,7 +145,7 @@ def render_output(
         pixels = np.concatenate([pixels, beside], axis=1)
     seconds = time.perf_counter() - begun
     return Picture(pixels, camera, pixel, covered, steps, scale, backend, seconds, wishes.transparent, tuple(named),
-                   deformed)  # fmt: skip
+                   deformed, tuple(told))  # fmt: skip
 
 
 def field_shown(program: Program, wishes: Wishes) -> Expression | None:
@@ -152,6 +161,10 @@ def field_shown(program: Program, wishes: Wishes) -> Expression | None:
         if len(found.roots) > 1:
             what, hint = "a vector", f"colours are of one number: length({found.text}), or {found.text}.z"
         raise fail("E101", f"`{found.text}` is {what}", hint=hint)
+    if "." in found.text and found.value.node.stage is not Stage.FIELD:
+        study = found.text.rpartition(".")[0]
+        raise fail("E101", f"`{found.text}` is one number, and no field", hint=f"`pore fea` says it; a field is "
+                   f"`{study}.von_mises`")  # fmt: skip
     return found
 
 
@@ -169,7 +182,8 @@ def roots_shown(program: Program, name: str | Sequence[str] | None, wishes: Wish
     roots = [program.solid(n) for n in _names(program, name, wishes)]
     field = field_shown(program, wishes)
     roots += [] if field is None else field.roots
-    return roots + list(() if wishes.deform is None else displacement(program, wishes.deform.what)[1])
+    deform = of_field(program, wishes.deform, () if field is None else field.roots)
+    return roots + list(() if deform is None else displacement(program, deform.what)[1])
 
 
 def bodies_of(program: Program) -> list[str]:

@@ -15,7 +15,7 @@ from porelang.source import Span
 from porelang.store import Result
 from porelang.tasks.readers.got import Got
 from porelang.tasks.shape.found import told_of
-from porelang.tasks.study.got import told as told_of_study
+from porelang.tasks.study.doubts import told as told_of_study
 from porelang.tasks.told import Doubt, Told
 
 

@@ -24,7 +24,7 @@ Flags = NDArray[np.bool_]
 
 MOST = 0.15  # cubes: what is further off the surface is no bend of it
 STEEP = 0.3  # the least part of the normal that lies in a plane, if a vertex is to move in that
-LEAST = 11.0  # degrees: dihedral angles that this may leave, where they were no smaller before
+LEAST = 13.0  # degrees: dihedral angles that this may leave, where they were no smaller before
 
 
 def balance(

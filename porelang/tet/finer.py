@@ -5,38 +5,35 @@ The frame stays where it is, so that all other cubes stay as they are.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from porelang.tet.frame import Frame
-from porelang.tet.lattice import Lattice
-from porelang.tet.octree import Cells, Decided, Parted, graded, uniform
+from porelang.tet.octree import TESTED, Cells, Decided, Parted, graded, uniform
 from porelang.tet.sizes import Sizes
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-ROUND, TOO = 3.0, 1.0  # cubes round those that were parted: so far all is meshed anew, and looked at
+ROUNDED = 1e-6  # cubes: a region ends before the next
 GRID = 192  # places along each axis, at most, of what is near
 TIMES = 2  # that cubes are halved at most
-TURNS = 4  # as halved cubes may show what larger ones did not
-MANY = 0.25  # of the cubes at a surface: where more miss it the size is too large for the part, not for some places
 
 
 class Region:
-    """What lies within `far` cubes of some of a lattice's cubes: known on a grid, as boxes are asked in millions."""
+    """What lies within `far` of their edges of some cubes: known on a grid, as boxes are asked in millions."""
 
-    def __init__(self, lattice: Lattice, some: Ints, far: float) -> None:
-        frame = lattice.frame
+    def __init__(self, cells: Cells, frame: Frame, far: float) -> None:
         counts = np.minimum(frame.counts, GRID)
         self.lo, self.step = frame.lo, (frame.hi - frame.lo) / counts
         marked = np.zeros(counts, np.bool_)
-        side = frame.edges * (1 << lattice.cells.level[some].astype(np.int64))[:, None]
-        low = frame.lo + lattice.cells.index[some] * side
-        first, last = self._places(low - far * side, low + (1 + far) * side, counts)
+        low, high = cells.boxes(frame)
+        more = (far - ROUNDED) * (high - low)
+        first, last = self._places(low - more, high + more, counts)
         for (i, j, k), (u, v, w) in zip(first.tolist(), last.tolist(), strict=True):
             marked[i : u + 1, j : v + 1, k : w + 1] = True
         self.sums = np.zeros(counts + 1, np.int64)
@@ -69,41 +66,33 @@ class Grading:
     def cells(self, sizes: Sizes, decided: Decided, whole: bool, region: Region | None = None) -> Cells:
         """The cubes that a part may reach, or all of the frame if the `whole` is wanted; beyond a `region`, where there
         is one, they are as large as they come."""
-        if not self.coarsest:
+        if not self.coarsest and region is None:
             return uniform(self.frame, decided, whole)
+        sized: float | Callable[[Floats], Floats] = max(sizes.even, self.least)
+        least = self.coarsest + TESTED if sizes.even and sizes.surface == np.inf else 1
+        if not sizes.even:
+            sized = lambda points: np.maximum(sizes.at(points), self.least)  # noqa: E731
         if region is not None:
-            decided, whole = _beyond(region, decided), False
-
-        def at(points: Floats) -> Floats:
-            return np.maximum(sizes.at(points), self.least)
-
+            decided, whole, least = _within(region), False, 1
         surface = max(sizes.surface, self.least)
-        return graded(self.frame, decided, at, surface, self.coarsest, whole, self.parted)
+        cells = graded(self.frame, decided, sized, surface, self.coarsest, whole, self.parted, least)
+        return cells if region is None else cells.taken(region.meets(*cells.boxes(self.frame)))
 
-    def large(self, lattice: Lattice, some: Ints) -> Ints:
-        """Those of some of a lattice's cubes that may be parted."""
-        level = lattice.cells.level[some].astype(np.int64)
-        found: Ints = some[float(self.frame.edges.min()) * (1 << level) > self.least / 2**TIMES * (1 + 1e-9)]
-        return found
+    def large(self, cells: Cells) -> Flags:
+        """Which of its cubes may be parted."""
+        edges = float(self.frame.edges.min()) * (1 << cells.level.astype(np.int64))
+        return np.asarray(edges > self.least / 2**TIMES * (1 + 1e-9))
 
-    def parting(self, lattice: Lattice, some: Ints) -> Grading:
-        """The same with some more of a lattice's cubes parted."""
-        level, index = lattice.cells.level[some].astype(np.int64), lattice.cells.index[some]
-        frame, up = self.frame, int((level == 0).any())
+    def parting(self, cells: Cells) -> Grading:
+        """The same with some more of its cubes parted."""
+        frame, up = self.frame, int((cells.level == 0).any())
         if up:
             frame = replace(frame, edges=frame.edges / 2, counts=frame.counts * 2)
-        more = tuple((int(n) + up, index[level == n]) for n in np.unique(level))
+        more = tuple((int(n) + up, cells.index[cells.level == n]) for n in np.unique(cells.level))
         before = tuple((n + up, cubes) for n, cubes in self.parted)
         return Grading(frame, self.coarsest + up, self.least, (*before, *more))
 
 
-def _beyond(region: Region, decided: Decided) -> Decided:
-    """What is known of boxes, with all beyond a region void: it is not looked at."""
-
-    def known(lo: Floats, hi: Floats) -> NDArray[np.int8]:
-        found = np.full(len(lo), np.int8(-1))
-        some = np.flatnonzero(region.meets(lo, hi))
-        found[some] = np.maximum(decided(lo[some], hi[some]), 0)
-        return found
-
-    return known
+def _within(region: Region) -> Decided:
+    """What is known of boxes where all beyond a region counts as void: it is not looked at."""
+    return lambda lo, hi: np.where(region.meets(lo, hi), np.int8(0), np.int8(-1))

@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 
 from porelang.compiled import compiled
 from porelang.diagnostics import Diagnostic
+from porelang.parallel import parallel_for, workers
 from porelang.solid import Solid
 from porelang.tet.finer import Region
 from porelang.tet.frame import Frame
 from porelang.tet.lattice import Lattice
+from porelang.tet.octree import Cells
 from porelang.tet.tetmesh import TetMesh
 
 Floats = NDArray[np.float64]
@@ -30,8 +32,9 @@ Flags = NDArray[np.bool_]
 #: In a cube: spread evenly along each axis too, which a grid is not (R3 of M. Roberts, The unreasonable effectiveness
 #: of quasirandom sequences, 2018: parts of the powers of the root of x^4 = x + 1).
 PLACES = (0.5 + np.arange(1, 13)[:, None] * 1.2207440846057596 ** -np.arange(1.0, 4.0)) % 1.0
-BEND = 0.08  # cubes: a triangle whose middle is further off the surface cuts a rim off
+BEND = 0.16  # cubes: a triangle whose middle is further off the surface cuts a rim off
 MUCH = 0.003  # of the volume: more than that missing is told
+PARTED = np.int32(-1)  # the number of what holds smaller cubes
 DEEP = 0.1  # cubes: what is missed by less is a bend between vertices, or what they have moved to make up for it
 
 
@@ -72,27 +75,28 @@ def missed(
     vertices have the `values` (n,); in a `region`, where there is one."""
     cells, frame = lattice.cells, lattice.frame
     some = near(lattice, values)
-    side = frame.edges * (1 << cells.level[some].astype(np.int64))[:, None]
-    low = frame.lo + cells.index[some] * side
     if region is not None:
-        kept = region.meets(low, low + side)
-        some, side, low = some[kept], side[kept], low[kept]
+        some = some[region.meets(*cells.taken(some).boxes(frame))]
         middles = middles[region.meets(middles, middles)]
-    places = (low[:, None] + PLACES * side[:, None]).reshape(-1, 3)
-    inside = solid.value(places) < 0
-    held = covered(meshes, cells.index[some], cells.level[some], frame).ravel()
-    differ = np.flatnonzero(inside != held)
-    value, slope = solid.slope(places[differ])
+    of = len(some)
+    low, high = cells.taken(some).boxes(frame)
+    places = (low[:, None] + PLACES * (high - low)[:, None]).reshape(-1, 3)
+    inside = (solid.value(places) < 0).reshape(of, len(PLACES))
+    doubtful = np.flatnonzero(parted(lattice, values, some, inside))
+    some, low, side = some[doubtful], low[doubtful], (high - low)[doubtful]
+    held = covered(meshes, cells.taken(some), frame).ravel()
+    differ = np.flatnonzero(inside[doubtful].ravel() != held)
+    which = differ // len(PLACES)
+    value, slope = solid.slope(low[which] + PLACES[differ % len(PLACES)] * side[which])
     with np.errstate(all="ignore"):
         depth = np.abs(value) / np.linalg.norm(slope, axis=1)
-    which = differ // len(PLACES)
     deep = ~(depth < DEEP * side.min(axis=1)[which])
     share = side.prod(axis=1) / len(PLACES)
     count = [np.bincount(which[deep & (held[differ] == h)], minlength=len(some)) * share for h in (False, True)]
     total = count[0] + count[1]
     worst = low[total.argmax()] + side[total.argmax()] / 2 if len(some) else frame.lo
     wrong = np.union1d(some[total > 0], off(middles, lattice, solid))
-    return Missed(float(count[0].sum()), float(count[1].sum()), worst, wrong, len(some))
+    return Missed(float(count[0].sum()), float(count[1].sum()), worst, wrong, of)
 
 
 def off(middles: Floats, lattice: Lattice, solid: Solid) -> Ints:
@@ -115,72 +119,113 @@ def near(lattice: Lattice, values: Floats) -> Ints:
     return np.flatnonzero(~sure & (away <= high - low))
 
 
-def covered(meshes: Sequence[TetMesh], index: Ints, level: NDArray[np.int8], frame: Frame) -> Flags:
+def parted(lattice: Lattice, values: Floats, some: Ints, inside: Flags) -> Flags:
+    """Which of some cubes have solid and void among their corners, centres and places (k, n): a mesh is all that these
+    are elsewhere, but for a bend."""
+    around = np.concatenate([lattice.corner[some], lattice.centre[some, None]], axis=1)
+    solid = values[around] < 0
+    return np.asarray((solid.any(axis=1) | inside.any(axis=1)) & ~(solid.all(axis=1) & inside.all(axis=1)))
+
+
+def covered(meshes: Sequence[TetMesh], cells: Cells, frame: Frame) -> Flags:
     """Which of the PLACES (k, n) in cubes are within tetrahedra of the solid."""
-    found = np.zeros((len(index), len(PLACES)), np.bool_)
-    levels = np.unique(level).astype(np.int64)
-    table = _table(index, level)
+    found = np.zeros((len(cells.level), len(PLACES)), np.bool_)
+    if not len(found):
+        return found
+    top = int(cells.level.max())
+    keys, number = _tree(cells, top)
+    threads = workers()
     for mesh in meshes:
         at = (mesh.vertices - frame.lo) / frame.edges
-        _cover(at, mesh.tets[mesh.phase == 0], levels, index, level, table, PLACES, found)
+        tets = mesh.tets[mesh.phase == 0]
+        parts = np.array_split(tets, threads)  # they write into one array, but nothing except that a place is held
+        parallel_for(lambda part: _cover(at, part, top, keys, number, PLACES, found), parts, threads)  # noqa: B023
     return found
 
 
-@compiled
-def _slot(level: int, i: int, j: int, k: int, mask: int) -> int:
-    key = (((i << 21) | j) << 21 | k) * 0x9E3779B97F4A7C1 + level * 0x1F3D5B79
-    return int((key ^ (key >> 29)) & mask)
+def _tree(cells: Cells, top: int) -> tuple[Ints, Indices]:
+    """A table of cubes and of those at higher levels, up to the `top`, that they lie in: keys, and the numbers of
+    cubes; PARTED for what holds smaller ones."""
+    keys, numbers = [], []
+    for level in range(top + 1):
+        mine = np.flatnonzero(cells.level == level)
+        keys.append(_key(level, cells.index[mine]))
+        numbers.append(mine.astype(np.int32))
+        below = cells.level < level
+        above = np.unique(_key(level, cells.index[below] >> (level - cells.level[below].astype(np.int64))[:, None]))
+        keys.append(above)
+        numbers.append(np.full(len(above), PARTED, np.int32))
+    return _table(np.concatenate(keys), np.concatenate(numbers))
+
+
+def _key(level: int, index: Ints) -> Ints:
+    key: Ints = (((index[:, 0] << 19) | index[:, 1]) << 19 | index[:, 2]) << 5 | level
+    return key
 
 
 @compiled
-def _table(index: Ints, level: NDArray[np.int8]) -> Indices:
+def _slot(key: int, mask: int) -> int:
+    mixed = key * 0x1E3779B97F4A7C15
+    return int((mixed ^ (mixed >> 29)) & mask)
+
+
+@compiled
+def _table(keys: Ints, numbers: Indices) -> tuple[Ints, Indices]:
     size = 16
-    while size < 2 * len(index):
+    while size < 2 * len(keys):
         size *= 2
-    table = np.full(size, np.int32(-1), np.int32)
-    for c in range(len(index)):
-        s = _slot(level[c], index[c, 0], index[c, 1], index[c, 2], size - 1)
+    table, number = np.full(size, -1, np.int64), np.empty(size, np.int32)
+    for c in range(len(keys)):
+        s = _slot(keys[c], size - 1)
         while table[s] >= 0:
             s = (s + 1) & (size - 1)
-        table[s] = c
-    return table
+        table[s], number[s] = keys[c], numbers[c]
+    return table, number
 
 
 @compiled
-def _cover(
-    at: Floats, tets: Indices, levels: Ints, index: Ints, level: NDArray[np.int8], table: Indices, places: Floats,
-    found: Flags,
-) -> None:  # fmt: skip
-    mask = len(table) - 1
+def _cover(at: Floats, tets: Indices, top: int, keys: Ints, number: Indices, places: Floats, found: Flags) -> None:
+    mask = len(keys) - 1
     inverse, corner = np.empty((3, 3)), np.empty((4, 3))
-    low, high, first, last = np.empty(3), np.empty(3), np.empty(3, np.int64), np.empty(3, np.int64)
+    low, high = np.empty(3), np.empty(3)
+    first, last = np.empty((top + 1, 3), np.int64), np.empty((top + 1, 3), np.int64)
+    todo = np.empty((8 * (top + 2), 4), np.int64)
     for t in range(len(tets)):
         for c in range(4):
             corner[c] = at[tets[t, c]]
         for x in range(3):
             low[x] = min(corner[0, x], corner[1, x], corner[2, x], corner[3, x])
             high[x] = max(corner[0, x], corner[1, x], corner[2, x], corner[3, x])
+            for m in range(top + 1):
+                side = float(1 << m)
+                first[m, x], last[m, x] = max(0, int(np.floor(low[x] / side))), int(np.floor(high[x] / side))
         solved = False
-        for m in levels:
-            side = float(1 << m)
-            for x in range(3):
-                first[x], last[x] = max(0, int(np.floor(low[x] / side))), int(np.floor(high[x] / side))
-            for i in range(first[0], last[0] + 1):
-                for j in range(first[1], last[1] + 1):
-                    for k in range(first[2], last[2] + 1):
-                        s = _slot(m, i, j, k, mask)
-                        n = table[s]
-                        while n >= 0 and not (
-                            level[n] == m and index[n, 0] == i and index[n, 1] == j and index[n, 2] == k
-                        ):
+        for a in range(first[top, 0], last[top, 0] + 1):
+            for b in range(first[top, 1], last[top, 1] + 1):
+                for c in range(first[top, 2], last[top, 2] + 1):
+                    todo[0, 0], todo[0, 1], todo[0, 2], todo[0, 3] = top, a, b, c
+                    many = 1
+                    while many > 0:
+                        many -= 1
+                        m, i, j, k = todo[many]
+                        key = (((i << 19) | j) << 19 | k) << 5 | m
+                        s = _slot(key, mask)
+                        while keys[s] >= 0 and keys[s] != key:
                             s = (s + 1) & mask
-                            n = table[s]
-                        if n < 0:
+                        if keys[s] < 0:
                             continue
-                        if not solved:
-                            _inverse(corner, inverse)
-                            solved = True
-                        _within(corner, inverse, i * side, j * side, k * side, side, places, found[n])
+                        if number[s] >= 0:
+                            if not solved:
+                                _inverse(corner, inverse)
+                                solved = True
+                            side = float(1 << m)
+                            _within(corner, inverse, i * side, j * side, k * side, side, places, found[number[s]])
+                            continue
+                        for u in range(max(2 * i, first[m - 1, 0]), min(2 * i + 1, last[m - 1, 0]) + 1):
+                            for v in range(max(2 * j, first[m - 1, 1]), min(2 * j + 1, last[m - 1, 1]) + 1):
+                                for w in range(max(2 * k, first[m - 1, 2]), min(2 * k + 1, last[m - 1, 2]) + 1):
+                                    todo[many, 0], todo[many, 1], todo[many, 2], todo[many, 3] = m - 1, u, v, w
+                                    many += 1
 
 
 @compiled
@@ -206,4 +251,5 @@ def _within(
             a = inverse[0, 0] * p + inverse[0, 1] * q + inverse[0, 2] * r
             b = inverse[1, 0] * p + inverse[1, 1] * q + inverse[1, 2] * r
             c = inverse[2, 0] * p + inverse[2, 1] * q + inverse[2, 2] * r
-            found[n] = a >= -1e-9 and b >= -1e-9 and c >= -1e-9 and a + b + c <= 1 + 1e-9
+            if a >= -1e-9 and b >= -1e-9 and c >= -1e-9 and a + b + c <= 1 + 1e-9:
+                found[n] = True  # and never False: another thread may have found it

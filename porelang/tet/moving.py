@@ -82,6 +82,15 @@ def sharpest(at: Floats, tet: Indices) -> float:
 
 
 @compiled
+def poor(at: Floats, tets: Indices, least: float) -> Flags:
+    """Which tetrahedra have an angle below that with the cosine `least`, or one as bad."""
+    found = np.zeros(len(tets), np.bool_)
+    for t in range(len(tets)):
+        found[t] = sharpest(at, tets[t]) > least
+    return found
+
+
+@compiled
 def worst(at: Floats, tets: Indices, start: Ints, of: Indices, v: int) -> float:
     """The largest `sharpest` of the tetrahedra round a vertex."""
     most = -1.0
@@ -111,14 +120,16 @@ def relax(at: Floats, tets: Indices, start: Ints, of: Indices, v: int, ways: Flo
 @compiled
 def moved(
     at: Floats, tets: Indices, start: Ints, of: Indices, inner: Flags, v: int, to: Floats, least: float,
-    ways: Floats, length: Floats, rounds: int,
+    ways: Floats, length: Floats, rounds: int, went: Flags,
 ) -> bool:  # fmt: skip
     """Move a vertex to a place, if all angles round it stay above that with the cosine `least`, or no worse than they
-    were; inner vertices of tetrahedra that do not are moved to make room. Else all stays as it was."""
+    were; inner vertices of tetrahedra that do not are moved to make room. Else all stays as it was. Which vertices
+    `went` somewhere is noted."""
     allowed = max(least, worst(at, tets, start, of, v))
     x, y, z = at[v, 0], at[v, 1], at[v, 2]
     at[v] = to
     if worst(at, tets, start, of, v) <= allowed:
+        went[v] = True
         return True
     touched = np.empty(64, np.int32)
     old = np.empty((64, 3))
@@ -147,6 +158,9 @@ def moved(
         for j in range(many):
             most = max(most, worst(at, tets, start, of, touched[j]))
         if most <= allowed:
+            went[v] = True
+            for j in range(many):
+                went[touched[j]] = True
             return True
         if not better:
             break
@@ -162,32 +176,44 @@ def improve(
     rounds: int,
 ) -> int:  # fmt: skip
     """Move inner vertices of tetrahedra that have an angle below that with the cosine `least`, where the worst of those
-    round them grow by it. How many moves there were."""
+    round them grow by it; again only beside what has moved. How many moves there were."""
     count = 0
+    go, then = np.ones(len(at), np.bool_), np.zeros(len(at), np.bool_)
     for _ in range(rounds):
         better = 0
         for t in range(len(tets)):
+            if not (go[tets[t, 0]] or go[tets[t, 1]] or go[tets[t, 2]] or go[tets[t, 3]]):
+                continue
             if sharpest(at, tets[t]) > least:
                 for k in range(4):
-                    if inner[tets[t, k]]:
-                        better += relax(at, tets, start, of, tets[t, k], ways, length[tets[t, k]])
+                    v = tets[t, k]
+                    if inner[v] and go[v] and relax(at, tets, start, of, v, ways, length[v]):
+                        better += 1
+                        for i in range(start[v], start[v + 1]):
+                            for n in tets[of[i]]:
+                                then[n] = True
         count += better
         if not better:
             break
+        go[:] = then
+        then[:] = False
     return count
 
 
 @compiled
 def onto_branches(
     at: Floats, tets: Indices, start: Ints, of: Indices, inner: Flags, on: Ints, mixed: Indices, first: Ints,
-    beside: Ints, vertex: Ints, branch: Ints, to: Floats, least: float, ways: Floats, length: Floats,
+    beside: Ints, vertex: Ints, branch: Ints, to: Floats, least: float, ways: Floats, length: Floats, again: Flags,
+    went: Flags,
 ) -> int:  # fmt: skip
-    """Move vertices onto a further branch, in order, where a triangle still needs it; a vertex once. How many were."""
+    """Move vertices onto a further branch, in order, where a triangle still needs it; a vertex once. How many were.
+
+    Tried are those beside vertices that may have gone somewhere (`again`); which `went` this time is noted."""
     done = np.zeros(len(at), np.bool_)
     count = 0
     for i in range(len(vertex)):
         v = vertex[i]
-        if done[v]:
+        if done[v] or not _beside(tets, start, of, again, v):
             continue
         needed = False
         for j in range(first[v], first[v + 1]):
@@ -197,7 +223,7 @@ def onto_branches(
                 for k in range(3):
                     wants |= triangle[c] != v and on[triangle[c], k] == branch[i]
             needed |= wants and not _one(on, triangle)
-        if needed and moved(at, tets, start, of, inner, v, to[i], least, ways, length, 3):
+        if needed and moved(at, tets, start, of, inner, v, to[i], least, ways, length, 3, went):
             done[v] = True
             for k in range(3):
                 if on[v, k] < 0:
@@ -205,6 +231,16 @@ def onto_branches(
                     break
             count += 1
     return count
+
+
+@compiled
+def _beside(tets: Indices, start: Ints, of: Indices, some: Flags, v: int) -> bool:
+    """Whether a vertex or one next to it is among some."""
+    for i in range(start[v], start[v + 1]):
+        for n in tets[of[i]]:
+            if some[n]:
+                return True
+    return False
 
 
 @compiled
@@ -224,7 +260,7 @@ def _one(on: Ints, triangle: Indices) -> bool:
 @compiled
 def shifted(at: Floats, tets: Indices, start: Ints, of: Indices, some: Ints, to: Floats, least: float) -> float:
     """Move vertices to places, as far, to a quarter, as angles allow; the largest distance that one went."""
-    none = np.zeros(len(at), np.bool_)
+    none, went = np.zeros(len(at), np.bool_), np.zeros(len(at), np.bool_)
     ways, length = np.zeros((0, 3)), np.zeros(0)
     most = 0.0
     for i in range(len(some)):
@@ -232,7 +268,7 @@ def shifted(at: Floats, tets: Indices, start: Ints, of: Indices, some: Ints, to:
         x, y, z = at[v, 0], at[v, 1], at[v, 2]
         target = to[i].copy()
         for _ in range(3):
-            if moved(at, tets, start, of, none, v, target, least, ways, length, 0):
+            if moved(at, tets, start, of, none, v, target, least, ways, length, 0, went):
                 most = max(most, np.sqrt((at[v, 0] - x) ** 2 + (at[v, 1] - y) ** 2 + (at[v, 2] - z) ** 2))
                 break
             target[0], target[1], target[2] = (x + target[0]) / 2, (y + target[1]) / 2, (z + target[2]) / 2

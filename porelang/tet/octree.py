@@ -16,8 +16,8 @@ Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 #: What is known of boxes (n, 3) .. (n, 3) mm: 1 all solid, -1 all void, 0 not known.
 Decided = Callable[[Floats, Floats], NDArray[np.int8]]
-#: The edges (n,) mm that cubes may have at points (n, 3) mm.
-Sizes = Callable[[Floats], Floats]
+#: The edges (n,) mm that cubes may have at points (n, 3) mm; or the same everywhere.
+Sizes = Callable[[Floats], Floats] | float
 #: Cubes by level and indices (n, 3).
 Parted = Sequence[tuple[int, Ints]]
 
@@ -39,6 +39,16 @@ class Cells:
     index: Ints
     level: NDArray[np.int8]
     known: NDArray[np.int8]
+
+    def boxes(self, frame: Frame) -> tuple[Floats, Floats]:
+        """From where to where (mm) they reach."""
+        side = frame.edges * (1 << self.level.astype(np.int64))[:, None]
+        low = frame.lo + self.index * side
+        return low, low + side
+
+    def taken(self, some: Flags | Ints) -> Cells:
+        """Some of them."""
+        return Cells(self.index[some], self.level[some], self.known[some])
 
 
 def uniform(frame: Frame, decided: Decided, whole: bool = False) -> Cells:
@@ -68,10 +78,12 @@ def graded(
     coarsest: int,
     whole: bool = False,
     parted: Parted = (),
+    least: int = 1,
 ) -> Cells:
     """Cubes that fill a frame: in the part (and in the void, where the `whole` is wanted) as large as `sizes` allow,
     and where its surface may be no larger than `surface` (mm), from the finest up to 2^coarsest times that; those that
-    are to be `parted` are split; neighbours differ by a factor of two at most."""
+    are to be `parted` are split; neighbours differ by a factor of two at most. Below the level `least` nothing is asked
+    about boxes."""
     top = max(coarsest, min(_top(frame), COARSEST))
     within = [_key(np.concatenate([some >> (level - at) for at, some in parted if at <= level] or [_NONE]))
               for level in range(top + 1)]  # fmt: skip
@@ -79,7 +91,8 @@ def graded(
     split: list[Ints] = [np.zeros((0, 3), np.int64)] * (top + 1)
     nodes[top] = _grid(-(-frame.counts // (1 << top)))
     for level in range(top, 0, -1):
-        known = decided(*_boxes(frame, nodes[level], level))
+        asked = level >= least or level == top
+        known = decided(*_boxes(frame, nodes[level], level)) if asked else np.zeros(len(nodes[level]), np.int8)
         known = np.where(whole & (known < 0), 1, known)
         wanted = (known >= 0) & (level > coarsest)
         rest = np.flatnonzero(~wanted & (known >= 0))
@@ -130,6 +143,8 @@ def _boxes(frame: Frame, index: Ints, level: int) -> tuple[Floats, Floats]:
 
 def _least(frame: Frame, index: Ints, level: int, sizes: Sizes) -> Floats:
     """The least of the sizes at 27 places of each cube."""
+    if isinstance(sizes, float):
+        return np.full(len(index), sizes)
     at = frame.lo + frame.edges * ((index[:, None] + PLACES) * (1 << level))
     least: Floats = sizes(at.reshape(-1, 3)).reshape(len(index), 27).min(axis=1)
     return least

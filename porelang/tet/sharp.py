@@ -26,8 +26,8 @@ Flags = NDArray[np.bool_]
 
 ROUNDS = 10
 REACH = 2.0  # cubes: how far from a vertex a rim is, as beyond a chamfered wedge
-FIRST, LEAST = 12.0, 8.2  # degrees: dihedral angles that rims leave at first, and at last, if they were no smaller
-POOR = 15.0  # degrees: what has smaller angles is made better, as far as inner vertices can
+FIRST, LEAST = 14.0, 13.0  # degrees: dihedral angles that rims leave at first, and at last, if they were no smaller
+POOR = 16.0  # degrees: what has smaller angles is made better, as far as inner vertices can
 FEW = 0.02  # of the edges that cross rims: where fewer are mended the first will not do
 ROOM = 0.35  # cubes: how far an inner vertex makes room at once
 WAYS = np.array([w for w in np.ndindex(3, 3, 3) if w != (1, 1, 1)]) - 1.0
@@ -61,9 +61,10 @@ def sharpen(
     inner: Flags = np.asarray((on < 0).all(axis=1) & free.all(axis=1))
     total = left = 0
     least = FIRST
+    again, mixed = np.ones(len(at), np.bool_), triangles
     for turn in range(ROUNDS + 1):
         tell(turn, ROUNDS + 1)
-        mixed = triangles[common(on, triangles) < 0]
+        mixed = mixed[common(on, mixed) < 0]
         vertex, branch = _wanted(mixed, on, free)
         branches = np.concatenate([on[vertex], branch[:, None]], axis=1)
         branches = np.sort(branches, axis=1)[:, :0:-1]  # three at most, those that are none last
@@ -74,15 +75,17 @@ def sharpen(
             break
         order = np.argsort(np.linalg.norm(to - at[vertex], axis=1), kind="stable")
         first, beside = _around(mixed, len(at))
+        went = np.zeros(len(at), np.bool_)
         done = onto_branches(
             at, tets, around.start, around.of, inner, on, mixed, first, beside, vertex[order], branch[order], to[order],
-            np.cos(np.radians(least)), WAYS, ROOM * cube,
+            np.cos(np.radians(least)), WAYS, ROOM * cube, again, went,
         )  # fmt: skip
-        total += done
+        total, again = total + done, went
         if done < FEW * left:
             if least == LEAST:
                 break
             least = LEAST
+            again = np.ones(len(at), np.bool_)
     improve(at, tets, around.start, around.of, inner, np.cos(np.radians(POOR)), WAYS, ROOM * cube, ROUNDS)
     return Sharpened(total, left)
 

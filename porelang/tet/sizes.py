@@ -18,6 +18,7 @@ from porelang.solid import Solid
 Floats = NDArray[np.float64]
 
 MOST = 40_000_000  # tetrahedra: more take some 20 GB
+MANY = 1_000_000  # what is told where it is proposed
 BYTES = 500  # of memory for each tetrahedron, at most, while it is made
 PLACES = 32  # along a side, at which a field of sizes is looked at
 COARSEST = 10  # times that a size may double
@@ -28,13 +29,14 @@ TWO = 2  # cubes: what is thinner bends as nothing does in a solver
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """The edges of cubes in mm: of the `finest`, of those at the surface, of what is allowed `at` points; and how many
-    times the finest may double."""
+    """The edges of cubes in mm: of the `finest`, of those at the surface, of what is allowed `at` points, where that is
+    the same everywhere `even`, else 0; and how many times the finest may double."""
 
     finest: float
     surface: float
     at: Callable[[Floats], Floats]
     coarsest: int
+    even: float = 0.0
 
 
 def asked(solid: Solid, size: float | Formula, surface: float | None) -> Sizes:
@@ -62,12 +64,13 @@ def asked(solid: Solid, size: float | Formula, surface: float | None) -> Sizes:
             )
     finest = min(least, at_surface)
     _refuse_too_many(solid, finest, least, per_volume, at_surface)
-    return Sizes(finest, at_surface, at, min(COARSEST, int(math.log2(most / finest) + 1e-9)))
+    even = 0.0 if isinstance(size, Formula) else most
+    return Sizes(finest, at_surface, at, min(COARSEST, int(math.log2(most / finest) + 1e-9)), even)
 
 
 def thin(solid: Solid, sizes: Sizes) -> list[Diagnostic]:
     """W250 where the thinnest walls are thinner than two cubes there, with a place."""
-    found = walls.walls_at(solid, walls.on_surface(solid))
+    _, found = walls.walls_of(solid)
     if found is None:
         return []
     cube = min(float(sizes.at(found.at[None])[0]), sizes.surface)
@@ -78,9 +81,12 @@ def thin(solid: Solid, sizes: Sizes) -> list[Diagnostic]:
         f"the thinnest walls are {found.wall:.3g} mm thick, as at ({x:.4g}, {y:.4g}, {z:.4g}), "
         f"less than two cubes of {cube:.3g} mm"
     )
-    hint = (
-        f"take a --size of {walls.rounded(found.wall / ACROSS)} mm: a wall of one element is too stiff, and may break"
-    )
+    size = float(walls.rounded(found.wall / ACROSS))
+    count = 12 * solid.guess[0] / size**3
+    hint = f"take a --size of {size:g} mm: a wall of one element is too stiff, and may break"
+    if count > MANY:
+        hint += f"; that makes some {float(f'{count / 1e6:.2g}'):g} million"
+        hint += f", and {MOST / 1e6:.0f} million are the most: take a part of it, with --bounds" if count > MOST else ""
     return [Diagnostic("W250", message, hint=hint, severity="warning")]
 
 

@@ -11,7 +11,7 @@ from porelang.formula import Formula
 from porelang.program import Design
 from porelang.solid import Solid
 from porelang.tet.sizes import ACROSS
-from porelang.walls import Thinnest, on_surface, rounded, walls_at
+from porelang.walls import Thinnest, rounded, walls_of
 
 AUTO = "auto"
 #: Tetrahedra that each mesher makes without being asked for so many: some ten seconds, some minutes.
@@ -25,12 +25,14 @@ IN_A_CUBE = 12
 @dataclass(frozen=True, slots=True)
 class Fineness:
     """How large tetrahedra are to be (mm, or a field that says it), what three across the thinnest wall would take (mm;
-    None where no walls are found), a thinnest wall, and whether the size was found from it."""
+    None where no walls are found), a thinnest wall, and whether the size was found by itself: from the walls, or from
+    what is `cut` (mm thick; 0: not) thinner than they are, where a shape meets a lattice at a small angle."""
 
     size: float | Formula
     wanted: float | None
     wall: Thinnest | None
     by_itself: bool
+    cut: float = 0.0
 
     def told(self) -> str:
         """The size in words, and where it was not given how it was found."""
@@ -39,6 +41,10 @@ class Fineness:
         text = f"{self.size:.4g} mm"
         if not self.by_itself:
             return text
+        if self.cut and self.size <= self.cut:
+            return (
+                f"{text} (by itself: where a shape cuts it at a small angle the part is about {self.cut:.2g} mm thick)"
+            )
         if self.wall is None or self.wanted is None:
             return f"{text} (by itself: 1/{1 / USUAL:.0f} of the longest side; no walls were found to measure)"
         thin = f"the thinnest walls are about {self.wall.wall:.2g} mm"
@@ -55,7 +61,7 @@ def fineness(design: Design, part: Solid, size: float | str | None, mesher: str,
 
     Errors: E100 for a name of nothing, E108 for a field where fTetWild takes one number.
     """
-    wall = walls_at(part, on_surface(part))
+    narrow, wall = walls_of(part)
     wanted = None if wall is None else wall.wall / ACROSS
     if isinstance(size, str) and size != AUTO:
         if mesher != "direct":
@@ -73,4 +79,6 @@ def fineness(design: Design, part: Solid, size: float | str | None, mesher: str,
     volume, error = part.guess
     filled = float(np.prod(part.hi - part.lo)) if whole else volume + error
     finest = (filled * IN_A_CUBE / AFFORDABLE[mesher]) ** (1 / 3)
-    return Fineness(max(finest, min(usual, wanted or usual)), wanted, wall, True)
+    least = usual if narrow is None else min(usual, narrow.wall / ACROSS)
+    cut = 0.0 if narrow is None or least >= min(usual, wanted or usual) * (1 - 1e-9) else narrow.wall
+    return Fineness(max(finest, least), wanted, wall, True, cut)

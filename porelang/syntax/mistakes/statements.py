@@ -24,6 +24,8 @@ OTHER_WORDS = {
     "elseif": "else if",
     "return": "",
 }
+#: A value with one of these is no constant, most likely.
+_OF_SOLIDS = frozenset({"LPAR", "PIPE", "BAR", "AMP", "BACKSLASH"})
 
 
 def other_word(f: Failure) -> Diagnostic | None:
@@ -321,9 +323,17 @@ def assignment(f: Failure) -> Diagnostic | None:
         if first.text in ("x", "y", "z", "p"):
             hint = "x, y, z and p are the point: choose another name, `let a = ...`"
             return f.error("E019", f"`{first.text}` is a coordinate, and gets no value", hint=hint)
-        hint = f"write `let {first.text} = ...`; inside a call, `f(r=2)` names an argument"
-        edit = Edit(Span(first.span.source, first.span.start, first.span.start), "let ")
-        return f.error("E019", f"a name gets its value with `let`: `let {first.text} = ...`", hint=hint, edit=edit)
+        # a solid that is the last statement is the part of a program: `let` would leave it without one
+        after = first.span.source.text[f.tokens[-1].span.end :].splitlines()
+        last = f.inner == "" and all(line.strip()[:1] in ("", "#") for line in after)
+        last = last and any(t.type in _OF_SOLIDS for t in f.tokens[f.at :])
+        word = "out" if last else "let"
+        hint = f"write `{word} {first.text} = ...`; inside a call, `f(r=2)` names an argument"
+        edit = Edit(Span(first.span.source, first.span.start, first.span.start), f"{word} ")
+        said = f"a result gets its name with `out`: `out {first.text} = ...`"
+        if not last:
+            said = f"a name gets its value with `let`: `let {first.text} = ...`"
+        return f.error("E019", said, hint=hint, edit=edit)
     if (
         at_start
         and first.type == "NAME"

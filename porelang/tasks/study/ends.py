@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from porelang.diagnostics import fail
-from porelang.fea import Force, Moment, OnSurface, Pressure, Support, Weight
-from porelang.fea.nodes import number
+from porelang.fea import Facing, Force, Moment, OnSurface, Pressure, Support, Weight, Where
+from porelang.fea.covered import Patch, covered
+from porelang.fea.nodes import Nodes, number
 from porelang.fea.surface import Surface, surface
 from porelang.solid import Solid, onto
 from porelang.tasks.study.asked import Acts, Question, solid_of
@@ -29,8 +30,9 @@ _STEPS, _NEAR, _ROUNDED = 3, 0.2, 1e-6
 _LEAST_FACE = 1e-3
 #: Of a beam that is bent by three points, how far the outer ones are apart and how wide each pad is, unless given.
 _SPAN, _PAD = 0.9, 0.05
-#: A pad is no narrower than so many elements.
-_ELEMENTS = 2.0
+#: What is flat keeps more than this share of its area where a quarter as much depth counts as its side; what is round
+#: keeps half.
+_AS_FLAT = 0.75
 #: Standard gravity in mm/s2 (CGPM 1901, resolution 3).
 GRAVITY = 9806.65
 
@@ -39,13 +41,13 @@ GRAVITY = 9806.65
 class Setting:
     """Supports and loads. Where a platen is moved by 1 mm, `reached` says which support that is, along which axis, and
     with which force (N) it is to press in the end: all is scaled to that. `balanced`: loads do no work on the motions
-    that supports leave free. `rests` are the sides that such a part lies on: displacements are counted from there."""
+    that supports leave free. `rests` are where such a part lies on pads: displacements are counted from there."""
 
     supports: tuple[Support, ...]
     loads: tuple[Load, ...]
     reached: tuple[int, int, float] | None = None
     balanced: bool = False
-    rests: tuple[Side, ...] = ()
+    rests: tuple[Where, ...] = ()
 
 
 def setting(asked: Question, mesh: TetMesh, size: float) -> Setting:
@@ -137,15 +139,14 @@ class Ends:
             raise fail("E189", f"the part has no face at its end {where}", hint=hint)
         return side
 
-    def middle(self, side: Side) -> Floats:
-        """The middle of the area that the solver finds on a side, (3,) mm."""
-        there = self.loaded.areas * side(self.loaded.points.reshape(-1, 3)).reshape(self.loaded.areas.shape)
-        return np.asarray(np.einsum("fq,fqd->d", there, self.loaded.points) / there.sum())
+    def on(self, where: Where) -> Patch:
+        """What the solver finds of the surface in a selection."""
+        return covered(where, *self._loaded, "a pad")
 
     @cached_property
-    def loaded(self) -> Surface:
-        """The surface as the solver loads it."""
-        return surface(number(self.mesh.vertices, self.mesh.tets, 1))
+    def _loaded(self) -> tuple[Nodes, Surface]:
+        nodes = number(self.mesh.vertices, self.mesh.tets, 1)
+        return nodes, surface(nodes)
 
     def area(self, side: Side) -> float:
         """How much of the surface lies on a side, in mm2."""
@@ -204,40 +205,52 @@ def _bent(
         held = Support(ends.face(axis, high=False), name="held end")
         return Setting((held,), (Force(ends.face(axis, high=True), whole, "force at the end"),))
     low, high = float(ends.lo[axis]), float(ends.hi[axis])
-    apart, wide = pads_of(low, high, ends.size, span, pads)
+    apart, wide = pads_of(low, high, span, pads)
     middle = (high + low) / 2
     pressed = [_pad(ends, toward, sign < 0, axis, middle, wide)]
     pressed += [_pad(ends, toward, sign > 0, axis, middle + side * apart / 2, wide) for side in (-1, 1)]
     return Setting((), _balanced(ends, pressed, axis, np.array(total)), balanced=True, rests=tuple(pressed[1:]))
 
 
-def pads_of(low: float, high: float, size: float, span: float, pads: float) -> tuple[float, float]:
-    """How far the supports of a beam from `low` to `high` (mm) are apart, and how wide each pad is, with elements of a
-    size; 0 for what is not given. Errors: E187 for pads that do not fit."""
+def pads_of(low: float, high: float, span: float, pads: float) -> tuple[float, float]:
+    """How far the supports of a beam from `low` to `high` (mm) are apart, and how wide each pad is; 0 for what is not
+    given. Errors: E187 for pads that do not fit."""
     length = high - low
-    apart, wide = span or _SPAN * length, pads or max(_PAD * length, _ELEMENTS * size)
+    apart, wide = span or _SPAN * length, pads or _PAD * length
     if apart + wide > length * (1 + 1e-9):
         hint = f"take a `span` of {length - wide:.4g} mm at most"
         raise fail("E187", f"supports {apart:.4g} mm apart, {wide:.3g} mm wide each, do not fit under a part that is "
                    f"{length:.4g} mm long", hint=hint)  # fmt: skip
     if 2 * wide > apart:
-        hint = f"take pads of {apart / 4:.3g} mm, or finer elements"
+        hint = f"take pads of {apart / 4:.3g} mm"
         raise fail("E187", f"pads {wide:.3g} mm wide leave nothing of {apart:.4g} mm to bend", hint=hint)
     return apart, wide
 
 
-def _balanced(ends: Ends, pads: Sequence[Side], axis: int, total: Floats) -> tuple[Load, ...]:
+def _balanced(ends: Ends, pads: Sequence[Where], axis: int, total: Floats) -> tuple[Load, ...]:
     """A force in the middle and two that bear it, spread over pads. A force acts in the middle of the area that the
     solver finds on its pad; where these lie beside each other, a couple on the outer pads balances the rest."""
-    middle, *outer = (ends.middle(pad) for pad in pads)
+    middle, *outer = (ends.on(pad).centre for pad in pads)
     one = (middle[axis] - outer[1][axis]) / (outer[0][axis] - outer[1][axis])
     forces = [total, -one * total, -(1 - one) * total]
     turn = np.cross(np.stack([middle, *outer]), np.stack(forces)).sum(axis=0)
     names = ("force in the middle", "first support", "second support")
     loads: list[Load] = [Force(pad, _triple(f), n) for pad, f, n in zip(pads, forces, names, strict=True)]
     if np.abs(turn).max() > 1e-12 * float(np.abs(total).max()) * float((ends.hi - ends.lo).max()):
-        loads.append(Moment(lambda p: pads[1](p) | pads[2](p), _triple(-turn), "what balances the supports"))
+        both = _either(*pads[1:])
+        loads.append(Moment(both, _triple(-turn), "what balances the supports"))
     return tuple(loads)
+
+
+def _either(one: Where, other: Where) -> Where:
+    """What lies on one of two pads."""
+
+    def on(points: Floats) -> Flags:
+        return np.asarray(one(points) | other(points))
+
+    if isinstance(one, Facing) and isinstance(other, Facing):
+        return Facing(on, one.toward)
+    return on
 
 
 def _triple(of: Floats) -> tuple[float, float, float]:
@@ -245,15 +258,18 @@ def _triple(of: Floats) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _pad(ends: Ends, toward: int, high: bool, axis: int, middle: float, wide: float) -> Side:
+def _pad(ends: Ends, toward: int, high: bool, axis: int, middle: float, wide: float) -> Where:
     """Where a pad presses: on what is flat at that side, or where that is round, on what is no deeper than half the
     pad is wide."""
     between = middle - wide / 2, middle + wide / 2
-    for depth in (0.0, wide / 2):
-        side = ends.at(toward, high, depth)
-        found = Side(side.axis, side.end, side.near, axis, between)
-        if ends.area(found) > 0:
-            return found
+    outward = np.zeros(3)
+    outward[toward] = 1.0 if high else -1.0
+    side, deep = (replace(ends.at(toward, high, d), along=axis, between=between) for d in (0.0, wide / 2))
+    flat, closer = (Facing(s, _triple(outward)) for s in (side, replace(side, near=side.near / 4)))
+    if (area := ends.on(flat).area) > 0 and ends.on(closer).area > _AS_FLAT * area:
+        return flat
+    if ends.on(deep).area > 0:
+        return deep
     hint = f"the part does not reach there, or its elements ({ends.size:.3g} mm) are too coarse: give `size` or `pads`"
     place = f"{'xyz'[axis]} = {middle:.4g} mm"
     raise fail("E187", f"a pad {wide:.3g} mm wide at {place} touches nothing", hint=hint)

@@ -12,7 +12,8 @@ from porelang.ir import Stage
 from porelang.ops.studies import NUMBERS
 from porelang.progress import activity
 from porelang.tasks.study.asked import question
-from porelang.tasks.study.got import Got, told
+from porelang.tasks.study.doubts import told
+from porelang.tasks.study.got import Got
 from porelang.tasks.study.numbers import form_error, shared_error
 from porelang.tasks.study.samples import sampled
 from porelang.tasks.study.solved import Solved, solved
@@ -48,8 +49,9 @@ def _known(study: Solved, samples: SampledField, voxel: float, off: float) -> Sa
     wall, missed = study.sized.wall, study.missed
     x, y, z = (0.0, 0.0, 0.0) if wall is None else map(float, wall.at)
     got = Got(
-        len(study.mesh.tets), study.unknowns, study.iterations, study.residual, study.sized.size, study.sized.finest,
-        _beside(study), 0.0 if wall is None else wall.wall, x, y, z, study.sized.through_takes, *_beyond(study),
+        len(study.mesh.tets), study.unknowns, study.iterations, study.residual, study.sized.order, study.sized.size,
+        study.sized.finest, _beside(study), 0.0 if wall is None else wall.wall, x, y, z, study.sized.area,
+        *_beyond(study),
         study.asked.yields, study.lost, study.pieces, voxel, off,
         form_error(missed), missed.lacking, missed.beyond, missed.handles, missed.of, *missed.at,
         shared_error(study.shared), *study.seam,

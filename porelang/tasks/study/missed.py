@@ -34,8 +34,6 @@ _ON = 1e-12
 _SIGMAS = 3.0
 #: What is wrong deeper than this share of an element, and deeper than so many steps, is no sag of a face.
 _DEEP, _STEPS = 0.1, 1.5
-#: What reaches deeper than this share of what reaches the deepest is among it.
-_AMONG = 0.7
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +53,7 @@ class Missed:
     volume: float
     handles: int
     of: int
+    necks: float
     lost: Floats
     deep: float
     at: tuple[float, float, float]
@@ -98,15 +97,19 @@ def missed(part: Solid, mesh: TetMesh, size: float) -> Missed:
     piece = _largest(solid)
     lacking, beyond = piece & ~held, held & ~solid
     handles, of = _handles(mesh, piece)
+    cut, area = _necks(piece, lacking | beyond, spacing) if handles else (np.zeros_like(piece), 0.0)
     deep = max(_DEEP * size, _STEPS * float(spacing.max()))
-    lost, at, deepest = _deepest((lacking, beyond), deep, spacing, cut=handles > 0)
+    lost, at, deepest = _deepest((lacking, beyond), deep, spacing, cut)
     cell, few, many = float(np.prod(spacing)), int(lacking.sum()), int(beyond.sum())
     crumbs = int((solid & ~held).sum()) - few
+    # a web that lies along the axes has a step more or less; of what is bent that evens out
+    unsure = _SIGMAS * cell * (few + many) ** 0.5 + area * float(spacing.max())
     x, y, z = (float(c) for c in origin + at * spacing)
+    volume = float(volumes(mesh).sum())
     return Missed(
-        lacking=few * cell, crumbs=crumbs * cell, beyond=many * cell, unsure=_SIGMAS * cell * (few + many) ** 0.5,
-        volume=float(volumes(mesh).sum()), handles=handles, of=of, lost=origin + lost * spacing,
-        deep=deepest * cell, at=(x, y, z),
+        lacking=few * cell, crumbs=crumbs * cell, beyond=many * cell, unsure=unsure,
+        volume=volume, handles=handles, of=of, necks=area * float((most - least).max()) / volume,
+        lost=origin + lost * spacing, deep=deepest * cell, at=(x, y, z),
     )  # fmt: skip
 
 
@@ -128,26 +131,42 @@ def _held(mesh: TetMesh, origin: Floats, spacing: Floats, shape: tuple[int, ...]
     return out
 
 
-def _deepest(wrong: tuple[Flags, Flags], deep: float, spacing: Floats, cut: bool) -> tuple[Floats, Floats, int]:
-    """The nodes (n, 3) that are wrong deeper than so many mm, the one that is the deepest of all, and how many are
-    wrong with them, no farther from one than that. Where something is `cut`, some are among the deepest, however thin
-    that is."""
+def _deepest(wrong: tuple[Flags, Flags], deep: float, spacing: Floats, cut: Flags) -> tuple[Floats, Floats, int]:
+    """The nodes (n, 3) that are wrong deeper than so many mm, or where something is `cut`, the one that is the deepest
+    of these, and how many are wrong with them, no farther from one than that."""
     from scipy.ndimage import distance_transform_edt
 
     depths = [(one, distance_transform_edt(one, spacing)) for one in wrong if one.any()]
     if not depths:
         return np.zeros((0, 3)), np.zeros(3), 0
-    most = [float(depth.max()) for _, depth in depths]
-    deepest = depths[int(np.argmax(most))][1]
-    least = min(deep, _AMONG * max(most)) if cut else deep
+    among = [np.where(cut, depth, 0.0) if cut.any() else depth for _, depth in depths]
+    deepest = max(among, key=lambda depth: float(depth.max()))
     found, count = [], 0
     for one, depth in depths:
-        core = depth > least
-        found.append(np.argwhere(core))
-        if core.any():
-            count += int((one & (distance_transform_edt(~core, spacing) <= least)).sum())
+        core = depth > deep
+        found.append(np.argwhere(core | (one & cut)))
+        around = distance_transform_edt(~core, spacing) <= deep if core.any() else core
+        count += int((one & (around | cut)).sum())
     at = np.array(np.unravel_index(np.argmax(deepest), deepest.shape), np.float64)
     return np.concatenate(found).astype(np.float64), at, count
+
+
+def _necks(piece: Flags, wrong: Flags, spacing: Floats) -> tuple[Flags, float]:
+    """Which of the nodes that are wrong change how a part hangs together, as Euler's number of what lies around them
+    tells; and the sections (mm2) of these necks in all: of a web or a strut of that volume and depth, at most."""
+    from scipy.ndimage import distance_transform_edt, find_objects, label
+
+    pieces, _ = label(wrong, np.ones((3, 3, 3)))
+    depth = distance_transform_edt(wrong, spacing)
+    cut, area = np.zeros_like(wrong), 0.0
+    for n, box in enumerate(find_objects(pieces), 1):
+        around = tuple(slice(max(0, side.start - 1), side.stop + 1) for side in box)
+        mine = pieces[around] == n
+        one, other = piece[around], piece[around] ^ mine
+        if _both_euler(one) != _both_euler(other):
+            cut[around] |= mine
+            area += float(np.prod(spacing)) * int(mine.sum()) / (2 * float(depth[around][mine].max()))
+    return cut, area
 
 
 def _largest(solid: Flags) -> Flags:
@@ -164,9 +183,14 @@ def _handles(mesh: TetMesh, piece: Flags) -> tuple[int, int]:
     Both are 1 less Euler's number. A grid has two of the field: of nodes that hang together over faces, and over
     corners too. The truth lies between them, or what parts them is as thin as a step, and then nothing is said.
     """
-    low, high = sorted((_euler(piece, np.logical_and), _euler(np.pad(piece, 1), np.logical_or, -1)))
+    low, high = sorted(_both_euler(piece))
     own = euler(mesh)
     return max(0, own - high, low - own), max(1 - low, 1 - own)
+
+
+def _both_euler(nodes: Flags) -> tuple[int, int]:
+    """Euler's number of what hangs together over faces, and over corners too."""
+    return _euler(nodes, np.logical_and), _euler(np.pad(nodes, 1), np.logical_or, -1)
 
 
 def _euler(nodes: Flags, joined: np.ufunc, sign: int = 1) -> int:

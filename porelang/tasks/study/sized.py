@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
+from porelang.analysis.branches import switches
 from porelang.diagnostics import fail
 from porelang.solid import Solid
-from porelang.walls import Thinnest, on_surface, rounded, triangles, walls_at
+from porelang.walls import Thinnest, rounded, triangles, walls_of
 
 #: Walls are to be so many elements thick.
 THROUGH = 2.0
@@ -22,6 +24,9 @@ _TETRAHEDRA = 12.0, 3.0
 _UNKNOWNS = {1: (6.0, 3.0), 2: (48.0, 18.0)}
 #: Triangles of marching cubes for every square of the voxel on a surface: the mean of |n|_1 is 3/2.
 _TRIANGLES = 3.0
+#: How many times as many as that parts have at most whose rims ask for smaller elements (measured: an IWP of walls of
+#: two elements in a cylinder, 3.5).
+HALVED = 4.0
 #: Seconds for an unknown: meshing, assembly and solution (measured, two cores).
 _SECONDS = {1: 4e-5, 2: 5e-5}
 
@@ -29,8 +34,9 @@ _SECONDS = {1: 4e-5, 2: 5e-5}
 @dataclass(frozen=True)
 class Sized:
     """Elements of an edge `size` (mm) for a part of a volume (mm3) and an area (mm2), of which walls ask for `wanted`
-    (mm); the thinnest of them, None where there are none. Of a graded mesh `size` is that of the largest, and
-    `finest` that of the smallest."""
+    (mm); the thinnest `wall` that bears, None where there are none. Of a graded mesh `size` is that of the largest, and
+    `finest` that of the smallest; where rims ask for smaller ones there may be `rims` times as many, else 0; so many
+    cubes are `halved` there, to `least` (mm)."""
 
     size: float
     wanted: float
@@ -39,6 +45,9 @@ class Sized:
     area: float
     order: int
     finest: float = 0.0
+    rims: float = 0.0
+    halved: int = 0
+    least: float = 0.0
 
     @property
     def span(self) -> str:
@@ -50,14 +59,7 @@ class Sized:
         """What to do where elements are too coarse for walls, and what that takes."""
         if self.wall is None or self.wall.wall >= THROUGH * self.size:
             return f"take finer elements, `size={rounded(self.size / 2)}mm`"
-        return for_walls(self.wall.wall, self.through_takes)
-
-    @property
-    def through_takes(self) -> int:
-        """About how many unknowns there would be with two elements through the thinnest wall."""
-        if self.wall is None:
-            return 0
-        return _count(_UNKNOWNS[self.order], self.wall.wall / THROUGH, self.volume, self.area)
+        return for_walls(self.wall.wall, lambda size: unknowns(size, self.volume, self.area, self.order))
 
     @cached_property
     def elements(self) -> int:
@@ -72,35 +74,61 @@ class Sized:
     @cached_property
     def seconds(self) -> float:
         """About how long a study takes."""
-        return _SECONDS[self.order] * self.unknowns
+        return seconds(self.unknowns, self.order)
 
 
-def for_walls(wall: float, unknowns: float) -> str:
-    """What to do where the thinnest walls (mm) are thinner than two elements: which size makes two, and what that
-    takes."""
-    size = rounded(wall / THROUGH)
-    said = f"`size={size}mm` makes two through walls of {wall:.2g} mm: some {float(f'{unknowns:.2g}'):,.0f} unknowns"
-    if unknowns <= MOST:
+def for_walls(wall: float, unknowns: Callable[[float], float]) -> str:
+    """What to do where the thinnest walls (mm) are thinner than two elements: which size makes two, and how many
+    `unknowns` that takes; where these are too many, which size holds the walls together."""
+    two = float(rounded(wall / THROUGH))
+    said = f"`size={two:g}mm` makes two through walls of {wall:.2g} mm: some {many(unknowns(two))} unknowns"
+    if unknowns(two) <= MOST:
         return said
-    return f"{said}, and {MOST / 1e6:g} million are the most: take a part of it"
+    said += f", and {MOST / 1e6:g} million are the most: "
+    one = float(rounded(wall))
+    if unknowns(one) > MOST:
+        return f"{said}take a part of it"
+    return f"{said}take a part of it, or `size={one:g}mm`, one element through them, some {many(unknowns(one))}"
+
+
+def many(count: float) -> str:
+    """A number of things to two figures."""
+    return f"{float(f'{count:.2g}'):,.0f}"
+
+
+def unknowns(size: float, volume: float, area: float, order: int) -> float:
+    """About how many unknowns elements of a size (mm) have in a part of a volume (mm3) and an area (mm2)."""
+    return _count(_UNKNOWNS[order], size, volume, area)
+
+
+def seconds(unknowns: float, order: int) -> float:
+    """About how long a study of so many unknowns takes."""
+    return _SECONDS[order] * unknowns
+
+
+def duration(seconds: float) -> str:
+    """A time in words."""
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} minutes"
 
 
 def sized(part: Solid, size: float, order: int) -> Sized:
     """The size of elements: the one that is given (mm), or found (0). Errors: E187 for one that makes too many."""
     volume = part.guess[0]
-    wall = walls_at(part, on_surface(part))
+    # what is found by itself is finer where a shape cuts a lattice to feathers: a minute's elements are affordable
+    narrow, wall = walls_of(part)
     least = float((part.hi - part.lo).min()) / ACROSS
-    wanted = least if wall is None else min(least, wall.wall / THROUGH)
+    wanted = least if narrow is None else min(least, narrow.wall / THROUGH)
     area = triangles(part, wanted / 2) / _TRIANGLES
     enough = _edge(_UNKNOWNS[order], MOST, volume, area)
     if size and size < enough:
-        many = _count(_UNKNOWNS[order], size, volume, area)
-        raise fail("E187", f"elements of {size:.3g} mm make some {float(f'{many:.2g}'):,.0f} unknowns of this part",
+        too_many = many(_count(_UNKNOWNS[order], size, volume, area))
+        raise fail("E187", f"elements of {size:.3g} mm make some {too_many} unknowns of this part",
                    hint=f"take some of {1.05 * enough:.2g} mm or more, or a part of it")  # fmt: skip
     affordable = _edge(_UNKNOWNS[order], AFFORDABLE, volume, area)
-    if wall is not None and _edge(_UNKNOWNS[order], HOLDING, volume, area) <= wall.wall:
-        affordable = min(affordable, wall.wall)  # elements that are larger than a wall do not hold it together
-    return Sized(size or max(wanted, affordable), wanted, wall, volume, area, order)
+    if narrow is not None and _edge(_UNKNOWNS[order], HOLDING, volume, area) <= narrow.wall:
+        affordable = min(affordable, narrow.wall)  # elements that are larger than a wall do not hold it together
+    rims = HALVED if switches(part.formula) else 0.0
+    return Sized(size or max(wanted, affordable), wanted, wall, volume, area, order, rims=rims)
 
 
 def _count(of: tuple[float, float], size: float, volume: float, area: float) -> int:

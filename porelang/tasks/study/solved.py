@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from porelang.data import Reduced, SampledField, coordinates
 from porelang.diagnostics import PoreError, fail
-from porelang.fea import Force, Problem, Resultant, Solution, refined_sizes, solve
+from porelang.fea import Force, Problem, Resultant, Solution, Where, refined_sizes, solve
+from porelang.fea.covered import covered
 from porelang.fea.means import mean_length
+from porelang.fea.nodes import Nodes
 from porelang.fea.stress import energy_density
+from porelang.fea.surface import surface
 from porelang.formula import Formula
 from porelang.ir import X, Y, Z, node
 from porelang.progress import activity
@@ -20,7 +23,8 @@ from porelang.solid import Solid
 from porelang.tasks.readers.cells import Cells
 from porelang.tasks.readers.raster import gridded, spacing_of
 from porelang.tasks.study.asked import DENSITY, POISSON, YOUNG, Question, solid_of, valued
-from porelang.tasks.study.ends import Setting, Side, setting
+from porelang.tasks.study.ends import OnPart, Setting, setting
+from porelang.tasks.study.greatest import greatest
 from porelang.tasks.study.interfaces import interfaces
 from porelang.tasks.study.missed import Missed, missed
 from porelang.tasks.study.numbers import Measured, numbers_of
@@ -98,31 +102,35 @@ class Solved:
         return {r.name: r.force for r in (*self.supports, *(load for load in self.loads if load.name in self.rests))}
 
 
-def solved(asked: Question) -> Solved:
-    """Elements, made as fine as the study asks for, and what is solved on them.
+def solved(asked: Question, begun: Callable[[Sized], None] | None = None) -> Solved:
+    """Elements, made as fine as the study asks for, and what is solved on them; `begun` is told of their size and about
+    how many there are, before they are made.
 
     Errors: those of the part (E091, E092), of its elements (E160-), of what holds and loads it (E170-, E185-E189).
     """
     part = solid_of(asked)
     with activity(MESHING):
         found = sized(part, asked.size, asked.order)
-        mesh, lost, pieces = _meshed(part, found.size, found)
+        if begun is not None:
+            begun(found)
+        mesh, found, lost, pieces = _meshed(part, found.size, found)
     return on(asked, part, mesh, found, lost, pieces)
 
 
-def _meshed(part: Solid, size: float | Formula, found: Sized) -> tuple[TetMesh, float, int]:
-    """Elements of a part in its largest piece; which share of the volume is in others, in how many.
+def _meshed(part: Solid, size: float | Formula, found: Sized) -> tuple[TetMesh, Sized, float, int]:
+    """Elements of a part in its largest piece, how fine they are; which share of the volume is in others, in how many.
 
     Errors: E162 where so large elements hold nothing of it, E188 where much is in other pieces.
     """
     try:
-        mesh, _ = direct(part, size, keep_islands=True)
+        mesh, facts = direct(part, size, keep_islands=True)
     except PoreError as error:
         raise PoreError([replace(d, hint=found.finer) if d.code == "E162" else d for d in error.diagnostics]) from None
+    found = replace(found, halved=facts["halved"], least=facts["finest_cube"])
     piece = components(mesh)
     count = int(piece.max())
     if not count:
-        return mesh, 0.0, 0
+        return mesh, found, 0.0, 0
     volume = volumes(mesh)
     lost = float(volume[piece > 0].sum() / volume.sum())
     if lost > _LOST:
@@ -135,7 +143,7 @@ def _meshed(part: Solid, size: float | Formula, found: Sized) -> tuple[TetMesh, 
         text = f"{lost:.0%} of the part hang together with its largest piece by nothing, as at ({coordinates(at)}) mm"
         hint = f"join the pieces, or study each by itself; or elements of {found.span} mm are too coarse for what joins"
         raise fail("E188", text, hint=hint)
-    return taken(mesh, piece == 0), lost, count
+    return taken(mesh, piece == 0), found, lost, count
 
 
 def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, pieces: int) -> Solved:
@@ -153,7 +161,7 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
     factor, stiffness, work = _scaled(asked, acting, solution)
     moved = factor * solution.displacement
     if acting.rests:
-        moved = moved - _ridden(moved, solution.nodes.points, acting.rests)
+        moved = moved - _ridden(moved, solution.nodes, acting.rests)
     fields = _fields(solution, factor, moved, mesh)
     with activity(COMPARING):
         lacks = missed(part, mesh, found.size)
@@ -162,12 +170,13 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
     open_ = energy * between.gap / max(float(energy.sum()), 1e-300)
     x, y, z = (float(c) for c in middles[np.argmax(open_)])
     measured = Measured(
-        most=float(np.linalg.norm(moved, axis=1).max()),
+        most=greatest(solution.nodes, moved, OnPart(part, found.size).nearest),
         mean=mean_length(solution.nodes, moved),
         von_mises=fields.von_mises,
         work=work,
         stiffness=stiffness,
         error=solution.error.relative,
+        unsure=solution.unsure,
         errors=(errors := _errors(solution, fields)),
         missed=lacks,
         shared=float(open_.sum()),
@@ -242,15 +251,15 @@ def _fields(solution: Solution, factor: float, moved: Floats, mesh: TetMesh) -> 
     )
 
 
-def _ridden(displacement: Floats, at: Floats, rests: tuple[Side, ...]) -> Floats:
-    """The rigid motion (n, 3) that is the nearest to what the nodes on some sides do: what lies on supports does not
-    move with them."""
-    on_them = np.zeros(len(at), np.bool_)
-    for side in rests:
-        on_them |= side(at)
-    if not on_them.any():
-        return np.zeros_like(at)
-    centre = at[on_them].mean(axis=0)
+def _ridden(displacement: Floats, nodes: Nodes, rests: tuple[Where, ...]) -> Floats:
+    """The rigid motion (k, 3) of nodes that is the nearest to what the area on supports does, in the mean over it: what
+    lies there does not move with them."""
+    boundary = surface(nodes)
+    on = [covered(where, nodes, boundary, "a pad") for where in rests]
+    at = np.concatenate([patch.points.reshape(-1, 3) for patch in on])
+    moved = np.concatenate([patch.of_nodes(nodes, displacement).reshape(-1, 3) for patch in on])
+    areas = np.concatenate([patch.areas.ravel() for patch in on])
+    centre = np.average(at, axis=0, weights=areas)
 
     def motions(points: Floats) -> Floats:
         x, y, z = (points - centre).T
@@ -258,9 +267,10 @@ def _ridden(displacement: Floats, at: Floats, rests: tuple[Side, ...]) -> Floats
         rows = ([one, zero, zero, zero, z, -y], [zero, one, zero, -z, zero, x], [zero, zero, one, y, -x, zero])
         return np.stack([np.stack(row, -1) for row in rows], axis=1)
 
-    fit = motions(at[on_them]).reshape(-1, 6)
-    motion = np.linalg.lstsq(fit, displacement[on_them].reshape(-1), rcond=None)[0]
-    return np.asarray(motions(at) @ motion)
+    weights = np.repeat(np.sqrt(areas), 3)
+    fit = weights[:, None] * motions(at).reshape(-1, 6)
+    motion = np.linalg.lstsq(fit, weights * moved.reshape(-1), rcond=None)[0]
+    return np.asarray(motions(nodes.points) @ motion)
 
 
 def _errors(solution: Solution, fields: Fields) -> Floats:
@@ -280,14 +290,14 @@ def refined(found: Solved) -> Solved:
     samples = _finer_at(samples, found.missed.lost, _size_where_lost(found.sized), found.sized.size)
     part = solid_of(found.asked)
     with activity(MESHING):
-        mesh, lost, pieces = _meshed_to(part, samples, found.sized)
+        mesh, made, lost, pieces = _meshed_to(part, samples, found.sized)
     # of a uniform mesh twelve tetrahedra fill a cube of its size
     finest, coarsest = np.quantile(np.cbrt(12 * volumes(mesh)), (_FEW, 1 - _FEW))
-    graded = replace(found.sized, size=float(coarsest), finest=float(finest))
+    graded = replace(made, size=float(coarsest), finest=float(finest))
     return on(found.asked, part, mesh, graded, lost, pieces)
 
 
-def _meshed_to(part: Solid, sizes: SampledField, sized: Sized) -> tuple[TetMesh, float, int]:
+def _meshed_to(part: Solid, sizes: SampledField, sized: Sized) -> tuple[TetMesh, Sized, float, int]:
     """Elements of sizes (mm) that are sampled: where the mesher makes no sound mesh of these, of somewhat smaller ones.
     Errors: those of `_meshed`."""
     for smaller in (*_SMALLER, None):

@@ -1,0 +1,159 @@
+"""A mesh made of cubes: stuffed, without its islands, with sharp rims and the volume of its part, and looked over.
+
+Of a whole part, or of a region of it: then nothing beyond that is meshed, and what lies beside its ends is no part of
+what is found.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from porelang.analysis.branches import Branches
+from porelang.diagnostics import PoreError, fail
+from porelang.progress import activity, tell
+from porelang.solid import Solid
+from porelang.tet.balance import balance
+from porelang.tet.cut import Background, cut
+from porelang.tet.finer import Grading, Region
+from porelang.tet.frame import Frame, Value
+from porelang.tet.islands import sorted_pieces
+from porelang.tet.lattice import Lattice
+from porelang.tet.missed import Missed, missed
+from porelang.tet.moving import poor, stars
+from porelang.tet.octree import Cells
+from porelang.tet.quality import Sound, sound
+from porelang.tet.sharp import Sharpened, branches_on, sharpen
+from porelang.tet.sizes import Sizes
+from porelang.tet.tetmesh import Indices, TetMesh, boundary, interfaces, neighbours
+
+Floats = NDArray[np.float64]
+#: Cubes of a frame, and so many of their edges round them.
+Around = tuple[Cells, Frame, float]
+
+SLIVER = 10.7  # degrees: a dihedral angle below that, or an obtuse one as bad
+BESIDE = 1e-6  # cubes: a field is read as far before a plane in which the part ends, where it may be 0
+MESHED, MOVED = 2.0, 1.0  # cubes round those that are looked at: so far all is meshed, and rims are sharpened
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What is to be meshed, and how: with the void, with islands, with sharp rims."""
+
+    solid: Solid
+    sizes: Sizes
+    void: bool
+    islands: bool
+    sharp: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A mesh, the lattice it was cut from, facts of it, what it misses, and whether it is sound; `poor` (n, 3) mm are
+    the middles of edges in which it touches itself, and of slivers."""
+
+    mesh: TetMesh
+    lattice: Lattice
+    facts: dict[str, Any]
+    missed: Missed
+    sound: Sound
+    poor: Floats
+
+
+def made(asked: Asked, grading: Grading, around: Around | None = None) -> Made:
+    """The mesh of a part with such cubes; or what lies `around` some. Errors: E110 the field is not a number, E162 the
+    cubes hold nothing of the part."""
+    with activity("meshing"):
+        return _made(asked, grading, around)
+
+
+def _made(asked: Asked, grading: Grading, around: Around | None) -> Made:
+    solid = asked.solid
+    near, beside_ends, at = (around and Region(*around[:2], around[2] + far) for far in (MESHED, MOVED, 0.0))
+    lattice = Lattice(grading.cells(asked.sizes, solid.decided, asked.void, near), grading.frame)
+    value = before_ends(solid.value, grading.frame)
+    background = stood_on(lattice, value)
+    tell(1, 5)
+    done = cut(background, value, asked.void)
+    if around is None and not (done.side == 0).any():
+        raise unusable(asked.sizes.finest, "hold nothing of the part")
+    stuffed = TetMesh(done.vertices, done.tets, done.side)
+    mesh, dropped, facts = sorted_pieces(stuffed, asked.islands or near is not None)
+    beside = neighbours(mesh)
+    tell(2, 5)
+    if asked.sharp and len(mesh.tets):
+        facts |= sharpened(mesh, solid, lattice, beside, beside_ends)
+    tell(4, 5)
+    found = missed((mesh, dropped), middles_of(mesh, beside), lattice, background.values, solid, at)
+    looked = sound(mesh, beside)
+    some = np.concatenate([mesh.vertices[looked.touching].mean(axis=1), mesh.vertices[slivers(mesh)].mean(axis=1)])
+    return Made(mesh, lattice, facts, found, looked, some if at is None else some[at.meets(some, some)])
+
+
+def sharpened(
+    mesh: TetMesh, solid: Solid, lattice: Lattice, beside: Indices, near: Region | None = None
+) -> dict[str, float]:
+    """Move the vertices of a mesh, in place, so that its rims are sharp and its volume is that of the part:
+    `rim_vertices`, how many were moved onto rims, `rim_triangles_left`, how many triangles still cut rims off, and
+    `moved`, how far (mm) vertices left the surface at most. Only those in a region are, if what is `near` is given.
+    """
+    field, cube = Branches(solid.formula), lattice.cube_at(mesh.vertices)
+    frame = lattice.frame
+    held = frame.held(mesh.vertices)
+    free = np.stack([(held >> (2 * k)) & 3 for k in range(3)], axis=1) == 0
+    triangles, _ = interfaces(mesh, beside) if len(mesh.phases) > 1 else boundary(mesh, beside)
+    triangles = triangles[(held[triangles[:, 0]] & held[triangles[:, 1]] & held[triangles[:, 2]]) == 0]
+    if near is not None:
+        middles = mesh.vertices[triangles].mean(axis=1)
+        triangles = triangles[near.meets(middles, middles)]
+    on, around = branches_on(mesh.vertices, triangles, field, frame, cube), stars(mesh.tets, len(mesh.vertices))
+    surface = mesh.vertices, mesh.tets, around, triangles, on, free, field, cube
+    with activity("sharpening"):
+        done = sharpen(*surface) if field.count else Sharpened(0, 0)
+        off = balance(*surface)
+    return {"rim_vertices": done.moved, "rim_triangles_left": done.left, "moved": off}
+
+
+def slivers(mesh: TetMesh) -> Indices:
+    """The tetrahedra (k, 4) with an angle that stuffing would not leave among cubes of one size."""
+    return mesh.tets[poor(mesh.vertices, mesh.tets, np.cos(np.radians(SLIVER)))]
+
+
+def middles_of(mesh: TetMesh, beside: Indices) -> Floats:
+    """The middles (n, 3) of the triangles that bound a mesh's solid."""
+    triangles, owner = boundary(mesh, beside)
+    between, _ = interfaces(mesh, beside)
+    mine = np.concatenate([triangles[mesh.phase[owner] == 0], between])
+    middles: Floats = mesh.vertices[mine].mean(axis=1)
+    return middles
+
+
+def before_ends(value: Value, frame: Frame) -> Value:
+    """A field that is read just before the planes in which the part ends."""
+    return lambda points: value(frame.before_ends(points, BESIDE))
+
+
+def stood_on(lattice: Lattice, value: Value) -> Background:
+    """A lattice with the field at its vertices. Errors: E110."""
+    vertices = lattice.vertices
+    values = -lattice.known.astype(np.float64)
+    unknown = np.flatnonzero(lattice.known == 0)
+    values[unknown] = value(vertices[unknown])
+    wrong = unknown[np.isnan(values[unknown])]
+    if len(wrong):
+        x, y, z = vertices[wrong[0]]
+        raise fail(
+            "E110",
+            f"the field is not a number at ({x:.6g}, {y:.6g}, {z:.6g}) mm",
+            hint="find what has no value there: a root of what is below 0, a division by 0",
+        )
+    return Background(vertices, lattice.tets, values, lattice.kind, lattice.rank, lattice.held)
+
+
+def unusable(size: float, what: str) -> PoreError:
+    """E162: of cubes of a size (mm) no mesh comes."""
+    hint = "take smaller ones: two are to fit into its walls"
+    return fail("E162", f"cubes of {size:g} mm {what}", hint=hint)
