@@ -25,7 +25,8 @@ MANY = 0.25  # of the cubes at a surface: where more miss it the size is too lar
 ENOUGH = 5e-4  # of the volume: a mesh that misses less is not made anew
 CORNER = 1e-3  # of a cube: branches are asked as far within its corners
 REACH = 1.0  # edges: so far from a cube's middle the surface is within it, or next to it
-SIDES = [
+#: The edges of a cube, by its corners.
+SIDES = [(i, j) for i in range(8) for j in range(i) if (EIGHT[i] != EIGHT[j]).sum() == 1]
     (i, j) for i in range(8) for j in range(i) if (EIGHT[i] != EIGHT[j]).sum() == 1
 ]  # edges of a cube, by its corners
 NONE = np.zeros(0, np.int64)
