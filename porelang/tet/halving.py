@@ -27,8 +27,6 @@ CORNER = 1e-3  # of a cube: branches are asked as far within its corners
 REACH = 1.0  # edges: so far from a cube's middle the surface is within it, or next to it
 #: The edges of a cube, by its corners.
 SIDES = [(i, j) for i in range(8) for j in range(i) if (EIGHT[i] != EIGHT[j]).sum() == 1]
-    (i, j) for i in range(8) for j in range(i) if (EIGHT[i] != EIGHT[j]).sum() == 1
-]  # edges of a cube, by its corners
 NONE = np.zeros(0, np.int64)
 
 
