@@ -66,7 +66,7 @@ def _write(path: str, found: Any, whole: dict[str, Any]) -> None:
         if hasattr(found, "rows"):
             rows = found.rows()
             writer.writerow(rows[0])
-            writer.writerows([repr(v) for v in row.values()] for row in rows)
+            writer.writerows(["" if v is None else f"{v:.9g}" for v in row.values()] for row in rows)
         else:
             writer.writerow(_HEADS)
             writer.writerows([f"{v:.9g}" for v in row] for row in found.directions())
