@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from boxes import box
 
 import porelang
 from porelang.diagnostics import PoreError
@@ -19,6 +20,7 @@ from porelang.tet.frame import Frame
 from porelang.tet.lattice import Lattice
 from porelang.tet.octree import graded, uniform
 from porelang.tet.quality import sound
+from porelang.tet.slivers import without_kites
 from porelang.tet.tetmesh import (
     CROWDED,
     TetMesh,
@@ -370,6 +372,30 @@ def test_lattices_in_a_cylinder_have_their_volume(text: str, solid: float | None
         assert held == pytest.approx(solid * math.pi * 100 * 10, rel=2e-3)
     mesh, _ = meshed(text, 1.0, keep_islands=True)
     assert volumes(mesh).sum() == pytest.approx(held, rel=3e-3)
+
+
+def test_kites_on_the_surface_are_left_out() -> None:
+    """A flat tetrahedron across two triangles of a side: gone, and the side is closed by its other two triangles."""
+    plain = box((3, 3, 3))
+    triangles, _ = boundary(plain)
+    on_top = triangles[(plain.vertices[triangles][:, :, 2] > 1 - 1e-9).all(axis=1)]
+    one = on_top[0]
+    shared = [len(np.intersect1d(one, other)) == 2 for other in on_top]
+    other = on_top[int(np.argmax(shared))]
+    across = np.setdiff1d(other, one)[0]
+    vertices = plain.vertices.copy()
+    vertices[across, 2] += 1e-3  # the fold between the two is hollow by a hair: the kite fills it
+    kite = np.array([[one[0], one[1], one[2], across]], np.int32)
+    for tet in (kite, kite[:, [1, 0, 2, 3]]):
+        tets = np.concatenate([plain.tets, tet]).astype(np.int32)
+        whole = TetMesh(vertices, tets, np.zeros(len(tets), np.int8))
+        if volumes(whole)[-1] > 0:
+            break
+    assert not sound(whole).faults
+    mended, beside = without_kites(whole, neighbours(whole))
+    assert len(mended.tets) == len(plain.tets)
+    assert not sound(mended, beside).faults
+    assert dihedral_angles(mended).min() > 30
 
 
 def test_a_line_or_a_circle_of_touch_is_no_end() -> None:

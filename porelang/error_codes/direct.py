@@ -56,7 +56,7 @@ DIRECT = (
     ),
     Code(
         "W252",
-        "the solid of a mesh touches itself along an edge",
+        "a mesh touches itself along an edge",
         "Two pieces of the surface meet in an edge of no width, as two bodies that touch in a line: four triangles\n"
         "share it. What is above hangs together with what is below by a hinge there, or is held apart by nothing,\n"
         "and a solver computes one of both. Cubes were halved there and did not part them: take a smaller size,\n"

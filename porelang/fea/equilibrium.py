@@ -10,6 +10,7 @@ import numpy as np
 from porelang.diagnostics import PoreError, fail
 from porelang.fea import iterate, rigid
 from porelang.fea.assemble import stiffness
+from porelang.fea.means import weighed
 from porelang.fea.nodes import EDGES
 from porelang.fea.problem import Floats
 from porelang.fea.surface import place
@@ -54,14 +55,15 @@ def equilibrium(system: System, tolerance: float) -> Equilibrium:
     aim = tolerance * float(np.linalg.norm(right))
     outcome = iterate.gradients(system.matrix, right, precondition, aim)
     iterations = outcome.iterations
-    found = _seen(system, outcome, iterations)
+    weights = weighed(system.nodes, system.free.fields)
+    found = _seen(system, weights, outcome, iterations)
     for _ in range(_ROUNDS):
         if found.residual <= tolerance or outcome.left > 1.5 * aim:
             break
         aim *= 0.5 * tolerance / found.residual
         outcome = iterate.gradients(system.matrix, right, precondition, aim, outcome.x)
         iterations += outcome.iterations
-        found = _seen(system, outcome, iterations)
+        found = _seen(system, weights, outcome, iterations)
     if found.residual <= tolerance:
         return replace(found, unsure=0.0)
     sure = found.residual <= _BALANCES and found.unsure <= _SURE
@@ -84,11 +86,15 @@ def _preconditioner(system: System) -> Callable[[Floats], Floats]:
     return iterate.nested(system.matrix, nodes, system.still, coarse)
 
 
-def _seen(system: System, outcome: iterate.Outcome, iterations: int) -> Equilibrium:
-    """What iterations have come to: free motions taken out, and what is left of forces over those that act."""
+def _seen(system: System, weights: Floats, outcome: iterate.Outcome, iterations: int) -> Equilibrium:
+    """What iterations have come to: free motions taken out, as of the mean over the volume, for which nodes count by
+    `weights` (r, k, 3); and what is left of forces over those that act."""
     displacement = outcome.x + system.held.displacement
-    for field in system.free.fields:  # orthonormal
-        displacement -= field * np.vdot(field, displacement)
+    fields = system.free.fields
+    if len(fields):
+        inner = np.einsum("rkd,skd->rs", weights, fields)
+        share = np.linalg.solve(inner, np.einsum("rkd,kd->r", weights, displacement))
+        displacement -= np.einsum("r,rkd->kd", share, fields)
     resisted = system.resistance(displacement)
     rest = resisted - system.forces
     held, moves = system.held.components, bool(system.held.displacement.any())

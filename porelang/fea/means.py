@@ -1,4 +1,4 @@
-"""Means over the volume of what is no polynomial of the displacement."""
+"""Means over the volume: of the length of a displacement, and of its share in a motion."""
 
 from __future__ import annotations
 
@@ -31,3 +31,17 @@ def mean_length(nodes: Nodes, displacement: Floats) -> tuple[float, float]:
             total += float(np.linalg.norm(moved, axis=2) @ weights @ nodes.volumes[part])
         found.append(total / float(nodes.volumes.sum()))
     return found[0], abs(found[0] - found[1])
+
+
+def weighed(nodes: Nodes, fields: Floats) -> Floats:
+    """What nodes (k, 3) count in the integral of a displacement times each of some fields (r, k, 3), over the volume:
+    of a mean of nodes, which lie closer where elements are small, that would be another."""
+    points, weights = tet_rule(2 * nodes.order)
+    shapes = shape_values(points, EDGES if nodes.order == 2 else None)
+    mass = np.einsum("q,qv,qw->vw", weights, shapes, shapes)
+    found = np.empty_like(fields)
+    for r, field in enumerate(fields):
+        at = np.einsum("vw,mwd->mvd", mass, field[nodes.elements]) * nodes.volumes[:, None, None]
+        for d in range(3):
+            found[r, :, d] = np.bincount(nodes.elements.ravel(), at[..., d].ravel(), len(field))
+    return found

@@ -138,7 +138,7 @@ def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats) -> 
             "E170",
             f"{what} selects no {kind} of the boundary, nor anything near: {extent}",
             hint="select a region that the boundary runs through, with some room, as in "
-            f"{_room(low, high, int(np.argmax(high - low)), high)}",
+            f"{_room(low, high, int(np.argmax(high - low)), high)}; if it is small, take elements no larger than it",
         )
     from scipy.spatial import cKDTree
 

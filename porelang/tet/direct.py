@@ -96,13 +96,13 @@ def smaller(lattice: Lattice, frame: Frame) -> dict[str, float]:
 
 
 def touching(edges: Floats) -> list[Diagnostic]:
-    """W252 where a solid touches itself along edges (n, 2, 3) mm alone, with the places of some."""
+    """W252 where a mesh touches itself along edges (n, 2, 3) mm alone, with the places of some."""
     if not len(edges):
         return []
     places = ", ".join(f"({x:.4g}, {y:.4g}, {z:.4g})" for x, y, z in edges.mean(axis=1)[:FEW])
     many = f"{len(edges)} edges" if len(edges) > 1 else "an edge"
-    message = f"the solid touches itself along {many}, as at {places}: a hinge of no width"
-    hint = "take a smaller --size; or the part itself touches itself there"
+    message = f"the mesh touches itself along {many}, as at {places}: a hinge of no width"
+    hint = "take a smaller --size: the part is thin there, or touches itself"
     return [Diagnostic("W252", message, hint=hint, severity="warning")]
 
 

@@ -23,18 +23,18 @@ from porelang.tet.frame import Frame, Value
 from porelang.tet.islands import sorted_pieces
 from porelang.tet.lattice import Lattice
 from porelang.tet.missed import Missed, missed
-from porelang.tet.moving import poor, stars
+from porelang.tet.moving import stars
 from porelang.tet.octree import Cells
 from porelang.tet.quality import Sound, sound
 from porelang.tet.sharp import Sharpened, branches_on, sharpen
 from porelang.tet.sizes import Sizes
+from porelang.tet.slivers import slivers, without_kites
 from porelang.tet.tetmesh import Indices, TetMesh, boundary, interfaces, neighbours
 
 Floats = NDArray[np.float64]
 #: Cubes of a frame, and so many of their edges round them.
 Around = tuple[Cells, Frame, float]
 
-SLIVER = 10.7  # degrees: a dihedral angle below that, or an obtuse one as bad
 BESIDE = 1e-6  # cubes: a field is read as far before a plane in which the part ends, where it may be 0
 MESHED, MOVED = 2.0, 1.0  # cubes round those that are looked at: so far all is meshed, and rims are sharpened
 
@@ -86,10 +86,13 @@ def _made(asked: Asked, grading: Grading, around: Around | None) -> Made:
     tell(2, 5)
     if asked.sharp and len(mesh.tets):
         facts |= sharpened(mesh, solid, lattice, beside, beside_ends)
+        mesh, beside = without_kites(mesh, beside)
     tell(4, 5)
     found = missed((mesh, dropped), middles_of(mesh, beside), lattice, background.values, solid, at)
     looked = sound(mesh, beside)
-    some = np.concatenate([mesh.vertices[looked.touching].mean(axis=1), mesh.vertices[slivers(mesh)].mean(axis=1)])
+    some = np.concatenate(
+        [mesh.vertices[looked.touching].mean(axis=1), mesh.vertices[mesh.tets[slivers(mesh)]].mean(axis=1)]
+    )
     return Made(mesh, lattice, facts, found, looked, some if at is None else some[at.meets(some, some)])
 
 
@@ -115,11 +118,6 @@ def sharpened(
         done = sharpen(*surface) if field.count else Sharpened(0, 0)
         off = balance(*surface)
     return {"rim_vertices": done.moved, "rim_triangles_left": done.left, "moved": off}
-
-
-def slivers(mesh: TetMesh) -> Indices:
-    """The tetrahedra (k, 4) with an angle that stuffing would not leave among cubes of one size."""
-    return mesh.tets[poor(mesh.vertices, mesh.tets, np.cos(np.radians(SLIVER)))]
 
 
 def middles_of(mesh: TetMesh, beside: Indices) -> Floats:

@@ -218,7 +218,7 @@ def pads_of(low: float, high: float, span: float, pads: float) -> tuple[float, f
     length = high - low
     apart, wide = span or _SPAN * length, pads or _PAD * length
     if apart + wide > length * (1 + 1e-9):
-        hint = f"take a `span` of {length - wide:.4g} mm at most"
+        hint = f"take a `span` of {length - wide:.4g} mm at most" if wide < length / 2 else "take narrower `pads`"
         raise fail("E187", f"supports {apart:.4g} mm apart, {wide:.3g} mm wide each, do not fit under a part that is "
                    f"{length:.4g} mm long", hint=hint)  # fmt: skip
     if 2 * wide > apart:

@@ -24,9 +24,9 @@ _TETRAHEDRA = 12.0, 3.0
 _UNKNOWNS = {1: (6.0, 3.0), 2: (48.0, 18.0)}
 #: Triangles of marching cubes for every square of the voxel on a surface: the mean of |n|_1 is 3/2.
 _TRIANGLES = 3.0
-#: How many times as many as that parts have at most whose rims ask for smaller elements (measured: an IWP of walls of
-#: two elements in a cylinder, 3.5).
-HALVED = 4.0
+#: How many times as many as that parts have at most whose rims ask for smaller elements (measured: IWPs in a
+#: cylinder, walls of two elements and less, 3.5 and 5.4).
+HALVED = 6.0
 #: Seconds for an unknown: meshing, assembly and solution (measured, two cores).
 _SECONDS = {1: 4e-5, 2: 5e-5}
 
