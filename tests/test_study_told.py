@@ -286,7 +286,7 @@ def test_elements_that_are_too_coarse_for_walls_are_called_so() -> None:
     with pytest.raises(PoreError, match=r"(?s)E162.*makes two through walls of 0\.\d+ mm.*4 million are the most"):
         found(f"compress(body, 1kN, {MATERIAL}, size=2mm)", sheet.replace("WALL", "0.02mm"))
     with pytest.raises(
-        PoreError, match=r"E188.*elements of 1\.8 mm are too coarse for walls 0\.\d+ mm thick, as at"
+        PoreError, match=r"E162.*elements of 1\.8 mm are too coarse for walls 0\.\d+ mm thick, as at"
     ) as e:
         found(f"compress(body, 1kN, {MATERIAL}, size=1.8mm)", sheet.replace("WALL", "0.9mm"))
     assert "hang together" not in str(e.value)

@@ -125,7 +125,10 @@ def _meshed(part: Solid, size: float | Formula, found: Sized) -> tuple[TetMesh, 
     try:
         mesh, facts = direct(part, size, keep_islands=True)
     except PoreError as error:
-        raise PoreError([replace(d, hint=found.finer) if d.code == "E162" else d for d in error.diagnostics]) from None
+        said = f"{_too_coarse(found)}: " if _is_thin(found) else ""
+        told = [replace(d, message=said + d.message, hint=found.finer) if d.code == "E162" else d
+                for d in error.diagnostics]  # fmt: skip
+        raise PoreError(told) from None
     found = replace(found, halved=facts["halved"], least=facts["finest_cube"])
     piece = components(mesh)
     count = int(piece.max())
@@ -136,14 +139,22 @@ def _meshed(part: Solid, size: float | Formula, found: Sized) -> tuple[TetMesh, 
     if lost > _LOST:
         some = piece == 1
         at = np.average(mesh.vertices[mesh.tets[some]].mean(axis=1), axis=0, weights=volume[some])
-        if found.wall is not None and found.wall.wall < THROUGH * found.size:
-            text = (f"elements of {found.span} mm are too coarse for walls {found.wall.wall:.3g} mm thick, as at "
-                    f"({coordinates(found.wall.at)}) mm: they come out as {count + 1:,} pieces")  # fmt: skip
-            raise fail("E188", text, hint=found.finer)
+        if _is_thin(found):
+            raise fail("E188", f"{_too_coarse(found)}: they come out as {count + 1:,} pieces", hint=found.finer)
         text = f"{lost:.0%} of the part hang together with its largest piece by nothing, as at ({coordinates(at)}) mm"
         hint = f"join the pieces, or study each by itself; or elements of {found.span} mm are too coarse for what joins"
         raise fail("E188", text, hint=hint)
     return taken(mesh, piece == 0), found, lost, count
+
+
+def _is_thin(found: Sized) -> bool:
+    return found.wall is not None and found.wall.wall < THROUGH * found.size
+
+
+def _too_coarse(found: Sized) -> str:
+    assert found.wall is not None
+    at = coordinates(found.wall.at)
+    return f"elements of {found.span} mm are too coarse for walls {found.wall.wall:.3g} mm thick, as at ({at}) mm"
 
 
 def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, pieces: int) -> Solved:
