@@ -191,13 +191,16 @@ def homogenize(
     from porelang import homogenize as work
 
     sides = None if cell is None else read("cell", cell if isinstance(cell, str) else _joined(cell), values.cell)
-    ratio, voxels = number("nu", nu, values.poisson), whole("resolution", resolution)
+    ratio, voxels = number("nu", nu, values.poisson), whole("resolution", resolution, 64)
     if check:
         keep_checks(design)
     found: Any
     if sweep is None:
         found = work.homogenize(design, name, sides, ratio, voxels)
     else:
+        if not isinstance(sweep, str):
+            raise fail("E108", f"sweep: {sweep!r:.60} is no sweep",
+                       hint='a text of a param, its range and how many values: sweep="t=0.2..1.2:6"')  # fmt: skip
         param, low, high, count = read("sweep", sweep, values.swept)
         found = work.sweep(design, param, low, high, count, name, sides, ratio, voxels, fixed)
     warn([*found.doubts, *design.told(*design.program.roots(name))])
@@ -245,11 +248,11 @@ def number(what: str, given: Any, reader: Callable[[str], float]) -> float:
     return float(value)
 
 
-def whole(what: str, given: Any) -> int:
-    """A count. Errors: E108 for what is none."""
-    value = read(what, given, values.count)
+def whole(what: str, given: Any, usual: int = 15) -> int:
+    """A count, of which one is `usual`. Errors: E108 for what is none."""
+    value = read(what, given, values.steps if what == "most" else values.count)
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
-        raise fail("E108", f"{what}: {given!r:.60} is no whole number", hint=f"as in {what}=15")
+        raise fail("E108", f"{what}: {given!r:.60} is no whole number", hint=f"as in {what}={usual}")
     return int(value)
 
 

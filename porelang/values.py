@@ -138,6 +138,11 @@ def count(text: str) -> int:
     return int(text)
 
 
+def steps(text: str) -> int:
+    """A whole number, 0 or more: how many steps come after the start."""
+    return 0 if text == "0" else count(text)
+
+
 def box(text: str) -> tuple[float, ...]:
     """`x0,y0,z0,x1,y1,z1` in mm, the lower corner first."""
     try:

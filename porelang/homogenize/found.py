@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from porelang.data import figures
 from porelang.diagnostics import Diagnostic
-from porelang.homogenize.table import AXES_KEYS, CUBIC_KEYS, lines_of
+from porelang.homogenize.table import AXES_KEYS, CUBIC_KEYS, lines_of, told
 from porelang.picture import Picture
 from porelang.unitcell import moduli
 from porelang.unitcell.effective import Effective
@@ -33,6 +33,9 @@ CUT = 0.1
 #: of other moduli and entries twice that, of ratios three times: what grids that agree by chance were off by, in 14
 #: lattices (docs/decisions/0018).
 OF_RATIOS, OF_MODULI, OF_ZENER, OF_SOFTEST = 0.25, 0.2, 0.9, 0.05
+#: What modes have in a picture that nothing resists, as a share of the stiffest: the surface of a laminate has no
+#: thickness, and a fibre's is a line.
+FAINT = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,15 +129,18 @@ class Homogenized:
 
         rho = figures(self.density, max(self.density_error, 1e-4)).split(" ")[0]
         sides = " x ".join(f"{s:g}" for s in self.cell)
-        along = [f"{key}: {figures(self.numbers[f'E.{key}'], max(self.errors[f'E.{key}'], 1e-9))}"
+        along = [f"{key}: {told(self.numbers[f'E.{key}'], self.errors[f'E.{key}'])}"
                  for key in (CUBIC_KEYS if self.is_cubic else AXES_KEYS)]  # fmt: skip
         notes = [
             "E along " + ",   ".join(along[:2]),
             "          " + ",   ".join(along[2:]),
             f"nu of the solid {self.nu:g}, finest grid {max(self.levels[-1].voxels)} voxels along the longest side",
         ]
+        if free := moduli.free(self.stiffness):
+            how = ": drawn as if a thousandth did" if free < 6 else ", so that there is nothing to draw"
+            notes.append(f"nothing resists in {free} of 6 modes{how}")
         title = f"Young's modulus by direction: {self.name}, {sides} mm, density {rho}"
-        return modulus_picture(moduli.compliance(self.stiffness), title, notes)
+        return modulus_picture(moduli.compliance(self.stiffness, FAINT), title, notes)
 
     def _repr_png_(self) -> bytes:
         return self.picture()._repr_png_()
@@ -187,8 +193,8 @@ class Homogenized:
         bounds = moduli.upper_bounds(self.density, self.nu)
         heat = float(self.conductivity.trace() / 3)
         # bounds of isotropic solids; that of the bulk modulus holds for cubic ones as well, and none for others
-        share = {"bulk": mean.bulk / bounds["bulk"] if self.is_cubic else np.nan,
-                 "shear": mean.shear / bounds["shear"] if self.is_cubic else np.nan,
+        share = {"bulk": numbers["bulk"] / bounds["bulk"] if self.is_cubic else np.nan,
+                 "shear": numbers["shear"] / bounds["shear"] if self.is_cubic else np.nan,
                  "conductivity": heat / bounds["conductivity"]}  # fmt: skip
         return {
             "output": self.name,
@@ -201,8 +207,8 @@ class Homogenized:
             "nu": {key: numbers[f"nu.{key}"] for key in _RATIOS},
             "G": {key: numbers[f"G.{key}"] for key in _SHEARS},
             "zener": numbers["zener"],
-            "bulk": mean.bulk,
-            "shear": mean.shear,
+            "bulk": numbers["bulk"],
+            "shear": numbers["shear"],
             "voigt": {"bulk": mean.bulk_voigt, "shear": mean.shear_voigt},
             "reuss": {"bulk": mean.bulk_reuss, "shear": mean.shear_reuss},
             "anisotropy": mean.anisotropy,
@@ -256,9 +262,12 @@ def numbers_of(stiffness: Floats, conductivity: Floats) -> dict[str, float]:
         # how much narrower along b for a pull along a; of what hangs by nothing along either there is none
         out[f"nu.{pulled}{across}"] = float(-s[a, b] / s[a, a]) if resists[a] and resists[b] else np.nan
     out["nu.100"] = (out["nu.xy"] + out["nu.xz"]) / 2
-    shears = {key: float(1 / s[i, i]) for key, i in _SHEARS.items()}
+    held = moduli.resisted(stiffness, np.eye(6))
+    shears = {key: float(1 / s[i, i]) if held[i] else 0.0 for key, i in _SHEARS.items()}
     out |= {f"G.{key}": g if g > moduli.NOTHING else 0.0 for key, g in shears.items()}
-    return out | {"zener": moduli.zener(stiffness), "bulk": mean.bulk, "shear": mean.shear,
+    # where Reuss' is none, half of Voigt's is no average of anything
+    averages = {"bulk": mean.bulk if mean.bulk_reuss else np.nan, "shear": mean.shear if mean.shear_reuss else np.nan}
+    return out | {"zener": moduli.zener(stiffness), **averages,
                   "conductivity": float(conductivity.trace() / 3)}  # fmt: skip
 
 

@@ -54,9 +54,11 @@ class Swept:
 
     @cached_property
     def fits(self) -> dict[str, Power]:
-        """C rho^n of Young's modulus along 100, the shear and bulk modulus and the conductivity. Errors: E183."""
-        return {called: power(self.density, [one.numbers[name] for one in self.found])
-                for name, called in FITTED.items()}  # fmt: skip
+        """C rho^n of Young's modulus along 100, the shear and bulk modulus and the conductivity, of those that there
+        are at two densities at least. Errors: E183 where none is."""
+        values = {called: [one.numbers[name] for one in self.found] for name, called in FITTED.items()}
+        there = {called: found for called, found in values.items() if np.count_nonzero(np.array(found) > 0) > 1}
+        return {called: power(self.density, found) for called, found in (there or values).items()}
 
     @property
     def doubts(self) -> list[Diagnostic]:
@@ -75,7 +77,7 @@ class Swept:
         lines = {
             called: ([f.numbers[name] for f in self.found], [f.errors[name] for f in self.found], self.fits[called])
             for name, called in FITTED.items()
-            if called != "conductivity"
+            if called != "conductivity" and called in self.fits
         }
         rho = np.geomspace(0.5 * min(self.density), 1.0, 60)
         bound = [moduli.upper_bounds(float(r), one.nu)["E"] for r in rho]

@@ -25,6 +25,8 @@ SIDE, SAMPLES = 720, 2
 REACH, BEYOND = 0.7, 1.25
 _LIGHT = np.array([-0.35, 0.45, 0.82])  # to the right, up, toward the viewer
 _AMBIENT = 0.8
+#: A modulus below this (of the solid's) is none, and drawn as none.
+_NOTHING = 1e-9
 
 
 def modulus_picture(
@@ -40,12 +42,14 @@ def modulus_picture(
     every = _modulus(compliance, sphere)
     greatest, least = float(every.max()), float(every.min())
     size = SIDE * SAMPLES
-    reach = greatest / REACH or 1.0
+    nothing = greatest < _NOTHING
+    reach = 1.0 if nothing else greatest / REACH
     values, light, depth = np.full((size, size), np.nan), np.zeros((size, size)), np.full((size, size), -np.inf)
-    _cast(compliance, view, reach, greatest, _LIGHT / np.linalg.norm(_LIGHT), values, light, depth)
+    if not nothing:
+        _cast(compliance, view, reach, greatest, _LIGHT / np.linalg.norm(_LIGHT), values, light, depth)
     spread = greatest - least
     flat = spread < 1e-4 * greatest
-    scale = Ramp(0.98 * least, 1.02 * greatest) if flat else fitting(every)
+    scale = Ramp(0.0, 1.0) if nothing else Ramp(0.98 * least, 1.02 * greatest) if flat else fitting(every)
     # shade as little as shows the form: a colour that is much darker is another value of the scale
     colours = scale_colours(values, scale) * (_AMBIENT + (1 - _AMBIENT) * light)[..., None]
     colours[np.isnan(values)] = 1.0

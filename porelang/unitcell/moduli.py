@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from porelang.diagnostics import fail
+
 Floats = NDArray[np.float64]
 #: Directions by the names of their Miller indices.
 NAMED = {"100": (1, 0, 0), "010": (0, 1, 0), "001": (0, 0, 1), "110": (1, 1, 0), "111": (1, 1, 1)}
@@ -15,6 +17,16 @@ NAMED = {"100": (1, 0, 0), "010": (0, 1, 0), "001": (0, 0, 1), "110": (1, 1, 0),
 CUBIC = 0.01
 #: A modulus below this (of the solid's) is none: what is left of a cell that hangs by nothing.
 NOTHING = 1e-9
+#: A mode of the stiffness below this share of the stiffest is none, and so is one below the second, of a solid of 1:
+#: what a solver leaves of plates, tilted or not, is up to 1.3e-9 of the stiffest; of bending struts of .005 of their
+#: cell G is 2e-5 of E.
+_NO_MODE, _LEAST_MODE = 1e-8, 1e-10
+#: A stress of which more than this share (of its square) is in modes that nothing resists is not resisted: a direction
+#: is so along a fibre as far as 1e-4 beside it.
+_APART = 1e-8
+#: Shears by Voigt in units of those whose squares add up as those of a tensor's entries do (P. M. Theocaris and
+#: D. P. Sokolis, Acta Mech. 150, 2001): only there are modes those of the material, whatever way it is turned.
+_TENSOR = np.array([1.0, 1.0, 1.0, 2**0.5, 2**0.5, 2**0.5])
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,25 +55,66 @@ class Averages:
         return 5 * self.shear_voigt / self.shear_reuss + self.bulk_voigt / self.bulk_reuss - 6
 
 
-def compliance(stiffness: Any) -> Floats:
-    """The inverse (6, 6) of a stiffness. Where a mode has no stiffness its compliance is 1 / NOTHING^2: moduli that it
-    takes part in come out as none."""
-    found = np.linalg.inv(np.asarray(stiffness, np.float64) + NOTHING**2 * np.eye(6))
-    return np.asarray((found + found.T) / 2, np.float64)
+def _modes(stiffness: Any) -> tuple[Floats, Floats, Floats]:
+    """The modes (6, k) that resist, their stiffnesses (k,), and those that do not (6, 6 - k); in `_TENSOR`'s units."""
+    size, modes = np.linalg.eigh(_TENSOR[:, None] * np.asarray(stiffness, np.float64) * _TENSOR)
+    there = size > max(_NO_MODE * float(size.max()), _LEAST_MODE)
+    return modes[:, there], size[there], modes[:, ~there]
+
+
+def compliance(stiffness: Any, faint: float = 0.0) -> Floats:
+    """The inverse (6, 6) of a stiffness in the modes that resist; in others 0, for which see `resisted`, or that of a
+    share of the stiffest mode, `faint`, where it is given."""
+    modes, size, none = _modes(stiffness)
+    found = (modes / size) @ modes.T
+    if faint:
+        found = found + none @ none.T / (faint * (float(size.max(initial=0.0)) or NOTHING))
+    return np.asarray(_TENSOR[:, None] * found * _TENSOR)
+
+
+def free(stiffness: Any) -> int:
+    """How many modes nothing resists, of six."""
+    return 6 - len(_modes(stiffness)[1])
+
+
+def resisted(stiffness: Any, stresses: Any) -> NDArray[np.bool_]:
+    """Whether stresses (n, 6) by Voigt are held: no mode that nothing resists takes part in them.
+
+    >>> resisted(np.diag([0, 1.0, 1, 1, 1, 1]), np.eye(6)[:2]).tolist()
+    [False, True]
+    """
+    none, pulls = _modes(stiffness)[2], _TENSOR * np.asarray(stresses, np.float64)
+    return np.asarray(((pulls @ none) ** 2).sum(axis=1) <= _APART * (pulls**2).sum(axis=1))
 
 
 def young(stiffness: Any, directions: Any) -> Floats:
-    """Young's modulus (n,) along directions (n, 3), of any length.
+    """Young's modulus (n,) along directions (n, 3), of any length; 0 where a mode that nothing resists takes part.
+
+    Errors: E108 for what is no direction.
 
     >>> from porelang.unitcell.hexahedron import isotropic
     >>> young(isotropic(0.2), [[1, 2, 3]]).round(12).tolist()
     [1.0]
     """
-    n = np.atleast_2d(np.asarray(directions, np.float64))
-    x, y, z = (n / np.linalg.norm(n, axis=1, keepdims=True)).T
-    pull = np.stack([x * x, y * y, z * z, y * z, x * z, x * y], axis=1)
-    found = 1 / np.einsum("ni,ij,nj->n", pull, compliance(stiffness), pull)
+    pull = pulls(directions)
+    bends = np.einsum("ni,ij,nj->n", pull, compliance(stiffness), pull)
+    held = resisted(stiffness, pull) & (bends > 0)
+    found = 1 / np.where(held, bends, np.inf)
     return np.where(found > NOTHING, found, 0.0)
+
+
+def pulls(directions: Any) -> Floats:
+    """Unit stresses (n, 6) by Voigt along directions (n, 3), of any length. Errors: E108 for what is no direction."""
+    try:
+        n = np.atleast_2d(np.asarray(directions, np.float64))
+    except (TypeError, ValueError):
+        n = np.zeros((1, 0))
+    if n.ndim != 2 or n.shape[1] != 3 or not np.isfinite(n).all() or not n.any(axis=1).all():
+        raise fail("E108", f"{directions!r:.60} are no directions",
+                   hint="give three numbers to each, not all of them 0: [[1, 1, 0], [1, 2, 3]]")  # fmt: skip
+    n = n / np.abs(n).max(axis=1, keepdims=True)
+    x, y, z = (n / np.linalg.norm(n, axis=1, keepdims=True)).T
+    return np.stack([x * x, y * y, z * z, y * z, x * z, x * y], axis=1)
 
 
 def averages(stiffness: Any) -> Averages:
@@ -69,7 +122,12 @@ def averages(stiffness: Any) -> Averages:
     c, s = np.asarray(stiffness, np.float64), compliance(stiffness)
     diagonal, beside, shears = c[:3, :3].trace(), c[0, 1] + c[0, 2] + c[1, 2], c[3:, 3:].trace()
     d, b, t = s[:3, :3].trace(), s[0, 1] + s[0, 2] + s[1, 2], s[3:, 3:].trace()
-    bulk, shear = 1 / (d + 2 * b), 15 / (4 * d - 4 * b + 3 * t)
+    pressure = np.array([[1.0, 1, 1, 0, 0, 0]])
+    held = bool(resisted(c, pressure)[0])
+    # the modes that nothing resists, but for what they have of a pressure, are of shears
+    shared = float(((pressure @ _modes(c)[2]) ** 2).sum()) / 3
+    bulk = 1 / (d + 2 * b) if held and d + 2 * b > 0 else 0.0
+    shear = 15 / (4 * d - 4 * b + 3 * t) if free(c) - shared < _APART else 0.0
     return Averages(
         float(diagonal + 2 * beside) / 9, float(bulk) if bulk > NOTHING else 0.0,
         float(diagonal - beside + 3 * shears) / 15, float(shear) if shear > NOTHING else 0.0,

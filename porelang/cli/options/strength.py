@@ -85,7 +85,13 @@ STRENGTH: dict[str, Option] = {
     ),
     "most": (
         ("--max",),
-        {"metavar": "N", "type": values.count, "default": 15, "dest": "most", "help": "steps at most (default: 15)"},
+        {
+            "metavar": "N",
+            "type": values.steps,
+            "default": 15,
+            "dest": "most",
+            "help": "steps at most after the uniform start (default: 15); 0 solves that alone",
+        },
     ),
     "rule": (
         ("--rule",),
