@@ -125,7 +125,7 @@ def test_what_takes_long_is_said_before_it_begins(
     def stop(*_: Any, **__: Any) -> None:
         raise PoreError([])
 
-    monkeypatch.setattr("porelang.tasks.study.solved.direct", stop)
+    monkeypatch.setattr("porelang.tasks.study.elements.direct", stop)
     for quiet in ([], ["-q"]):
         main(["fea", str(file), *quiet])
         told = re.findall(r"some [\d,]+ elements of 1 mm, [\d,]+ unknowns: about \d+ s", capsys.readouterr().err)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.data import Reduced, SampledField, coordinates
-from porelang.diagnostics import PoreError, fail
+from porelang.data import Reduced, SampledField
+from porelang.diagnostics import PoreError
 from porelang.fea import Force, Problem, Resultant, Solution, Where, refined_sizes, solve
 from porelang.fea.covered import covered
 from porelang.fea.means import mean_length
@@ -23,15 +23,15 @@ from porelang.solid import Solid
 from porelang.tasks.readers.cells import Cells
 from porelang.tasks.readers.raster import gridded, spacing_of
 from porelang.tasks.study.asked import DENSITY, POISSON, YOUNG, Question, solid_of, valued
+from porelang.tasks.study.elements import meshed
 from porelang.tasks.study.ends import OnPart, Setting, setting
 from porelang.tasks.study.greatest import greatest
 from porelang.tasks.study.interfaces import interfaces
 from porelang.tasks.study.missed import Missed, missed
 from porelang.tasks.study.numbers import Measured, numbers_of
 from porelang.tasks.study.samples import NODES
-from porelang.tasks.study.sized import THROUGH, Sized, sized
-from porelang.tet.direct import direct
-from porelang.tet.tetmesh import TetMesh, components, taken, volumes
+from porelang.tasks.study.sized import Sized, sized
+from porelang.tet.tetmesh import TetMesh, volumes
 
 Floats = NDArray[np.float64]
 MESHING, SOLVING, COMPARING = "making elements", "solving for stresses", "comparing elements with the part"
@@ -43,8 +43,6 @@ _LOST_SIZES = 0.25, 0.5
 _SMALLER = 0.93, 0.93
 #: The mesher's cubes hold twelve tetrahedra each: their edge for that of a regular tetrahedron of the same volume.
 _CUBE = 2.0 ** (1 / 6)
-#: What is in pieces, of which those that are not the largest hold more than this of the volume, is no part.
-_LOST = 0.05
 #: Elements of a graded mesh that may be finer, or coarser, than the sizes that are said of it.
 _FEW = 0.05
 
@@ -113,48 +111,8 @@ def solved(asked: Question, begun: Callable[[Sized], None] | None = None) -> Sol
         found = sized(part, asked.size, asked.order)
         if begun is not None:
             begun(found)
-        mesh, found, lost, pieces = _meshed(part, found.size, found)
+        mesh, found, lost, pieces = meshed(part, found.size, found)
     return on(asked, part, mesh, found, lost, pieces)
-
-
-def _meshed(part: Solid, size: float | Formula, found: Sized) -> tuple[TetMesh, Sized, float, int]:
-    """Elements of a part in its largest piece, how fine they are; which share of the volume is in others, in how many.
-
-    Errors: E162 where so large elements hold nothing of it, E188 where much is in other pieces.
-    """
-    try:
-        mesh, facts = direct(part, size, keep_islands=True)
-    except PoreError as error:
-        said = f"{_too_coarse(found)}: " if _is_thin(found) else ""
-        told = [replace(d, message=said + d.message, hint=found.finer) if d.code == "E162" else d
-                for d in error.diagnostics]  # fmt: skip
-        raise PoreError(told) from None
-    found = replace(found, halved=facts["halved"], least=facts["finest_cube"])
-    piece = components(mesh)
-    count = int(piece.max())
-    if not count:
-        return mesh, found, 0.0, 0
-    volume = volumes(mesh)
-    lost = float(volume[piece > 0].sum() / volume.sum())
-    if lost > _LOST:
-        some = piece == 1
-        at = np.average(mesh.vertices[mesh.tets[some]].mean(axis=1), axis=0, weights=volume[some])
-        if _is_thin(found):
-            raise fail("E188", f"{_too_coarse(found)}: they come out as {count + 1:,} pieces", hint=found.finer)
-        text = f"{lost:.0%} of the part hang together with its largest piece by nothing, as at ({coordinates(at)}) mm"
-        hint = f"join the pieces, or study each by itself; or elements of {found.span} mm are too coarse for what joins"
-        raise fail("E188", text, hint=hint)
-    return taken(mesh, piece == 0), found, lost, count
-
-
-def _is_thin(found: Sized) -> bool:
-    return found.wall is not None and found.wall.wall < THROUGH * found.size
-
-
-def _too_coarse(found: Sized) -> str:
-    assert found.wall is not None
-    at = coordinates(found.wall.at)
-    return f"elements of {found.span} mm are too coarse for walls {found.wall.wall:.3g} mm thick, as at ({at}) mm"
 
 
 def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, pieces: int) -> Solved:
@@ -310,12 +268,12 @@ def refined(found: Solved) -> Solved:
 
 def _meshed_to(part: Solid, sizes: SampledField, sized: Sized) -> tuple[TetMesh, Sized, float, int]:
     """Elements of sizes (mm) that are sampled: where the mesher makes no sound mesh of these, of somewhat smaller ones.
-    Errors: those of `_meshed`."""
+    Errors: those of `meshed`."""
     for smaller in (*_SMALLER, None):
         grid = node("bound", value=(sizes.digest,))
         wanted = Formula((node("lookup", grid, X, Y, Z, value=(0, 0, 0, 0)),), {grid: sizes})
         try:
-            return _meshed(part, wanted, sized)
+            return meshed(part, wanted, sized)
         except PoreError as error:
             if smaller is None or [d.code for d in error.diagnostics] != ["E162"]:
                 raise
