@@ -595,12 +595,13 @@ def test_under_displacements_more_work_is_stiffer() -> None:
 
 
 class Known(loop.Homogenised):
-    """What a mesh of the real lattice would state: an error of the compliance, and the noise of the lattice."""
+    """What a mesh of the real lattice would state: an error of the compliance, the noise of its energies, and what
+    another mesh may differ by."""
 
-    error, noise = 0.3, 0.02
+    error, noise, apart = 0.3, 0.02, 0.02
 
     def solve(self, density: Array, state: Array | None) -> loop.Answer:
-        return replace(super().solve(density, state), error=self.error, noise=self.noise)
+        return replace(super().solve(density, state), error=self.error, noise=self.noise, apart=self.apart)
 
 
 def test_what_varies_within_the_noise_is_uniform_whatever_the_error_of_the_stiffness() -> None:
@@ -622,8 +623,21 @@ def test_a_gain_within_the_noise_is_none() -> None:
     small = loop.iterate(analysis, Energy(), plan)
     assert 1 - min(s.compliance for s in small.steps) / small.steps[0].compliance == pytest.approx(0.01, abs=0.0099)
     assert small.best == 0
-    analysis.noise = 1e-5
-    assert loop.iterate(analysis, Energy(), plan).best == 2
+    analysis.apart = 1e-5
+    found = loop.iterate(analysis, Energy(), plan)
+    assert found.best == 2
+    assert loop.noise_of(found.steps[0], found.steps[2]) == pytest.approx(2**0.5 * 1e-5)  # each strays by itself
+
+
+def test_a_record_without_what_meshes_differ_by_is_gone_on_with(tmp_path: Path) -> None:
+    begun = loop.iterate(loop.Homogenised(cantilever(4), LAW), Energy(), replace(PLAN, most=1), folder=tmp_path)
+    path = tmp_path / "loop.jsonl"
+    path.write_text(path.read_text().replace(', "apart": null', ""))
+    again = loop.iterate(
+        loop.Homogenised(cantilever(4), LAW), Energy(), replace(PLAN, most=1), folder=tmp_path, resume=True
+    )
+    assert again.steps == begun.steps
+    assert not again.missed
 
 
 def test_a_later_step_that_fails_keeps_the_best_so_far(tmp_path: Path) -> None:

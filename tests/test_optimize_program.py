@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -101,6 +103,37 @@ def test_limits_that_are_not_reached() -> None:
         adapting(design(text)).law(0.2, 0.8)
 
 
+def test_a_size_that_does_not_reach_the_limits_is_told_as_densities(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And not as a period below 0, which nobody asked for; the limits that are proposed are reached."""
+    text = TEXT.replace("param t: field = 0", "param t: field = 20mm").replace("0.1 * t", "9mm")
+    text = text.replace("gyroid(20mm) - t", "gyroid(phase=phase(t, bar)) |> shell(24mm / t)")
+    found = adapting(design(text))
+
+    def share(self: Any, value: float) -> float:
+        if value <= 0:
+            raise fail("E147", f"the period that is asked for is {value:g} mm")
+        return float(0.31 + 0.69 / (1 + (value / 20) ** 2))
+
+    monkeypatch.setattr(type(found), "_share", share)
+    monkeypatch.setattr(type(found), "as_it_stands", lambda self: share(self, 20.0))
+    with pytest.raises(PoreError, match=r"E193.*takes the density of `part` from 0\.3") as caught:
+        found.law(0.2, 0.8)
+    low, high = re.search(r"limits[ =]\"?([\d.]+)\.\.([\d.]+)", str(caught.value)).groups()  # type: ignore[union-attr]
+    law, sign = found.law(float(low), float(high))
+    assert sign == -1
+    assert law.limits[0] <= float(low) < float(high) <= law.limits[1]
+
+
+@pytest.mark.parametrize(
+    ("mean", "limits"), [(0.193, (0.2, 0.8)), (0.97, (0.2, 0.8)), (0.5, (0, 1)), (0.5, (0.8, 0.2))]
+)
+def test_limits_that_do_not_hold_the_mean_have_others_proposed(mean: float, limits: tuple[float, float]) -> None:
+    with pytest.raises(PoreError, match="E192") as caught:
+        porelang.compile(TEXT).iterate("part", limits=limits, porosity=1 - mean)
+    low, high = re.search(r"limits[ =]\"?([\d.]+)\.\.([\d.]+)", str(caught.value)).groups()  # type: ignore[union-attr]
+    assert 0 < float(low) < mean < float(high) <= 1
+
+
 MOVED = TEXT.replace("load=force(x > 29.9mm, [0N, 0N, -10N]), E=1GPa, nu=0.3, size=3mm", "load=moved(x > 29.9mm, "
                      "[0mm, 0mm, -1mm]), E=1GPa, nu=0.3, size=4mm")  # fmt: skip
 
@@ -187,6 +220,55 @@ def test_a_porosity_that_is_missed_is_told(monkeypatch: pytest.MonkeyPatch) -> N
         assert answer.porosity == pytest.approx(1 - min(mean, 0.7), abs=0.05)
 
 
+def test_a_gain_is_known_to_what_two_meshes_differ_by(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same two densities in finer elements: their ratio moves by less than is stated. Elements that join holes
+    otherwise add what those may hold."""
+    from porelang.optimize import real
+
+    kept, whole = [], real.study_of
+
+    def study_of(*args: Any) -> Any:
+        kept.append(whole(*args))
+        return kept[-1]
+
+    monkeypatch.setattr(real, "study_of", study_of)
+    short = TEXT.replace("60mm", "40mm").replace("29.9", "19.9")
+    whats = [adapting(design(short.replace("size=3mm", f"size={size}"))) for size in ("5mm", "4mm")]
+    law, sign = whats[0].law(0.3, 0.7)
+    grid = Grid(np.ones((4, 2, 2)), whats[0].box.lo, (10, 10, 10))
+    even, lean = np.full(16, 0.5), np.repeat(np.linspace(0.66, 0.34, 4), 4)
+    steps = [[Real(what, grid, law, sign, 20, 0.5).solve(d, None) for d in (even, lean)] for what in whats]
+    ratios = [second.compliance / first.compliance for first, second in steps]
+    for first, second in steps:
+        stated = float(np.hypot(first.apart, second.apart))
+        assert abs(ratios[0] / ratios[1] - 1) < stated < 0.5 * second.error
+    found = kept[-1]
+    other = replace(found, missed=replace(found.missed, handles=4, of=19, necks=0.3))
+    more = 0.5 * 4 / 20  # of what hangs on each of 20 holes
+    assert real.apart_of(other) > real.form_error(found.missed) + more
+
+
+def test_what_is_nearly_uniform_needs_no_finer_elements() -> None:
+    """A column of few cells varies a little, and a step gains nothing that was asked for."""
+    from porelang.optimize import loop
+    from porelang.optimize.doubts import doubts
+
+    step = record.Step(0, 2.0243, 0.074, 1, 1, 1, 0.5, None, 0.019, 0.009, apart=0.01)
+    next_one = replace(step, number=1, compliance=2.0239, change=-2e-4, spread=0.015)
+    what = adapting(design())
+    for spread, gain, code in (
+        (0.019, 2e-4, "W268"),
+        (0.019, -1e-3, "W268"),
+        (0.3, 2e-4, "W270"),
+        (0.04, 0.01, "W270"),
+    ):
+        first = replace(step, spread=spread)
+        after = replace(next_one, compliance=step.compliance * (1 - gain))
+        (told, *_) = doubts(what, loop.Outcome((first, after), 0, np.ones(1), "settled"), 12, 0.005, False)
+        assert told.code == code
+        assert ("finer" in (told.hint or "")) == (code == "W270")
+
+
 def test_a_loop_that_is_stopped_leaves_the_best_so_far(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -231,6 +313,7 @@ def test_a_param_is_not_called_as_what_is_on_record(tmp_path: Path) -> None:
         ({"until": float("nan")}, "E192", "less than nan"),
         ({"most": -1}, "E192", "-1 steps"),
         ({"most": 1.5}, "E108", "whole"),
+        ({"most": "x"}, "E108", "count"),
         ({"folder": 123}, "E108", "folder"),
         ({"rule": 3}, "E193", "no rule"),
         ({"rule": Optimum}, "E193", "no rule"),

@@ -76,8 +76,9 @@ LOOPS = (
         "what a part bears is uniform",
         "A rule of the loop thickens where more is borne than elsewhere. Here that differs by less than it is known\n"
         "to: a column between frictionless platens, say. Iterating would follow the noise of the mesh, so the uniform\n"
-        "part is kept. It need not be the stiffest of its mass: where stiffness rises faster than density, a dense\n"
-        "core in a light skin is stiffer.",
+        "part is kept. Where it varies by less than 5 %, and a step gains less than was asked, it is nearly uniform,\n"
+        "which finer elements do not change. It need not be the stiffest of its mass: where stiffness rises faster\n"
+        "than density, a dense core in a light skin is stiffer.",
         "",
         "",
     ),
@@ -93,9 +94,9 @@ LOOPS = (
         "W270",
         "a gain within the noise",
         "Two meshes of a lattice differ a little in stiffness, and no step was stiffer than the uniform part by\n"
-        "more: so that is kept. By how much they differ is told by the solid that each voxel has and should have.\n"
-        "It is less than either stiffness is known to, as the table says it: what both meshes err by is nearly the\n"
-        "same, and cancels. Finer elements tell more.",
+        "more: so that is kept. They differ by what each misses of its part, or joins otherwise, and by an eighth of\n"
+        "what elements leave of stresses. That is less than either stiffness is known to, as the table says it: most\n"
+        "of what both meshes err by is the same, and cancels. Finer elements tell more.",
         "",
         "",
     ),

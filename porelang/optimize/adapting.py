@@ -18,6 +18,7 @@ from porelang.diagnostics import PoreError, fail, suggest
 from porelang.formula import Formula
 from porelang.ir import TASKS, Node, node, order, within
 from porelang.measure import envelope_of
+from porelang.optimize.climb import about, climb
 from porelang.optimize.laws import Thickness
 from porelang.optimize.record import Under
 from porelang.program import Design, Program
@@ -115,16 +116,15 @@ class Adapting:
         With it comes 1, or -1 where more of the param is less of the solid: then the thickness is minus the param.
         Errors: E193 where these densities are not reached, E192 where the density does not rise all along.
         """
-        found, shares = self._outward(low, high)
+        found, shares, values = self._outward(low, high)
+        at = self._default
+        if found is None and not (at and np.isnan(self._share_or_none(-at))):  # a size is never below 0
+            values = np.array([-(_LEAST * _TIMES**k) for k in range(_STEPS, -1, -1)])
+            values = np.concatenate([values, [0.0], -values[::-1]])
+            shares = np.array([self._share_or_none(v) for v in values])
+            found = climb(values, shares, low, high)
         if found is None:
-            ladder = np.array([-(_LEAST * _TIMES**k) for k in range(_STEPS, -1, -1)])
-            ladder = np.concatenate([ladder, [0.0], -ladder[::-1]])
-            shares = np.array([self._share(v) for v in ladder])
-            found = _climb(ladder, shares, low, high)
-        if found is None:
-            raise fail("E193", f"`{self.param}` takes the density of `{self.output}` from {shares.min():.3f} to "
-                       f"{shares.max():.3f}, and nowhere from {low:g} to {high:g}",
-                       hint="narrow the limits, as in --limits 0.3..0.6, or let it thicken more")  # fmt: skip
+            raise self._out_of_reach(values, shares, low, high)
         first, last, sign = found
         for _ in range(2):  # the ladder is coarse: first to where the limits are
             values = np.linspace(first, last, _TABLE)
@@ -140,11 +140,36 @@ class Adapting:
                        hint="narrow the limits to where it does, as in --limits 0.3..0.6")  # fmt: skip
         return Thickness(shares[used], values[used]), sign
 
-    def _outward(self, low: float, high: float) -> tuple[tuple[float, float, float] | None, Array]:
+    def _share_or_none(self, value: float) -> float:
+        """NaN where the part is none with that value, as with a period below 0."""
+        try:
+            return self._share(value)
+        except PoreError:
+            return np.nan
+
+    @property
+    def _default(self) -> float:
+        """The default of the param, 0 where it varies."""
+        root = self.design.program.data[self.param].default[0]
+        return 0.0 if root.axes else float(self.design.formula(*flatten(root)).numbers[0])
+
+    def _out_of_reach(self, values: Array, shares: Array, low: float, high: float) -> PoreError:
+        """That no way up goes from one limit to the other, where values have these `shares` of solid."""
+        there = np.isfinite(shares)
+        least, most = about(values[there], shares[there], self._default)
+        hint = "let it thicken more, or narrow the limits"
+        # a little within what was found, as values have steps
+        near = max(low, np.ceil(100 * least + 1) / 100), min(high, np.floor(100 * most - 1) / 100)
+        if near[0] < near[1] and near != (low, high):
+            hint = f"narrow the limits, as in --limits {near[0]:g}..{near[1]:g}, or let it thicken more"
+        where = self.design.program.data[self.param].span
+        return fail("E193", f"`{self.param}` takes the density of `{self.output}` from {least:.3f} to {most:.3f}, and "
+                    f"nowhere from {low:g} to {high:g}", where, hint=hint)  # fmt: skip
+
+    def _outward(self, low: float, high: float) -> tuple[tuple[float, float, float] | None, Array, Array]:
         """The way up among multiples of the default of the param, as of a size, which is never 0: up and down from that
         until the densities pass the limits, or have no such part."""
-        root = self.design.program.data[self.param].default[0]
-        middle = 0.0 if root.axes else float(self.design.formula(*flatten(root)).numbers[0])
+        middle = self._default
         shares = {0: self.as_it_stands()}
         for side in (1, -1) if middle else ():
             for k in range(side, side * (_OUTWARD + 1), side):
@@ -157,27 +182,12 @@ class Adapting:
         values = np.array([middle * _APART**k for k in sorted(shares)])
         known = np.array([shares[k] for k in sorted(shares)])
         rising = np.argsort(values)
-        return _climb(values[rising], known[rising], low, high), known
+        return climb(values[rising], known[rising], low, high), known[rising], values[rising]
 
 
 def _solid(part: Formula, places: Array) -> float:
     """The share of places (n, 3) that lie in a part."""
     return float((np.asarray(NumpyField(part, "f64").at(places)) < 0).mean())
-
-
-def _climb(values: Array, shares: Array, low: float, high: float) -> tuple[float, float, float] | None:
-    """The shortest way up, from at most `low` to at least `high`, along which shares do not fall: its ends, as they are
-    after a sign that is the third; None where there is none."""
-    ways = []
-    for sign in (1.0, -1.0):
-        x, y = (values, shares) if sign > 0 else (-values[::-1], shares[::-1])
-        for i in np.flatnonzero(y <= low):
-            j = i
-            while j + 1 < len(y) and y[j + 1] >= y[j] and y[j] < high:
-                j += 1
-            if y[j] >= high:
-                ways.append((float(x[j] - x[i]), float(x[i]), float(x[j]), sign))
-    return None if not ways else min(ways)[1:]
 
 
 def adapting(

@@ -231,7 +231,7 @@ def _step(
         number, answer.compliance, answer.error, answer.peak or float(answer.von_mises.max()), nearly_all,
         answer.largest, 1 - float(np.average(density, weights=weights)) if answer.porosity is None else answer.porosity,
         change, spread_of(rule.driver(density, answer, frame), weights), answer.noise, answer.under,
-        tuple((d.code, d.message, d.label, d.hint) for d in answer.doubts),
+        tuple((d.code, d.message, d.label, d.hint) for d in answer.doubts), answer.apart,
     )  # fmt: skip
 
 
@@ -243,9 +243,9 @@ def _best(steps: list[Step]) -> int:
 
 
 def noise_of(start: Step, step: Step) -> float:
-    """By how much two meshes of a part that are alike may differ in stiffness: by the noise of the lattice in them.
-    What both err by is nearly the same, and cancels in the ratio: how differently that is known is no difference."""
-    return 0.0 if start.error is None or step.error is None else max(start.noise, step.noise)
+    """By which share the ratio of two compliances may be wrong: each mesh strays by itself (`real.apart_of`). What both
+    err by alike cancels, so that it is less than what either is known to."""
+    return float(np.hypot(start.apart or 0.0, step.apart or 0.0))
 
 
 def _reason(steps: list[Step], plan: Plan) -> Reason | None:

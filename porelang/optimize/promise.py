@@ -58,6 +58,7 @@ class Promise:
     errors: tuple[float, float]
     across: float
     few: float
+    gain_error: float
     steps: int
     path: tuple[float, ...]
     doubts: tuple[Diagnostic, ...]
@@ -68,22 +69,34 @@ class Promise:
         return self.best / self.uniform
 
     @property
+    def is_uniform(self) -> bool:
+        """Whether the best density is the same all over."""
+        return bool(np.ptp(self.density) < 1e-12)
+
+    @property
     def report(self) -> dict[str, Any]:
         """What `pore optimize --json` prints of it."""
         first, last = self.errors
         return {"rule": self.rule, "steps": self.steps, "uniform": self.uniform, "uniform_error": first,
-                "best": self.best, "best_error": last, "gain": self.gain, "path": list(self.path),
+                "best": self.best, "best_error": last, "gain": self.gain, "gain_error": self.gain_error,
+                "path": list(self.path),
                 "cells_across": self.across, "few_cells_error": self.few,
                 "law": {"density": self.law.density.tolist(), "constants": self.law.constants.tolist(),
                         "nu": self.law.nu}}  # fmt: skip
 
     def __str__(self) -> str:
-        first, last = (f"{c:.5g} +- {e:.1%}" for c, e in zip((self.uniform, self.best), self.errors, strict=True))
+        known = [f" +- {e:.1%}" if np.isfinite(e) else "" for e in (*self.errors, self.gain_error)]
+        first, last = f"{self.uniform:.5g}{known[0]}", f"{self.best:.5g}{known[1]}"
         where = "" if self.few == SIDES / self.across else " what is loaded"
         many = (LOADED if where else SIDES) / self.few
         of = f"{self.few:.0%} for the {many:.2g} cells across{where}"
-        return (f"homogenised, {self.rule}, {self.steps} steps: from {first} to {last} N mm, {self.gain:.3f} of the "
-                f"uniform compliance; each error has {of}")  # fmt: skip
+        each = (
+            f"each error has {of}"
+            if np.isfinite(self.errors[0])
+            else (f"the errors are not known, as voxels twice as large do not hold what is loaded; at least {of}")
+        )
+        return (f"homogenised, {self.rule}, {self.steps} steps: from {first} to {last} N mm, {self.gain:.3f}{known[2]} "
+                f"of the uniform compliance; {each}")  # fmt: skip
 
 
 def promise(
@@ -115,7 +128,9 @@ def promise(
     across = cells_across(grid, cell)
     few = max(SIDES / across, LOADED / loaded_across(problem, cell))
     errors = [abs(r / c - 1) + slack + few for r, c in zip(rough, (first, last), strict=True)]
-    return Promise(rule.name, found, best.density, first, last, (errors[0], errors[1]), across, few, best.best,
+    voxels = abs(rough[1] / rough[0] / (last / first) - 1) if np.isfinite(rough).all() else np.inf
+    return Promise(rule.name, found, best.density, first, last, (errors[0], errors[1]), across, few,
+                   few + voxels, best.best,
                    tuple(step.compliance for step in best.steps), tuple(doubts))  # fmt: skip
 
 

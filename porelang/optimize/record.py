@@ -57,7 +57,8 @@ class Step:
     homogenised material, or in the solid of the real lattice),
     `stress_per_density` MPa (von Mises' over the density, below which 99 % of the volume is), `max_displacement` mm,
     `porosity` 0..1, `change` of the compliance, relative to the step before, `spread` of what the rule looks at (its
-    coefficient of variation), and `noise`, the relative error of the analysis.
+    coefficient of variation), `noise`, the relative error of the energies, and `apart`, by which share the compliance
+    may differ from what another mesh says, where there is one.
 
     `under` says what loads the part. Under displacements that are prescribed the compliance is the work that they take,
     of which more is stiffer; `softness` is what rises with compliance under both. `doubts` are those of the study.
@@ -75,6 +76,7 @@ class Step:
     noise: float
     under: Under = "forces"
     doubts: tuple[Doubtful, ...] = ()
+    apart: float | None = None
 
     @property
     def softness(self) -> float:
@@ -221,7 +223,8 @@ def _read(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]], str]:
 
 def _step(line: dict[str, Any]) -> Step:
     """A step of its line."""
-    known = {f.name: line[f.name] for f in fields(Step)}
+    known: dict[str, Any] = {"apart": None} | line  # which older records have not
+    known = {f.name: known[f.name] for f in fields(Step)}
     return Step(**{**known, "doubts": tuple((str(c), str(m), str(n), str(h)) for c, m, n, h in known["doubts"])})
 
 

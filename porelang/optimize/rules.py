@@ -30,9 +30,10 @@ class Answer:
     falls with a step of the density there, per volume; `von_mises` (m,) MPa, macroscopic. `noise` is the relative error
     of the energies, `state` what a next solution begins from, if anything.
 
-    Of the real lattice there is more: the relative `error` of the compliance, the `peak` of von Mises' stress in its
-    solid (MPa), its `porosity` as it was measured, the `samples` that made it, arrays for the record, and the `doubts`
-    of its study. `under` says what loads it: of `displacements` the compliance is the work that they take.
+    Of the real lattice there is more: the relative `error` of the compliance, the share `apart` by which that may
+    differ from what another mesh of a part like it says, the `peak` of von Mises' stress in its solid (MPa), its
+    `porosity` as it was measured, the `samples` that made it, arrays for the record, and the `doubts` of its study.
+    `under` says what loads it: of `displacements` the compliance is the work that they take.
     """
 
     compliance: float
@@ -48,6 +49,7 @@ class Answer:
     samples: Mapping[str, Array] = field(default_factory=dict)
     under: Under = "forces"
     doubts: tuple[Doubt, ...] = ()
+    apart: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -73,11 +73,15 @@ class Optimized:
         return self.steps[self.best].softness / self.steps[0].softness
 
     @property
+    def gain_error(self) -> float:
+        """By which share of itself the gain may be wrong: what meshes of two such parts differ by."""
+        return loop.noise_of(self.steps[0], self.steps[self.best]) if self.best else 0.0
+
+    @property
     def ended(self) -> str:
         """Why it ended, and what the best step is, in a line."""
-        text = f"ended: {self.reason}; step {self.best} has {self.gain:.3f} of the uniform compliance"
-        if noise := loop.noise_of(self.steps[0], self.steps[self.best]) if self.best else 0.0:
-            text += f", where two such meshes differ by {noise:.1%}"
+        known = f" +- {self.gain_error:.1%}" if self.gain_error else ""
+        text = f"ended: {self.reason}; step {self.best} has {self.gain:.3f}{known} of the uniform compliance"
         if self.steps[0].under == "displacements":
             text += f" under equal forces, and takes {1 / self.gain:.3f} of the work under these displacements"
         return text
@@ -114,6 +118,7 @@ class Optimized:
         promised = {} if self.promise is None else {"promise": self.promise.report}
         return {"output": self.output, "adapts": self.param, "study": self.study, "rule": self.rule, "cell": self.cell,
                 "steps": [asdict(s) for s in self.steps], "best": self.best, "gain": self.gain,
+                "gain_error": self.gain_error,
                 "ended": self.reason, "failed": [d.to_json() for d in self.failed], **promised}  # fmt: skip
 
 
@@ -168,7 +173,7 @@ def optimize(
     mean = 1 - target
     if not 0 < low < mean < high <= 1:
         raise fail("E192", f"a porosity of {target:.1%} is no mean of densities between {low:g} and {high:g}",
-                   hint="choose others, as in --limits 0.2..0.8, or a --porosity between")  # fmt: skip
+                   hint=_holding(mean, low, high))  # fmt: skip
     thickness, sign = what.law(low, high)
     plan = loop.Plan(mean, low, high, 0.0, until, most, damping)  # the analysis averages over a cell itself
     promised = None
@@ -178,6 +183,8 @@ def optimize(
         after = None if isinstance(made, Optimum) else made
         made = Given(promised.density, f"{made.name}, homogenised", after)
         plan = replace(plan, least=1, most=most if after else min(1, most), damping=damping if after else 1.0)
+        if promised.is_uniform and after is None:  # the start is the optimum: it need not be solved twice
+            plan = replace(plan, most=0)
     else:
         grid = _grid(what, size)
     analysis = Real(what, grid, thickness, sign, size, mean)
@@ -193,9 +200,10 @@ def optimize(
 
     found = loop.iterate(analysis, made, plan, folder=folder, resume=resume, told=told, anew=force, seen=keep)
     samples, _ = analysis.samples(found.density)
-    made_real = promised and plan.most == 1 and found.reason == "most"
-    reason = "the optimum is solved as a lattice" if made_real else loop.REASONS[found.reason]
-    told_of = [*doubts(what, found, size), *(promised.doubts if promised else ())]
+    reason = loop.REASONS[found.reason]
+    if promised and found.reason == "most" and isinstance(made, Given) and made.after is None and most:
+        reason = f"the optimum is {'the uniform density' if promised.is_uniform else 'solved as a lattice'}"
+    told_of = [*doubts(what, found, size, until, isinstance(made, Given)), *(promised.doubts if promised else ())]
     result = Optimized(
         what.output, what.param, what.study, made.name, size, found.steps, found.best, reason, samples,
         sampled(grid, found.density), what.with_samples(samples), tuple(told_of), found.failed, promised,
@@ -203,6 +211,15 @@ def optimize(
     if folder is not None:
         _write(result, Path(folder))
     return result
+
+
+def _holding(mean: float, low: float, high: float) -> str:
+    """A way out of limits of the density that do not hold its mean."""
+    some = low if 0 < low < mean else min(0.2, float(f"{mean / 3:.1g}"))
+    most = high if mean < high < 1 else 0.8 if mean < 0.7 else round(1 - (1 - mean) / 3, 2)
+    if not 0 < some < mean < most <= 1:
+        return "a porosity lies between 0 and 100 %, and densities between 0 and 1: --porosity 50% --limits 0.2..0.8"
+    return f"choose others, as in --limits {some:g}..{most:g}" + (", or a --porosity between" if low < high else "")
 
 
 def _rule(rule: str | Rule) -> Rule:
