@@ -135,9 +135,10 @@ class Adapting:
         used = slice(max(0, inside[0] - 1), inside[-1] + 2)
         flat = np.flatnonzero(np.diff(shares[used]) <= 0)
         if len(flat):
+            near = _within(*about(values[used], shares[used], sign * at or float(values[used].mean())), low, high)
             raise fail("E192", f"the density of `{self.output}` does not rise at `{self.param}` = "
                        f"{sign * float(values[used][flat[0]]):.4g}",
-                       hint="narrow the limits to where it does, as in --limits 0.3..0.6")  # fmt: skip
+                       hint=f"narrow the limits to where it does, as in --limits {near or '0.3..0.6'}")  # fmt: skip
         return Thickness(shares[used], values[used]), sign
 
     def _share_or_none(self, value: float) -> float:
@@ -158,10 +159,8 @@ class Adapting:
         there = np.isfinite(shares)
         least, most = about(values[there], shares[there], self._default)
         hint = "let it thicken more, or narrow the limits"
-        # a little within what was found, as values have steps
-        near = max(low, np.ceil(100 * least + 1) / 100), min(high, np.floor(100 * most - 1) / 100)
-        if near[0] < near[1] and near != (low, high):
-            hint = f"narrow the limits, as in --limits {near[0]:g}..{near[1]:g}, or let it thicken more"
+        if near := _within(least, most, low, high):
+            hint = f"narrow the limits, as in --limits {near}, or let it thicken more"
         where = self.design.program.data[self.param].span
         return fail("E193", f"`{self.param}` takes the density of `{self.output}` from {least:.3f} to {most:.3f}, and "
                     f"nowhere from {low:g} to {high:g}", where, hint=hint)  # fmt: skip
@@ -183,6 +182,12 @@ class Adapting:
         known = np.array([shares[k] for k in sorted(shares)])
         rising = np.argsort(values)
         return climb(values[rising], known[rising], low, high), known[rising], values[rising]
+
+
+def _within(least: float, most: float, low: float, high: float) -> str:
+    """Limits of the density, a little within those that were found, as values have steps; empty where they are none."""
+    some, more = max(low, np.ceil(100 * least + 1) / 100), min(high, np.floor(100 * most - 1) / 100)
+    return f"{some:g}..{more:g}" if some < more and (some, more) != (low, high) else ""
 
 
 def _solid(part: Formula, places: Array) -> float:

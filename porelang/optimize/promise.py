@@ -89,7 +89,7 @@ class Promise:
         first, last = f"{self.uniform:.5g}{known[0]}", f"{self.best:.5g}{known[1]}"
         where = "" if self.few == SIDES / self.across else " what is loaded"
         many = (LOADED if where else SIDES) / self.few
-        of = f"{self.few:.0%} for the {many:.2g} cells across{where}"
+        of = f"{self.few:.0%} for the {many:.2g} cell{'s' * (f'{many:.2g}' != '1')} across{where}"
         each = (
             f"each error has {of}"
             if np.isfinite(self.errors[0])
