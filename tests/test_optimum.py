@@ -237,6 +237,7 @@ def test_the_optimum_is_made_real(
     assert promised["uniform"] == pytest.approx(found["steps"][0]["compliance"], rel=0.3)
     assert promised["cells_across"] == pytest.approx(1)
     assert promised["few_cells_error"] == pytest.approx(0.65)
+    assert promised["gain_error"] == pytest.approx(0.65 * promised["gain"])
     assert 0 < promised["best_error"] - 0.65 < 0.2  # what voxels twice as large change, and cells of 12 voxels
     assert "the optimum is solved as a lattice" in (folder / "history.md").read_text()
     assert all(step["porosity"] == pytest.approx(0.5, abs=1e-3) for step in found["steps"])

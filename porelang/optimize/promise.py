@@ -68,22 +68,32 @@ class Promise:
         return self.best / self.uniform
 
     @property
+    def gain_error(self) -> float:
+        """How far the gain may be off for so few cells; what else both compliances err by is alike, and cancels."""
+        return self.few * self.gain
+
+    @property
     def report(self) -> dict[str, Any]:
         """What `pore optimize --json` prints of it."""
         first, last = self.errors
         return {"rule": self.rule, "steps": self.steps, "uniform": self.uniform, "uniform_error": first,
-                "best": self.best, "best_error": last, "gain": self.gain, "path": list(self.path),
+                "best": self.best, "best_error": last, "gain": self.gain, "gain_error": self.gain_error,
+                "path": list(self.path),
                 "cells_across": self.across, "few_cells_error": self.few,
                 "law": {"density": self.law.density.tolist(), "constants": self.law.constants.tolist(),
                         "nu": self.law.nu}}  # fmt: skip
 
     def __str__(self) -> str:
-        first, last = (f"{c:.5g} +- {e:.1%}" for c, e in zip((self.uniform, self.best), self.errors, strict=True))
+        first, last = (_known(c, e) for c, e in zip((self.uniform, self.best), self.errors, strict=True))
         where = "" if self.few == SIDES / self.across else " what is loaded"
         many = (LOADED if where else SIDES) / self.few
         of = f"{self.few:.0%} for the {many:.2g} cells across{where}"
-        return (f"homogenised, {self.rule}, {self.steps} steps: from {first} to {last} N mm, {self.gain:.3f} of the "
-                f"uniform compliance; each error has {of}")  # fmt: skip
+        return (f"homogenised, {self.rule}, {self.steps} steps: from {first} to {last} N mm, {self.gain:.3f} "
+                f"+- {self.gain_error:.2g} of the uniform compliance; each error has {of}")  # fmt: skip
+
+
+def _known(compliance: float, error: float) -> str:
+    return f"{compliance:.5g} {f'+- {error:.1%}' if np.isfinite(error) else '(how well that is known is not known)'}"
 
 
 def promise(

@@ -167,8 +167,9 @@ def optimize(
     target = 1 - (what.as_it_stands() if porosity is None else 1 - porosity)
     mean = 1 - target
     if not 0 < low < mean < high <= 1:
+        held = f", as in --limits {mean / 3:.2g}..{(1 + mean) / 2:.2g}," if 0 < mean < 1 else ""
         raise fail("E192", f"a porosity of {target:.1%} is no mean of densities between {low:g} and {high:g}",
-                   hint="choose others, as in --limits 0.2..0.8, or a --porosity between")  # fmt: skip
+                   hint=f"choose others{held} or a --porosity between")  # fmt: skip
     thickness, sign = what.law(low, high)
     plan = loop.Plan(mean, low, high, 0.0, until, most, damping)  # the analysis averages over a cell itself
     promised = None
