@@ -195,6 +195,8 @@ def test_what_is_doubtful_is_said() -> None:
     assert "W286" in codes(replace(plain, supports=(SLEEVE,), loads=(half,)))
     beyond = replace(half, where=lambda p: p[:, 2] > 0.55)
     assert "W286" not in codes(replace(plain, supports=(SLEEVE,), loads=(beyond,)))
+    strip = Support(lambda p: (p[:, 2] < 1e-9) & (p[:, 0] < 0.45), name="strip")  # a row of elements, .25 of .45
+    assert codes(replace(plain, supports=(strip,), balanced=False)) - {"W257"} == {"W288"}
     assert codes(replace(plain, poisson=0.499)) == {"W259"}
     assert codes(replace(plain, poisson=0.46, order=1)) == {"W259"}
 

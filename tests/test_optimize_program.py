@@ -308,6 +308,7 @@ def test_a_param_is_not_called_as_what_is_on_record(tmp_path: Path) -> None:
         ({"limits": 0.5}, "E108", "pair"),
         ({"limits": ("a", 1)}, "E108", "pair"),
         ({"porosity": "much"}, "E108", "share"),
+        ({"porosity": 0.97}, "E192", r"limits=.0\.01\.\.0\.52"),
         ({"porosity": [1]}, "E108", "number"),
         ({"until": -1}, "E192", "less than -1"),
         ({"until": float("nan")}, "E192", "less than nan"),

@@ -1,4 +1,4 @@
-"""E170-E178, W255-W259, W280-W281, W286: parts under load."""
+"""E170-E178, W255-W259, W280-W281, W286, W288: parts under load."""
 
 from __future__ import annotations
 
@@ -153,6 +153,16 @@ ELASTICITY = (
         "and stresses and displacements are those of the rest. Conditions of a load and a support overlap, as\n"
         "`z < -8mm` does with `z < -9.9mm`. Above nine tenths it is refused (E173). A load all round a part that is\n"
         "held at one end has a little of that, and a tenth is not spoken of.",
+        "",
+        "",
+    ),
+    Code(
+        "W288",
+        "a support that ends within elements",
+        "Supports hold nodes. Where one ends within an element, what it holds reaches to its last node and no\n"
+        "further: a strip of 3 mm in elements of 2.5 mm is one row of them, or two. The area that its nodes have\n"
+        "is another by more than a quarter than the one that the condition holds of the surface, which is how much\n"
+        "the stiffness of what is held depends on the elements.",
         "",
         "",
     ),

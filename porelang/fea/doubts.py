@@ -6,9 +6,11 @@ import numpy as np
 
 from porelang.diagnostics import Diagnostic
 from porelang.fea.checks import taken
+from porelang.fea.covered import covered
 from porelang.fea.nodes import EDGES, Nodes
 from porelang.fea.problem import Floats, Pressure
 from porelang.fea.solution import Solution
+from porelang.fea.supports import name_of
 from porelang.fea.surface import interleaved, place
 from porelang.fea.system import System
 
@@ -22,6 +24,8 @@ _COARSE = 0.2
 _RAGGED = 0.1
 #: Of a load, what supports may take without a word: the edge of an area that is held is on both sides of it.
 _MUCH = 0.1
+#: Of what a support selects of a surface, by how much its nodes may have more or less: as wide as an element or so.
+_BESIDE = 0.25
 #: No share is told that is smaller.
 _SMALLEST = 1e-6
 #: Near 0.5 displacements of the order lock.
@@ -31,10 +35,10 @@ _LOCKS = {1: 0.45, 2: 0.495}
 def of(found: Solution, system: System, tolerance: float) -> tuple[Diagnostic, ...]:
     """Warnings: W255 for several pieces, W256 for walls of one element, W257 for a large error, W258 for a force that
     stands on a point, W259 where elements lock, W280 for a pressure on a ragged area, W281 for an equilibrium that
-    rounding ends early, W286 for a load that supports take.
+    rounding ends early, W286 for a load that supports take, W288 for a support that ends within elements.
     """
     told = [_pieces(system.bodies), _thin(found.nodes), _coarse(found), *_points(found), _locking(found)]
-    told += [*_ragged(found, system), _unsettled(found, tolerance), *_taken(system)]
+    told += [*_ragged(found, system), _unsettled(found, tolerance), *_taken(system), *_beside(found, system)]
     return tuple(d for d in told if d is not None)
 
 
@@ -174,6 +178,24 @@ def _taken(system: System) -> list[Diagnostic]:
                 "load the part where it is not held, or hold less of it; finer elements take what is beside it apart",
             )
         )
+    return told
+
+
+def _beside(found: Solution, system: System) -> list[Diagnostic]:
+    """Supports whose nodes hold another area than they select: they end within elements."""
+    told = []
+    for number, (support, held) in enumerate(zip(found.problem.supports, found.reactions, strict=True)):
+        name = name_of(support, number)
+        wanted = covered(support.where, system.nodes, system.boundary, name).area if held.area > 0 else 0.0
+        if wanted > 0 and abs(held.area / wanted - 1) > _BESIDE:
+            told.append(
+                _warn(
+                    "W288",
+                    f"{name} holds {held.area:.3g} mm2 of the surface, where {wanted:.3g} are selected: it ends within "
+                    "elements",
+                    "take finer elements, or let it end at a rim of the part",
+                )
+            )
     return told
 
 

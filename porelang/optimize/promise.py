@@ -58,7 +58,6 @@ class Promise:
     errors: tuple[float, float]
     across: float
     few: float
-    gain_error: float
     steps: int
     path: tuple[float, ...]
     doubts: tuple[Diagnostic, ...]
@@ -74,6 +73,11 @@ class Promise:
         return bool(np.ptp(self.density) < 1e-12)
 
     @property
+    def gain_error(self) -> float:
+        """How far the gain may be off for so few cells; what else both compliances err by is alike, and cancels."""
+        return self.few * self.gain
+
+    @property
     def report(self) -> dict[str, Any]:
         """What `pore optimize --json` prints of it."""
         first, last = self.errors
@@ -85,18 +89,16 @@ class Promise:
                         "nu": self.law.nu}}  # fmt: skip
 
     def __str__(self) -> str:
-        known = [f" +- {e:.1%}" if np.isfinite(e) else "" for e in (*self.errors, self.gain_error)]
-        first, last = f"{self.uniform:.5g}{known[0]}", f"{self.best:.5g}{known[1]}"
+        first, last = (_known(c, e) for c, e in zip((self.uniform, self.best), self.errors, strict=True))
         where = "" if self.few == SIDES / self.across else " what is loaded"
         many = (LOADED if where else SIDES) / self.few
         of = f"{self.few:.0%} for the {many:.2g} cell{'s' * (f'{many:.2g}' != '1')} across{where}"
-        each = (
-            f"each error has {of}"
-            if np.isfinite(self.errors[0])
-            else (f"the errors are not known, as voxels twice as large do not hold what is loaded; at least {of}")
-        )
-        return (f"homogenised, {self.rule}, {self.steps} steps: from {first} to {last} N mm, {self.gain:.3f}{known[2]} "
-                f"of the uniform compliance; {each}")  # fmt: skip
+        return (f"homogenised, {self.rule}, {self.steps} steps: from {first} to {last} N mm, {self.gain:.3f} "
+                f"+- {self.gain_error:.2g} of the uniform compliance; each error has {of}")  # fmt: skip
+
+
+def _known(compliance: float, error: float) -> str:
+    return f"{compliance:.5g} {f'+- {error:.1%}' if np.isfinite(error) else '(how well that is known is not known)'}"
 
 
 def promise(
@@ -128,9 +130,7 @@ def promise(
     across = cells_across(grid, cell)
     few = max(SIDES / across, LOADED / loaded_across(problem, cell))
     errors = [abs(r / c - 1) + slack + few for r, c in zip(rough, (first, last), strict=True)]
-    voxels = abs(rough[1] / rough[0] / (last / first) - 1) if np.isfinite(rough).all() else np.inf
-    return Promise(rule.name, found, best.density, first, last, (errors[0], errors[1]), across, few,
-                   few + voxels, best.best,
+    return Promise(rule.name, found, best.density, first, last, (errors[0], errors[1]), across, few, best.best,
                    tuple(step.compliance for step in best.steps), tuple(doubts))  # fmt: skip
 
 

@@ -74,13 +74,13 @@ class Optimized:
 
     @property
     def gain_error(self) -> float:
-        """By which share of itself the gain may be wrong: what meshes of two such parts differ by."""
-        return loop.noise_of(self.steps[0], self.steps[self.best]) if self.best else 0.0
+        """How far the gain may be off: what meshes of two such parts differ by."""
+        return loop.noise_of(self.steps[0], self.steps[self.best]) * self.gain if self.best else 0.0
 
     @property
     def ended(self) -> str:
         """Why it ended, and what the best step is, in a line."""
-        known = f" +- {self.gain_error:.1%}" if self.gain_error else ""
+        known = f" +- {self.gain_error:.2g}" if self.gain_error else ""
         text = f"ended: {self.reason}; step {self.best} has {self.gain:.3f}{known} of the uniform compliance"
         if self.steps[0].under == "displacements":
             text += f" under equal forces, and takes {1 / self.gain:.3f} of the work under these displacements"
@@ -172,8 +172,9 @@ def optimize(
     target = 1 - (what.as_it_stands() if porosity is None else 1 - porosity)
     mean = 1 - target
     if not 0 < low < mean < high <= 1:
+        held = f", as in --limits {mean / 3:.2g}..{(1 + mean) / 2:.2g}," if 0 < mean < 1 else ""
         raise fail("E192", f"a porosity of {target:.1%} is no mean of densities between {low:g} and {high:g}",
-                   hint=_holding(mean, low, high))  # fmt: skip
+                   hint=f"choose others{held} or a --porosity between")  # fmt: skip
     thickness, sign = what.law(low, high)
     plan = loop.Plan(mean, low, high, 0.0, until, most, damping)  # the analysis averages over a cell itself
     promised = None
@@ -211,15 +212,6 @@ def optimize(
     if folder is not None:
         _write(result, Path(folder))
     return result
-
-
-def _holding(mean: float, low: float, high: float) -> str:
-    """A way out of limits of the density that do not hold its mean."""
-    some = low if 0 < low < mean else min(0.2, float(f"{mean / 3:.1g}"))
-    most = high if mean < high < 1 else 0.8 if mean < 0.7 else round(1 - (1 - mean) / 3, 2)
-    if not 0 < some < mean < most <= 1:
-        return "a porosity lies between 0 and 100 %, and densities between 0 and 1: --porosity 50% --limits 0.2..0.8"
-    return f"choose others, as in --limits {some:g}..{most:g}" + (", or a --porosity between" if low < high else "")
 
 
 def _rule(rule: str | Rule) -> Rule:
