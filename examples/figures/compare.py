@@ -268,10 +268,10 @@ and polar diamond almost alike. Here is that analysis, with what it takes to che
 Cylinders of {diameter:g} mm x {height:g} mm, porosity 0.5, {force:g} kN along the axis; PA12, E = {young:g} MPa,
 nu = {poisson:g}. A rigid platen at each end: bonded (the ends do not move sideways) or frictionless (they do).
 Quadratic tetrahedra in cubes of {sizes} mm, {unknowns} million unknowns; those of the polar diamond, whose
-cells shrink to wedges near the axis, are {coarser:g} times as large, and halved there. Values are those of the finest mesh;
-behind ± is what finer ones may still change: the last step over r^{order} - 1, r the ratio of the sizes, or half of the
-larger step if that is more. Displacements are in proportion to the force and to 1/E. *Dropped* is the share of the
-volume that hung together with nothing in the finest mesh.
+cells shrink to wedges near the axis, are {coarser:g} times as large, and halved there. Values are those of the finest
+mesh; behind ± is what finer ones may still change: the last step over r^{order} - 1, r the ratio of the sizes, or half
+of the larger step if that is more. Displacements are in proportion to the force and to 1/E. *Dropped* is the share of
+the volume that hung together with nothing in the finest mesh.
 
 `python examples/figures/compare.py docs/comparison.md` writes this page.
 
