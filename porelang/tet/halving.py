@@ -45,7 +45,11 @@ def refined(asked: Asked, grading: Grading) -> Made:
 
 
 def halved(asked: Asked, grading: Grading, around: Around, most: float = np.inf) -> Grading:
-    """Cubes that are smaller where a mesh of what lies around some is wrong; none where more than `most` are."""
+    """Cubes that are smaller where a mesh of what lies around some is wrong.
+
+    What is found first is halved, however little it is: a tongue that ends in a cube shows in smaller ones alone. Where
+    more than `most` cubes are wrong then, none is. After that what is missed has to matter.
+    """
     for turn in range(TURNS):
         with activity("meshing rims"):
             tell(turn, TURNS)

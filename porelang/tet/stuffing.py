@@ -72,7 +72,10 @@ def made(asked: Asked, grading: Grading, around: Around | None = None) -> Made:
 
 def _made(asked: Asked, grading: Grading, around: Around | None) -> Made:
     solid = asked.solid
-    near, beside_ends, at = (around and Region(*around[:2], around[2] + far) for far in (MESHED, MOVED, 0.0))
+    near = moves = at = None  # what is meshed, what is sharpened, what is looked at
+    if around is not None:
+        cells, frame, edges = around
+        near, moves, at = (Region(cells, frame, edges + far) for far in (MESHED, MOVED, 0.0))
     lattice = Lattice(grading.cells(asked.sizes, solid.decided, asked.void, near), grading.frame)
     value = before_ends(solid.value, grading.frame)
     background = stood_on(lattice, value)
@@ -85,7 +88,7 @@ def _made(asked: Asked, grading: Grading, around: Around | None) -> Made:
     beside = neighbours(mesh)
     tell(2, 5)
     if asked.sharp and len(mesh.tets):
-        facts |= sharpened(mesh, solid, lattice, beside, beside_ends)
+        facts |= sharpened(mesh, solid, lattice, beside, moves)
         mesh, beside = without_kites(mesh, beside)
     tell(4, 5)
     found = missed((mesh, dropped), middles_of(mesh, beside), lattice, background.values, solid, at)
