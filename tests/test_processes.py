@@ -135,6 +135,22 @@ def run(argv):
 """
 
 
+def test_what_a_signal_leaves_half_made_does_not_complain() -> None:
+    """An object whose making was interrupted lacks what its end asks for; without a signal that is told."""
+    code = (
+        "import sys; from porelang.cli.interrupts import Ended, ender; sys.unraisablehook = ender.lost\n"
+        "class Half:\n"
+        "    def __del__(self):\n"
+        "        self.never_made\n"
+    )
+    signalled = "try:\n    ender(2, None)\nexcept Ended:\n    pass\n"
+    for before, tells in (("", True), (signalled, False)):
+        done = subprocess.run(
+            [sys.executable, "-c", code + before + "x = Half(); del x"], capture_output=True, text=True, check=True
+        )
+        assert ("never_made" in done.stderr) == tells
+
+
 def test_a_signal_that_falls_into_a_callback_is_not_lost() -> None:
     """Python lets no exception out of the callback of a weak reference, such as its imports have; also under nohup."""
     code = f"""{INTERRUPTED}    time.sleep(20)

@@ -173,7 +173,7 @@ def test_params_of_every_sort() -> None:
         ({"w": float("inf")}, "cannot be"),
         ({"kind": "giroid"}, "did you mean `gyroid`?"),
         ({"n": 3}, "cannot be"),
-        ({"v": 3}, "no param `v`"),
+        ({"v": 3}, "`v` is neither an option of what is asked nor a param"),
         ({"on": "maybe"}, "cannot be"),
     ]:
         with pytest.raises(porelang.PoreError, match=words.replace("?", r"\?")):

@@ -33,12 +33,14 @@ class Ender:
             raise Ended(number)
 
     def lost(self, unraisable: sys.UnraisableHookArgs) -> None:
-        """Raise it again in a moment if it fell into a callback of Python's own, which lets no exception out."""
+        """Raise it again in a moment if it fell into a callback of Python's own, which lets no exception out. What else
+        goes wrong in one after a signal is of objects that this left half made, and is no news."""
         import signal
 
         ended = unraisable.exc_value
         if not isinstance(ended, Ended) or not hasattr(signal, "setitimer"):
-            sys.__unraisablehook__(unraisable)
+            if self.number is None:
+                sys.__unraisablehook__(unraisable)
             return
         self.last = -_SAME_WISH
         signal.signal(signal.SIGALRM, lambda _, frame: self(ended.args[0], frame))
