@@ -286,7 +286,7 @@ def test_what_was_not_studied_is_grey_and_told(deform: bool, request: pytest.Fix
     wishes = PLAIN | {"field": "s.von_mises", "deform": deform}
     with pytest.warns(porelang.PoreWarning, match=r"W285.*(50|51|49)% of what is drawn lies beyond") as told:
         made = porelang.compile(both).render(**wishes)
-    assert [w.message.diagnostic.code for w in told] == ["W285"]  # type: ignore[union-attr]
+    assert [w.message.diagnostic.code for w in told] == ["W285"]
     assert ("moved with the nearest place" in str(told[0].message)) == deform
     there = made.pixels[..., 3] > 0
     there[:30] = False  # what is written on it

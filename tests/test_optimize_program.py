@@ -118,7 +118,7 @@ def test_a_size_that_does_not_reach_the_limits_is_told_as_densities(monkeypatch:
     monkeypatch.setattr(type(found), "as_it_stands", lambda self: share(self, 20.0))
     with pytest.raises(PoreError, match=r"E193.*takes the density of `part` from 0\.3") as caught:
         found.law(0.2, 0.8)
-    low, high = re.search(r"limits[ =]\"?([\d.]+)\.\.([\d.]+)", str(caught.value)).groups()  # type: ignore[union-attr]
+    low, high = re.search(r"limits[ =]\"?([\d.]+)\.\.([\d.]+)", str(caught.value)).groups()
     law, sign = found.law(float(low), float(high))
     assert sign == -1
     assert law.limits[0] <= float(low) < float(high) <= law.limits[1]
@@ -130,7 +130,7 @@ def test_a_size_that_does_not_reach_the_limits_is_told_as_densities(monkeypatch:
 def test_limits_that_do_not_hold_the_mean_have_others_proposed(mean: float, limits: tuple[float, float]) -> None:
     with pytest.raises(PoreError, match="E192") as caught:
         porelang.compile(TEXT).iterate("part", limits=limits, porosity=1 - mean)
-    low, high = re.search(r"limits[ =]\"?([\d.]+)\.\.([\d.]+)", str(caught.value)).groups()  # type: ignore[union-attr]
+    low, high = re.search(r"limits[ =]\"?([\d.]+)\.\.([\d.]+)", str(caught.value)).groups()
     assert 0 < float(low) < mean < float(high) <= 1
 
 
@@ -156,7 +156,7 @@ def test_a_loop_tells_of_its_best_step_and_its_cell(tmp_path: Path) -> None:
     program = porelang.compile(MOVED)
     with pytest.warns(porelang.PoreWarning) as told:
         found = program.iterate("part", most=0, until="0.5%", limits="30%..0.7", damping="0.5", folder=tmp_path / "a")
-    assert "W284" in {w.message.diagnostic.code for w in told}  # type: ignore[union-attr]
+    assert "W284" in {w.message.diagnostic.code for w in told}
     assert all("step 0" in d.message for d in found.told if d.code in ("W284", "W266"))
     (step,) = found.steps
     head, line = (json.loads(text) for text in (tmp_path / "a" / "loop.jsonl").read_text().splitlines())

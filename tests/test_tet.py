@@ -392,10 +392,15 @@ def test_kites_on_the_surface_are_left_out() -> None:
         if volumes(whole)[-1] > 0:
             break
     assert not sound(whole).faults
-    mended, beside = without_kites(whole, neighbours(whole))
+    mended, beside, left = without_kites(whole, neighbours(whole))
+    assert not len(left)
     assert len(mended.tets) == len(plain.tets)
     assert not sound(mended, beside).faults
     assert dihedral_angles(mended).min() > 30
+    filled = TetMesh(whole.vertices, whole.tets, whole.phase, ("solid", "void"))  # then it would be a hole
+    same, _, left = without_kites(filled, neighbours(filled))
+    assert same is filled
+    assert left.tolist() == whole.tets[-1:].tolist()
 
 
 def test_a_line_or_a_circle_of_touch_is_no_end() -> None:

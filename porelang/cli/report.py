@@ -63,6 +63,11 @@ def put(value: Any) -> None:
     print(json.dumps(finite(value), indent=2))
 
 
+def halved(many: int, finest: float) -> str:
+    """How many cubes were halved at rims, and how large (mm) the smallest are."""
+    return f"{many:,} {'cube' if many == 1 else 'cubes'} halved at rims, to {finest:.3g} mm"
+
+
 def finite(value: Any) -> Any:
     """A value with None for what is no finite number."""
     match value:

@@ -79,7 +79,7 @@ def _text(path: str, found: Strength, seconds: float) -> str:
     solved = found.solved
     turns = solved.asked.whole is not None and solved.asked.whole.name == "twist_load"
     fine = solved.sized
-    halved = f", {fine.halved:,} cubes at rims halved to {fine.least:.2g} mm" if fine.halved else ""
+    halved = f", {report.halved(fine.halved, fine.least)}" if fine.halved else ""
     lines = {
         "study": found.name,
         "elements": f"{len(solved.mesh.tets):,} of {solved.sized.span} mm{halved}, {solved.unknowns:,} unknowns",

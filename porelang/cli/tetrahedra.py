@@ -80,8 +80,7 @@ def _at_the_surface(found: dict[str, Any]) -> str:
 
 
 def _halved(found: dict[str, Any]) -> str:
-    many, finest = found.get("halved", 0), found.get("finest_cube", 0.0)
-    return f"; {many:,} of the cubes halved, to {finest:.3g} mm" if many else ""
+    return f"; {report.halved(found['halved'], found['finest_cube'])}" if found.get("halved") else ""
 
 
 def _volume(found: dict[str, Any]) -> str:

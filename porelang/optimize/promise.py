@@ -221,6 +221,6 @@ def _coarser(
     for density in densities:
         near = averaged(grid, 1.5 * max(grid.spacing))(density)[grid.nearest(coarse.centres)]
         low, high = np.full(len(near), plan.low), np.full(len(near), plan.high)
-        kept = restored(lambda s, near=near: near + s, low, high, coarse.weights, plan.mean)  # type: ignore[misc]
+        kept = restored(lambda s, near=near: near + s, low, high, coarse.weights, plan.mean)  # type: ignore[misc]  # a default binds now
         out.append(analysis.solve(kept, None).compliance)
     return out

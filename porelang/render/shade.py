@@ -47,7 +47,9 @@ def open_sky(distance: NDArray[np.float32], normals: NDArray[np.float32], camera
 
 
 @compiled
-def _place(i: int, j: int, far: float, half_high: float, half_wide: float, per: float, perspective: bool):  # type: ignore[no-untyped-def]
+def _place(
+    i: int, j: int, far: float, half_high: float, half_wide: float, per: float, perspective: bool
+) -> tuple[float, float, float]:
     """Where a sample lies, in the viewer's axes."""
     x, y = (j + 0.5 - half_wide) / per, (half_high - i - 0.5) / per
     if not perspective:

@@ -24,7 +24,7 @@ from porelang.diagnostics import fail
 try:
     import fcntl
 except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
+    fcntl = None  # type: ignore[assignment]  # a module, or none
 
 MANIFEST = "layers.json"
 PATIENCE = 20.0  # seconds to wait for another process that renames a folder beside

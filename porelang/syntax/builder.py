@@ -256,7 +256,7 @@ class Builder:
         return tree.Clause(tree.Name(name.span, name.text), items, tuple(filters))
 
     def filter(self, children: list[Any]) -> tree.Expr:
-        return children[1]  # type: ignore[no-any-return]
+        return children[1]  # type: ignore[no-any-return]  # what lark hands over has no type
 
     def block(self, children: list[Any]) -> tree.Block:
         opened, *bindings, value, close = children

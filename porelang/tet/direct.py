@@ -12,8 +12,8 @@ from porelang.diagnostics import Diagnostic, fail
 from porelang.formula import Formula
 from porelang.progress import activity
 from porelang.solid import Solid
-from porelang.tet.finer import Grading
 from porelang.tet.frame import Frame, framed
+from porelang.tet.grading import Grading
 from porelang.tet.halving import refined
 from porelang.tet.lattice import Lattice
 from porelang.tet.quality import figures
@@ -49,8 +49,8 @@ def direct(
     the part. Where the mesh would still miss something of it, cubes are halved, twice at most; what is `missing` and
     what is `extra` after that, by more than a bend, is told in mm3.
     F. Labelle & J. R. Shewchuk, Isosurface Stuffing, SIGGRAPH 2007: where the surface is smooth and the cubes are of
-    one size and small against its bend, all dihedral angles are within 10.7 .. 164.8 degrees; at rims and where cubes
-    of two sizes meet, smaller and larger ones are left only where stuffing has them already.
+    one size and small against its bend, all dihedral angles are within 10.7 .. 164.8 degrees. Where cubes of two sizes
+    meet at a surface that is not proven: such slivers are halved away, as far as cubes may be.
     Errors: E160 the size, E161 too many tetrahedra, E162 no mesh at this size, E110 the field is not a number.
 
     >>> from porelang.compiler import compile

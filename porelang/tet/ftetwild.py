@@ -94,7 +94,7 @@ def ftetwild(
         found = _made(vertices, faces, wish, log)
     mesh = _sound(found["vertices"], found["tets"])
     facts = {"epsilon": wish.epsilon, "passes": int(log.get("passes", 0)), "max_energy": log.get("max_energy")}
-    mesh, _, pieces = sorted_pieces(mesh, keep_islands)
+    mesh, _, _, pieces = sorted_pieces(mesh, keep_islands)
     return mesh, facts | pieces
 
 

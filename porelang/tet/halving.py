@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from porelang.analysis.branches import Branches
 from porelang.progress import activity, tell
-from porelang.tet.finer import Grading
+from porelang.tet.grading import Grading
 from porelang.tet.octree import EIGHT, Cells
 from porelang.tet.stuffing import Around, Asked, Made, made
 

@@ -17,9 +17,9 @@ NETWORK = 0.01  # of the void: smaller pieces of it are islands, closed bubbles 
 MOST = 100  # networks with names
 
 
-def sorted_pieces(mesh: TetMesh, keep: bool) -> tuple[TetMesh, TetMesh, dict[str, Any]]:
-    """A mesh without its islands, unless all are to be kept; those of them that are left out; how many `islands` there
-    were, and `dropped_volume_fraction`, the share of the volume that was dropped.
+def sorted_pieces(mesh: TetMesh, keep: bool) -> tuple[TetMesh, Indices, TetMesh, dict[str, Any]]:
+    """A mesh without its islands, unless all are to be kept, and its neighbours; those that are left out; how many
+    `islands` there were, and `dropped_volume_fraction`, the share of the volume that was dropped.
 
     Of the solid all pieces but the largest are islands; those of the void are phases by themselves, "void 1" the
     largest, where there are several, and islands where they are smaller than NETWORK of the void. Where the void is
@@ -46,7 +46,7 @@ def sorted_pieces(mesh: TetMesh, keep: bool) -> tuple[TetMesh, TetMesh, dict[str
     facts: dict[str, Any] = {"islands": int(island.sum()), "dropped_volume_fraction": 0.0, "told": []}
     named = TetMesh(mesh.vertices, mesh.tets, label[piece], ("solid", *names))
     if not island.any():
-        return named, nothing, facts
+        return named, beside, nothing, facts
     given = np.zeros(count, np.bool_)
     if not keep:
         around = _around(piece, beside, count, networks)
@@ -55,10 +55,11 @@ def sorted_pieces(mesh: TetMesh, keep: bool) -> tuple[TetMesh, TetMesh, dict[str
         facts["dropped_volume_fraction"] = share
     facts["told"].append(_told(mesh, piece, volume, np.flatnonzero(island), share, keep, bool(given.any())))
     if keep:
-        return named, nothing, facts
+        return named, beside, nothing, facts
     left = taken(named, island[piece] & (named.phase == 0))
     named = TetMesh(mesh.vertices, mesh.tets, label[piece], ("solid", *names))
-    return taken(named, ~(island & ~given)[piece]), left, facts
+    kept = taken(named, ~(island & ~given)[piece])
+    return kept, neighbours(kept), left, facts
 
 
 def _around(piece: Indices, beside: Indices, count: int, networks: Ints) -> Ints:

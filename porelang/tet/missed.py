@@ -18,8 +18,8 @@ from porelang.compiled import compiled
 from porelang.diagnostics import Diagnostic
 from porelang.parallel import parallel_for, workers
 from porelang.solid import Solid
-from porelang.tet.finer import Region
 from porelang.tet.frame import Frame
+from porelang.tet.grading import Region
 from porelang.tet.lattice import Lattice
 from porelang.tet.octree import Cells
 from porelang.tet.tetmesh import TetMesh
@@ -135,11 +135,13 @@ def covered(meshes: Sequence[TetMesh], cells: Cells, frame: Frame) -> Flags:
     top = int(cells.level.max())
     keys, number = _tree(cells, top)
     threads = workers()
-    for mesh in meshes:
-        at = (mesh.vertices - frame.lo) / frame.edges
-        tets = mesh.tets[mesh.phase == 0]
-        parts = np.array_split(tets, threads)  # they write into one array, but nothing except that a place is held
-        parallel_for(lambda part: _cover(at, part, top, keys, number, PLACES, found), parts, threads)  # noqa: B023
+    solids = [((mesh.vertices - frame.lo) / frame.edges, mesh.tets[mesh.phase == 0]) for mesh in meshes]
+    parts = [(at, some) for at, tets in solids for some in np.array_split(tets, threads)]
+
+    def cover(part: tuple[Floats, Indices]) -> None:  # all write into one array, but nothing except that one is held
+        _cover(*part, top, keys, number, PLACES, found)
+
+    parallel_for(cover, parts, threads)
     return found
 
 

@@ -8,27 +8,20 @@ surface goes along its other side, and misses a volume of nothing.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from porelang.tet.moving import poor
 from porelang.tet.tetmesh import ALONE, Indices, TetMesh, boundary, neighbours
 
-Ints = NDArray[np.int64]
-
 LEAST = 10.7  # degrees (Labelle & Shewchuk 2007): a dihedral angle below that, or an obtuse one as bad
 
 
-def slivers(mesh: TetMesh) -> Ints:
-    """The numbers (k,) of tetrahedra that are slivers."""
-    return np.flatnonzero(poor(mesh.vertices, mesh.tets, np.cos(np.radians(LEAST))))
-
-
-def without_kites(mesh: TetMesh, beside: Indices) -> tuple[TetMesh, Indices]:
-    """A mesh without the slivers that lie flat on its outer surface, and its neighbours."""
-    some = slivers(mesh)
-    some = some[(beside[some] == ALONE).sum(axis=1) == 2]
-    if not len(some):
-        return mesh, beside
+def without_kites(mesh: TetMesh, beside: Indices) -> tuple[TetMesh, Indices, Indices]:
+    """A mesh without the slivers that lie flat on its outer surface, its neighbours, and the slivers (k, 4) that are
+    left. With the void meshed too none is left out: together the phases fill their box."""
+    every = np.flatnonzero(poor(mesh.vertices, mesh.tets, np.cos(np.radians(LEAST))))
+    some = every[(beside[every] == ALONE).sum(axis=1) == 2]
+    if not len(some) or len(mesh.phases) > 1:
+        return mesh, beside, mesh.tets[every]
     outside = beside[some] == ALONE
     corners = mesh.tets[some]
     # two faces share the edge of the corners that neither is opposite to: it goes, and that of the two others comes
@@ -41,7 +34,8 @@ def without_kites(mesh: TetMesh, beside: Indices) -> tuple[TetMesh, Indices]:
     for t, at in zip(some[new], corners[new], strict=True):
         if not touched[at].any():  # of two that touch the one may need the other
             gone[t], touched[at] = True, True
-    if not gone.any():
-        return mesh, beside
-    mesh = TetMesh(mesh.vertices, mesh.tets[~gone], mesh.phase[~gone], mesh.phases)
-    return mesh, neighbours(mesh)
+    left = mesh.tets[every[~gone[every]]]
+    if gone.any():
+        mesh = TetMesh(mesh.vertices, mesh.tets[~gone], mesh.phase[~gone], mesh.phases)
+        beside = neighbours(mesh)
+    return mesh, beside, left

@@ -18,8 +18,8 @@ from porelang.progress import activity, tell
 from porelang.solid import Solid
 from porelang.tet.balance import balance
 from porelang.tet.cut import Background, cut
-from porelang.tet.finer import Grading, Region
 from porelang.tet.frame import Frame, Value
+from porelang.tet.grading import Grading, Region
 from porelang.tet.islands import sorted_pieces
 from porelang.tet.lattice import Lattice
 from porelang.tet.missed import Missed, missed
@@ -28,8 +28,8 @@ from porelang.tet.octree import Cells
 from porelang.tet.quality import Sound, sound
 from porelang.tet.sharp import Sharpened, branches_on, sharpen
 from porelang.tet.sizes import Sizes
-from porelang.tet.slivers import slivers, without_kites
-from porelang.tet.tetmesh import Indices, TetMesh, boundary, interfaces, neighbours
+from porelang.tet.slivers import without_kites
+from porelang.tet.tetmesh import Indices, TetMesh, boundary, interfaces
 
 Floats = NDArray[np.float64]
 #: Cubes of a frame, and so many of their edges round them.
@@ -84,18 +84,16 @@ def _made(asked: Asked, grading: Grading, around: Around | None) -> Made:
     if around is None and not (done.side == 0).any():
         raise unusable(asked.sizes.finest, "hold nothing of the part")
     stuffed = TetMesh(done.vertices, done.tets, done.side)
-    mesh, dropped, facts = sorted_pieces(stuffed, asked.islands or near is not None)
-    beside = neighbours(mesh)
+    mesh, beside, dropped, facts = sorted_pieces(stuffed, asked.islands or near is not None)
     tell(2, 5)
+    slivers = mesh.tets[:0]
     if asked.sharp and len(mesh.tets):
         facts |= sharpened(mesh, solid, lattice, beside, moves)
-        mesh, beside = without_kites(mesh, beside)
+        mesh, beside, slivers = without_kites(mesh, beside)
     tell(4, 5)
     found = missed((mesh, dropped), middles_of(mesh, beside), lattice, background.values, solid, at)
     looked = sound(mesh, beside)
-    some = np.concatenate(
-        [mesh.vertices[looked.touching].mean(axis=1), mesh.vertices[mesh.tets[slivers(mesh)]].mean(axis=1)]
-    )
+    some = np.concatenate([mesh.vertices[of].mean(axis=1) for of in (looked.touching, slivers)])
     return Made(mesh, lattice, facts, found, looked, some if at is None else some[at.meets(some, some)])
 
 

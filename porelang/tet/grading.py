@@ -1,11 +1,10 @@
-"""Cubes that are made finer where a mesh misses its part: halved there, and once more if that does not do.
+"""Which cubes fill a frame: as large as is asked, smaller where they are parted; and regions of some of them.
 
-The frame stays where it is, so that all other cubes stay as they are.
+The frame stays where it is as cubes are parted, so that all others stay as they are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,8 +35,8 @@ class Region:
         first, last = self._places(low - more, high + more, counts)
         for (i, j, k), (u, v, w) in zip(first.tolist(), last.tolist(), strict=True):
             marked[i : u + 1, j : v + 1, k : w + 1] = True
-        self.sums = np.zeros(counts + 1, np.int64)
-        self.sums[1:, 1:, 1:] = marked.cumsum(0).cumsum(1).cumsum(2)
+        self.sums = np.zeros(counts + 1, np.int32)
+        self.sums[1:, 1:, 1:] = marked.cumsum(0, np.int32).cumsum(1).cumsum(2)
 
     def _places(self, lo: Floats, hi: Floats, counts: Ints) -> tuple[Ints, Ints]:
         first, last = (np.floor((at - self.lo) / self.step).astype(np.int64) for at in (lo, hi))
@@ -68,13 +67,14 @@ class Grading:
         is one, they are as large as they come."""
         if not self.coarsest and region is None:
             return uniform(self.frame, decided, whole)
-        sized: float | Callable[[Floats], Floats] = max(sizes.even, self.least)
+
+        def at(points: Floats) -> Floats:
+            return np.maximum(sizes.at(points), self.least)
+
         least = self.coarsest + TESTED if sizes.even and sizes.surface == np.inf else 1
-        if not sizes.even:
-            sized = lambda points: np.maximum(sizes.at(points), self.least)  # noqa: E731
         if region is not None:
             decided, whole, least = _within(region), False, 1
-        surface = max(sizes.surface, self.least)
+        sized, surface = max(sizes.even, self.least) if sizes.even else at, max(sizes.surface, self.least)
         cells = graded(self.frame, decided, sized, surface, self.coarsest, whole, self.parted, least)
         return cells if region is None else cells.taken(region.meets(*cells.boxes(self.frame)))
 
