@@ -626,7 +626,7 @@ def test_a_gain_within_the_noise_is_none() -> None:
     analysis.apart = 1e-5
     found = loop.iterate(analysis, Energy(), plan)
     assert found.best == 2
-    assert loop.noise_of(found.steps[0], found.steps[2]) == pytest.approx(2**0.5 * 1e-5)  # each strays by itself
+    assert loop.ratio_error(found.steps[0], found.steps[2]) == pytest.approx(2**0.5 * 1e-5)  # each strays by itself
 
 
 def test_a_record_without_what_meshes_differ_by_is_gone_on_with(tmp_path: Path) -> None:

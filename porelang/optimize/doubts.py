@@ -21,7 +21,7 @@ def _gained(what: Adapting, found: loop.Outcome, cell: float, until: float, opti
     place = what.design.program.data[what.param].span
     first = found.steps[0]
     stiffest = min(found.steps, key=lambda step: step.softness)
-    gained, apart = 1 - stiffest.softness / first.softness, loop.noise_of(first, stiffest)
+    gained, apart = 1 - stiffest.softness / first.softness, loop.ratio_error(first, stiffest)
     if found.reason == "uniform" and found.best == 0 and stiffest is first:
         known = max(first.noise, loop.UNIFORM)
         return [Diagnostic(

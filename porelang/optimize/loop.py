@@ -238,11 +238,11 @@ def _step(
 def _best(steps: list[Step]) -> int:
     """The stiffest step; the start, where none gained more than is noise."""
     start = steps[0]
-    better = [s for s in steps[1:] if 1 - s.softness / start.softness > noise_of(start, s)]
+    better = [s for s in steps[1:] if 1 - s.softness / start.softness > ratio_error(start, s)]
     return min([start, *better], key=lambda step: step.softness).number
 
 
-def noise_of(start: Step, step: Step) -> float:
+def ratio_error(start: Step, step: Step) -> float:
     """By which share the ratio of two compliances may be wrong: each mesh strays by itself (`real.apart_of`). What both
     err by alike cancels, so that it is less than what either is known to."""
     return float(np.hypot(start.apart or 0.0, step.apart or 0.0))

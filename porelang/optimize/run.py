@@ -75,7 +75,7 @@ class Optimized:
     @property
     def gain_error(self) -> float:
         """How far the gain may be off: what meshes of two such parts differ by."""
-        return loop.noise_of(self.steps[0], self.steps[self.best]) * self.gain if self.best else 0.0
+        return loop.ratio_error(self.steps[0], self.steps[self.best]) * self.gain if self.best else 0.0
 
     @property
     def ended(self) -> str:
