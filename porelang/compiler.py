@@ -168,8 +168,14 @@ def _compiled(
     if any(d.severity == "error" for d in diagnostics):
         program = None
     diagnostics = diagnostics[:MOST_DIAGNOSTICS]
-    diagnostics.sort(key=lambda d: (d.span.source is not source, d.span.start) if d.span else (True, 0))
+    diagnostics.sort(key=partial(_place, source))
     return program, diagnostics
+
+
+def _place(source: Source, d: Diagnostic) -> tuple[bool, int]:
+    """What diagnostics are sorted by: those of the main file first, and by their places there."""
+    place = None if d.span is None else d.span.in_file
+    return (True, 0) if place is None else (place.source is not source, place.start)
 
 
 def _wrong_presets(out: Elaborated) -> list[Diagnostic]:

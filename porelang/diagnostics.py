@@ -34,6 +34,11 @@ class Edit:
     span: Span
     text: str
 
+    def apply(self, text: str) -> str:
+        """The text of the file with this change."""
+        place = self.span.in_file
+        return text[: place.start] + self.text + text[place.end :]
+
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:

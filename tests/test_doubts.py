@@ -472,7 +472,7 @@ def assert_mended(text: str, code: str) -> None:
             return
         edit = found[0].edit
         assert edit is not None
-        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+        text = edit.apply(text)
     assert code not in codes(text)
 
 
@@ -501,7 +501,7 @@ def test_a_number_of_degrees_becomes_the_angle_that_it_is_of(wrong: str, right: 
     text = f"rotate(box([10, 20, 30]), [0, 0, 1], {wrong})"
     (d,) = said(text)
     assert d.edit is not None
-    assert text[: d.edit.span.start] + d.edit.text + text[d.edit.span.end :] == text.replace(wrong, right)
+    assert d.edit.apply(text) == text.replace(wrong, right)
 
 
 def test_an_offset_that_leaves_nothing_says_how_thick_the_solid_is() -> None:

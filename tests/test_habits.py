@@ -19,7 +19,7 @@ def errors(text: str) -> list[Diagnostic]:
 
 
 def edited(text: str, edit: Edit) -> str:
-    return text[: edit.span.start] + edit.text + text[edit.span.end :]
+    return edit.apply(text)
 
 
 def mended(text: str) -> tuple[str, list[Diagnostic]]:

@@ -170,8 +170,7 @@ def test_mistake(text: str, code: str, place: str, says: str, mended: str | None
     assert says in f"{found.message}\n{found.label}\n{found.hint}"
     if mended is not None:
         assert found.edit is not None
-        start, end = found.edit.span.start, found.edit.span.end
-        assert text[:start] + found.edit.text + text[end:] == mended
+        assert found.edit.apply(text) == mended
         assert not parse(Source("test.pore", mended))[1]
 
 

@@ -90,7 +90,7 @@ def test_a_length_that_meets_a_raw_lattice_is_refused_with_its_way_out(text: str
     assert (found.code, found.severity) == ("E145", "error")
     assert "mm" in found.message or "`t" in found.message
     assert found.edit is not None
-    made = text[: found.edit.span.start] + found.edit.text + text[found.edit.span.end :]
+    made = found.edit.apply(text)
     assert made == REFUSED[text]
     assert said(made) == []
 
@@ -186,4 +186,4 @@ def test_a_distance_no_longer_is_told_by_how_much(text: str, told: str) -> None:
     assert (found.code, found.severity) == ("W238", "warning")
     assert told in found.message
     assert found.edit is not None
-    assert said(text[: found.edit.span.start] + found.edit.text + text[found.edit.span.end :]) == []
+    assert said(found.edit.apply(text)) == []

@@ -145,7 +145,7 @@ def test_metres_are_seen_and_the_edit_mends_it(case: str) -> None:
     assert len(found) == 1, case
     edit = found[0].edit
     assert edit is not None
-    mended = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    mended = edit.apply(text)
     assert "lengths=m)" in mended
     assert codes(mended) == []
 

@@ -150,15 +150,16 @@ def _name_of(around: Node, found: Elaborated, s: Suspicion) -> str | None:
     """How the text may name the solid that a lattice fills: a let above it, or what it is cut with beside it."""
     if s.argument is None or "phase" in {*found.lets, *found.params}:
         return None
-    source, before = s.span.source, s.span.source.text[: s.span.start]
+    place = s.span.in_file
+    before = place.source.text[: place.start]
     for name, value in found.lets.items():
         if value.node is around and re.search(rf"^let\s+{re.escape(name)}\s*=", before, re.MULTILINE):
             return name
     for cut in found.suspicions:
-        beside = cut.argument
-        if cut.what == "apart" and beside is not None and cut.nodes[1] is around and beside.source is source:
-            between = source.text[min(s.span.end, beside.start) : max(s.span.end, beside.start)]
-            if beside.start > s.span.end and not re.search(r"\n\s*(let|out|def|check)\b|=>|[{}]", between):
+        beside = None if cut.argument is None else cut.argument.in_file
+        if cut.what == "apart" and beside is not None and cut.nodes[1] is around and beside.source is place.source:
+            between = place.source.text[place.end : beside.start]
+            if beside.start > place.end and not re.search(r"\n\s*(let|out|def|check)\b|=>|[{}]", between):
                 return " ".join(beside.text.split())
     return None
 

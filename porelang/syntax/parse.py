@@ -6,14 +6,14 @@ one is reported and every good one is kept. Nothing here recurses: how deep a pr
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import fields, is_dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from porelang import resources
 from porelang.diagnostics import Diagnostic, Edit, Label, PoreError
 from porelang.once import once
-from porelang.source import Source, Span
+from porelang.source import Home, Piece, Source, Span
 from porelang.syntax import tree
 from porelang.syntax.builder import Bare, Builder
 from porelang.syntax.failure import Failure
@@ -41,10 +41,69 @@ class KeepAll:
         return stream
 
 
-def parse(source: Source, start: int = 0, end: int | None = None) -> tuple[tree.File, list[Diagnostic]]:
+class Reading:
+    """What was read of the texts of a file before: the tokens of each line, and the statement of each text. No token goes
+    beyond a line, and a statement is what its own text says, so a text that was edited is read again where it differs.
+
+    Statements that are met again are the same objects, and lie where they lie now.
+    """
+
+    def __init__(self) -> None:
+        self._lines: dict[str, tuple[LexedToken, ...]] = {}
+        self._statements: dict[tuple[str, str], list[_Read]] = {}
+        self._met: dict[tuple[str, str], list[_Read]] = {}
+        self._seen: dict[str, tuple[LexedToken, ...]] = {}
+
+    def lexed(self, text: str, offset: int = 0) -> Iterator[LexedToken]:
+        """The tokens of a text that begins at a character of its file."""
+        for line in text.split("\n"):
+            if line:
+                found = self._lines.get(line)
+                if found is None:
+                    found = self._lines[line] = tuple(_lexed(line))
+                self._seen[line] = found
+                for kind, said, start in found:
+                    yield LexedToken(kind, said, offset + start)
+            offset += len(line)
+            yield LexedToken("NEWLINE", "\n", offset)
+            offset += 1
+
+    def statement(self, raw: RawStatement) -> _Read:
+        """What the tokens of a statement say. Errors: those of its syntax."""
+        first, last = raw.tokens[0].span, raw.tokens[-1].span
+        text = first.source.text[first.start : last.end]
+        key = text, raw.tokens[0].doc
+        same, met = self._statements.get(key, []), self._met.setdefault(key, [])
+        if len(met) < len(same):
+            read = same[len(met)]
+            read.piece.moves(first.source, first.start)
+        else:
+            read = _read(raw, Piece(first.source.name, text, first.source.prelude, Home(first.source, first.start)))
+        met.append(read)
+        return read
+
+    def end(self) -> None:
+        """The text has been read to its end: what was not met in it is forgotten."""
+        self._statements, self._met = self._met, {}
+        self._lines, self._seen = self._seen, {}
+
+
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """A statement that was read, as a piece of its file; `bare` if it is an expression alone."""
+
+    statement: tree.Statement
+    piece: Piece
+    bare: bool
+
+
+def parse(
+    source: Source, start: int = 0, end: int | None = None, reading: Reading | None = None
+) -> tuple[tree.File, list[Diagnostic]]:
     """The statements of a source that could be read, and one diagnostic for each that could not (50 at most).
 
-    `start..end` is the part of the text to be read, by characters: a whole number of statements.
+    `start..end` is the part of the text to be read, by characters: a whole number of statements. `reading` is what was
+    read of the same file before, and is brought up to date.
     """
     if len(source.text) > LARGEST:
         message = f"this file is too large: {len(source.text)} characters, where {LARGEST} are read"
@@ -55,7 +114,8 @@ def parse(source: Source, start: int = 0, end: int | None = None) -> tuple[tree.
     habits: list[Diagnostic] = []  # what the statements beside are read in spite of
     tokens: list[Token] = []
     after = 0  # the end of a `/* */`
-    for token in tokenize(source, _lexed(source.text[start:end], start)):
+    reading = reading or Reading()
+    for token in tokenize(source, reading.lexed(source.text[start:end], start)):
         if token.span.start < after:
             continue
         if token.type == "FOREIGN" and token.text == "/*":
@@ -68,13 +128,14 @@ def parse(source: Source, start: int = 0, end: int | None = None) -> tuple[tree.
     for raw, following in _followed(split_statements(tokens)):
         try:
             if raw.tokens:
-                statements.append(_statement(raw, following))
+                statements.append(_statement(raw, following, reading))
         except PoreError as error:
             diagnostics.extend(error.diagnostics)
         if raw.error_after is not None:
             habits.append(raw.error_after)
         if len(diagnostics) >= MOST:
             break
+    reading.end()
     return tree.File(source, tuple(statements)), _told_once(sorted([*diagnostics, *habits], key=_start))[:MOST]
 
 
@@ -100,10 +161,10 @@ def tables() -> str:
     return pack(build(text), text)
 
 
-def _lexed(text: str, offset: int = 0) -> Iterable[LexedToken]:
-    thread: Any = parser().parse_interactive(text).lexer_thread
+def _lexed(line: str) -> Iterator[LexedToken]:
+    thread: Any = parser().parse_interactive(line).lexer_thread
     for token in thread.lex(None):
-        yield LexedToken(token.type, str(token), offset + (token.start_pos or 0))
+        yield LexedToken(token.type, str(token), token.start_pos or 0)
 
 
 def _told_once(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
@@ -142,21 +203,33 @@ def _followed(statements: Iterator[RawStatement]) -> Iterator[tuple[RawStatement
         yield waiting, None
 
 
-def _statement(raw: RawStatement, following: Token | None) -> tree.Statement:
+def _statement(raw: RawStatement, following: Token | None, reading: Reading) -> tree.Statement:
     if raw.error is not None:
         raise PoreError(raw.error)
+    read = reading.statement(raw)
+    if read.bare and following is not None:
+        raise PoreError(_not_last(read.statement, following))
+    return read.statement
+
+
+def _read(raw: RawStatement, piece: Piece) -> _Read:
+    """A statement whose places are those of its piece. Errors: those of its syntax, at places of the file."""
     if (told := check_in_parentheses(raw.tokens)) is not None:
         raise PoreError(told)
-    statement: tree.Statement | Bare = _parsed(raw.tokens)
+    begins = piece.begins
+    tokens = [t._replace(span=Span(piece, t.span.start - begins, t.span.end - begins)) for t in raw.tokens]
+    try:
+        statement: tree.Statement | Bare = _parsed(tokens)
+    except PoreError:
+        _parsed(raw.tokens)  # what is said of a mistake may look beyond the statement
+        raise
     if len(raw.tokens) > DEEPEST and _is_deep(statement):
         hint = "name the inner parts with `let`"
         raise PoreError(Diagnostic("E027", "this statement is nested too deeply", raw.tokens[0].span, hint=hint))
     if isinstance(statement, Bare):
-        if following is not None:
-            raise PoreError(_not_last(statement, following))
-        start = Span(statement.span.source, statement.span.start, statement.span.start)
-        return tree.Out(statement.span, "part", start, statement.value)
-    return statement
+        start = Span(piece, statement.span.start, statement.span.start)
+        return _Read(tree.Out(statement.span, "part", start, statement.value), piece, True)
+    return _Read(statement, piece, False)
 
 
 def _parsed(tokens: list[Token]) -> Any:
@@ -173,7 +246,7 @@ def _parsed(tokens: list[Token]) -> Any:
     return result[0]
 
 
-def _not_last(statement: Bare, following: Token) -> Diagnostic:
+def _not_last(statement: tree.Statement, following: Token) -> Diagnostic:
     start = statement.span.start
     place = Span(statement.span.source, start, start)
     if following.type in ("MINUS", "TILDE", "LPAR", "LBRACK"):
