@@ -117,7 +117,7 @@ def _settings(used: Sequence[ParamInfo]) -> dict[str, NDArray[np.float64]]:
 
 def doubtful_contracts(
     contracts: Sequence[tuple[int, Node]],
-    requirements: Sequence[Requirement],
+    requirements: Mapping[int, Requirement],
     solids: Sequence[Node],
     bindings: Bindings,
 ) -> list[Diagnostic]:

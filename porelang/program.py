@@ -120,6 +120,11 @@ class Program(Doors):
             out.setdefault(n, span)
         return out
 
+    @cached_property
+    def _flat_tasks(self) -> dict[Node, Node]:
+        """The task of the flat graph that each became that was written."""
+        return {n: flat for (n, _), flat in zip(self.elaborated.tasks, self.graph.tasks, strict=True)}
+
     def output(self, name: str | None = None) -> str:
         """The name of an output: the one asked for, else `part`, else the only one. Errors: E100."""
         return outputs.chosen(self.elaborated, self.source, name)
@@ -422,7 +427,7 @@ class Design(Doors):
     def _concerns(self, i: int, root: Node, read: frozenset[Node]) -> bool:
         """Whether a condition is about settings alone, or about a task among those `read`."""
         solve = self.program.elaborated.requirements[i].solve  # a condition may be on a number of what it finds
-        if solve is not None and self.program.graph.tasks[solve] in read:
+        if solve is not None and self.program._flat_tasks[solve] in read:
             return True
         about = _about(root)
         return not about or any(n in read for n in about)

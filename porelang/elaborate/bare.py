@@ -34,8 +34,7 @@ def doubt(
     edit: Edit | None = None,
 ) -> None:
     """Say a warning, once for a place: a list may come by it a hundred times."""
-    if ctx.first_doubt(code, span):
-        ctx.error(code, message, span, label, others, hint, edit, "warning")
+    ctx.error(code, message, span, label, others, hint, edit, "warning", once=True)
 
 
 def value_of(argument: Span) -> Span:

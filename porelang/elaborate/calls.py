@@ -171,9 +171,11 @@ def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], si
     memo = (function, *((k, memo_key(v)) for k, v in bound.items()))
     known = ctx.memo.get(memo)
     if known is not None:
-        value, required = known
+        value, required, noted = known
         ctx.required.update(required)
+        ctx.journal.done(noted)
         return value
+    mark = ctx.journal.mark()
     with ctx.requiring() as own:
         ensured = _contracts(ctx, function, bound, scope, kinds, given, site) if sound else []
         if exchanged and ensured:  # what is broken at points by a field that does not belong there has been said
@@ -182,7 +184,7 @@ def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], si
         result = POISON if ensured is None else ctx.evaluate(function.body, scope)
     ctx.required.update(own)
     if ensured is None:
-        ctx.memo[memo] = (POISON, {})
+        ctx.memo[memo] = (POISON, {}, ctx.journal.since(mark))
         return POISON
     for which, condition in ensured:
         result = map_nodes(result, lambda n, c=condition, k=which: node("ensure", n, c, value=k))  # type: ignore[misc]  # a default binds now
@@ -191,7 +193,7 @@ def _evaluate_body(ctx: Context, function: Function, given: dict[str, Given], si
         if given_as is not None and given_as.raw and given_as.plain and isinstance(result, Scalar):
             ctx.found.lattices.setdefault(result.node, (ctx.users_place(site.span), given_as.period))
         suspect.made_by(ctx, function, bound, result, site)
-    ctx.memo[memo] = (result, own)
+    ctx.memo[memo] = (result, own, ctx.journal.since(mark))
     return result
 
 

@@ -11,8 +11,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from typing import Any, TypeVar
 
 from porelang.diagnostics import Diagnostic, Edit, Label, Severity
+from porelang.elaborate.journal import Journal, NotedDict, NotedList, NotedSet, Stretch
 from porelang.elaborate.natures import Nature
 from porelang.elaborate.results import CallRecord, Elaborated, Requirement, Suspicion
 from porelang.elaborate.values import POISON, Choice, Function, Given, Poison, Scalar, Scope, Value, describe
@@ -47,6 +49,19 @@ class TooBig(Exception):  # noqa: N818  # ends one elaboration, never shown
     """The program ran over its budget; the diagnostic has been written."""
 
 
+#: What a call came to: its value, the conditions that it asks of params, and all that was noted in its body.
+Remembered = tuple[Value, dict[Requirement, None], Stretch]
+C = TypeVar("C")
+
+#: The collections of `Elaborated` that statements add to.
+_FOUND: Mapping[str, Callable[[str, Journal], Any]] = {
+    **dict.fromkeys(("params", "data", "presets", "outputs", "lets", "studies", "conditions", "lattices"), NotedDict),
+    **dict.fromkeys(("checks", "calls", "diagnostics", "suspicions"), NotedList),
+    **dict.fromkeys(("contracts", "tasks"), NotedDict),
+    "structure": NotedSet,
+}
+
+
 class Context:
     """The state of one elaboration. It belongs to one thread; nothing in it is shared with another elaboration.
 
@@ -54,11 +69,12 @@ class Context:
     results of calls by function and arguments, `called` the defs that something refers to, `folder` where relative
     paths of data begin, `structure` the params that are fixed, and at what, `bound` those that have data. `natures` is
     what is known of fields, `totals` where distances were added or subtracted (the operator and its place), `cuts`
-    where solids are cut (None where a place cuts several), `declared` the names of all params but those that take data,
+    where solids are cut, `declared` the names of all params but those that take data, `unknown` names that were told,
     `lengths` which nodes without a known unit were made of lengths, `in_degrees` the angle of each number of degrees,
     `stretching` coordinates that stretch cells, with the name of what makes them and what to do about it, `lifted` the
     distances that `metric` has found to lattices,
-    `given_at` the arguments of calls in the user's text by their place.
+    `given_at` the arguments of calls in the user's text by their place. What is found or noted lies in `collections`
+    and is written down in the `journal`, so that a statement that stands as it stood need not be evaluated again.
     """
 
     def __init__(
@@ -67,31 +83,43 @@ class Context:
         folder: str = "",
         structure: Mapping[str, float] | None = None,
         bound: Mapping[str, Bound] | None = None,
+        numbers: dict[Requirement, int] | None = None,
     ) -> None:
         self._evaluate = evaluate
         self.folder = folder
         self.structure = structure or {}
         self.bound = bound or {}
-        self.found = Elaborated()
+        self.unknown: frozenset[str] = frozenset()
         self.required: dict[Requirement, None] = {}  # in order, each once
         self.call_stack: list[tuple[str, Span]] = []
-        self.memo: dict[object, tuple[Value, dict[Requirement, None]]] = {}
-        self.called: set[tree.Def] = set()
-        self.natures: dict[Node, Nature | None] = {}
-        self.totals: dict[Node, tuple[str, Span]] = {}
-        self.cuts: dict[Span, Suspicion | None] = {}
-        self.declared: list[str] = []
-        self.in_degrees: dict[Node, Scalar] = {}
-        self.lifted: set[Node] = set()
-        self.stretching: dict[Node, tuple[str, str]] = {}
-        self.lengths: dict[Node, bool] = {}
         self.given_at: dict[Span, Mapping[str, Given]] = {}
+        self.journal = Journal()
+        self.collections: dict[str, Any] = {}
+        self.memo = self._noted("memo", NotedDict[object, Remembered])
+        self.called = self._noted("called", NotedSet[tree.Def])
+        self.natures = self._noted("natures", NotedDict[Node, Nature | None])
+        self.totals = self._noted("totals", NotedDict[Node, tuple[str, Span]])
+        self.cuts = self._noted("cuts", NotedList[Suspicion])
+        self.declared = self._noted("declared", NotedList[str])
+        self.in_degrees = self._noted("in_degrees", NotedDict[Node, Scalar])
+        self.lifted = self._noted("lifted", NotedSet[Node])
+        self.stretching = self._noted("stretching", NotedDict[Node, tuple[str, str]])
+        self.lengths = self._noted("lengths", NotedDict[Node, bool])
+        self.found = Elaborated()
+        for name, kind in _FOUND.items():
+            setattr(self.found, name, self._noted(name, kind))
+        self._numbers = {} if numbers is None else numbers
         self._spent = 0
         self._solves = 0
         self._reported: set[tuple[object, ...]] = set()
-        self._recorded: set[tuple[object, ...]] = set()
-        self._doubted: set[tuple[object, ...]] = set()
+        self._recorded: set[Span] = set()
+        self._suspected: dict[tuple[str, Span], list[Suspicion]] = {}
         self._constants: dict[Node, float | bool] = {}
+
+    def _noted(self, name: str, kind: Callable[[str, Journal], C]) -> C:
+        made = kind(name, self.journal)
+        self.collections[name] = made
+        return made
 
     # ---- expressions ------------------------------------------------------------------------------------------------
 
@@ -114,6 +142,17 @@ class Context:
             )
             raise TooBig
 
+    @property
+    def spent(self) -> int:
+        """The steps that were taken off the budget."""
+        return self._spent
+
+    def spend_again(self, steps: int) -> bool:
+        """Take off the budget what a statement took that need not be evaluated again; False where that is too much."""
+        enough = self._spent + steps <= MOST_EXPRESSIONS
+        self._spent += steps if enough else 0
+        return enough
+
     def refer(self, value: Value) -> Value:
         """The value that a name refers to; a def that something refers to needs no look of its own."""
         if isinstance(value, Function) and value.definition is not None:
@@ -132,8 +171,10 @@ class Context:
         hint: str = "",
         edit: Edit | tuple[Span, str] | None = None,
         severity: Severity = "error",
+        once: bool = False,
     ) -> Poison:
-        """Note a diagnostic, once. What goes wrong inside the prelude is told at the user's call that led there."""
+        """Note a diagnostic; one that is said in the same words of the same place is said already, and with `once` what
+        is said of it in others. What goes wrong inside the prelude is told at the user's call that led there."""
         if span.source.prelude:
             for name, site in reversed(self.call_stack):
                 if not site.source.prelude:
@@ -147,13 +188,15 @@ class Context:
                 inside = next((f for f in self.call_stack if f[1].start == site.start), None)
                 if inside is not None and not (site.start <= span.start and span.end <= site.end):
                     others = (Label(site, f"`{name}` is called here"),)
-        identity = (code, span.source, span.start, span.end, message)
+        made = Edit(*edit) if isinstance(edit, tuple) else edit
+        said = Diagnostic(code, message, span, label, others, hint or HINTS.get(code, ""), made, severity)
+        self.journal.note(self, Context._report, said, (code, span, "" if once else message))
+        return POISON
+
+    def _report(self, said: Diagnostic, identity: tuple[object, ...]) -> None:
         if identity not in self._reported:
             self._reported.add(identity)
-            made = Edit(*edit) if isinstance(edit, tuple) else edit
-            hint = hint or HINTS.get(code, "")
-            self.found.diagnostics.append(Diagnostic(code, message, span, label, others, hint, made, severity))
-        return POISON
+            list.append(self.found.diagnostics, said)
 
     # ---- constants --------------------------------------------------------------------------------------------------
 
@@ -264,31 +307,37 @@ class Context:
 
     def contract(self, message: str, span: Span, others: tuple[Label, ...], hint: str) -> int:
         """A condition over space; its number names it in `ensure` nodes."""
-        self.found.contracts.append(Requirement(const(True), message, self.users_place(span), others, hint=hint))
-        return len(self.found.contracts) - 1
+        asked = Requirement(const(True), message, self.users_place(span), others, hint=hint)
+        number = self._numbers.setdefault(asked, len(self._numbers))
+        self.found.contracts[number] = asked
+        return number
 
     def record(self, function: Function, arguments: Mapping[str, Value], site: Span) -> None:
         """Note a call that stands in the user's text, in the order of evaluation, each place once."""
-        place = (site.source, site.start, site.end)
-        if not site.source.prelude and place not in self._recorded:
-            self._recorded.add(place)
-            self.found.calls.append(CallRecord(function.name, function.definition, dict(arguments), site))
+        if not site.source.prelude:
+            called = CallRecord(function.name, function.definition, dict(arguments), site)
+            self.journal.note(self, Context._record, called)
 
-    def suspect(self, suspicion: Suspicion) -> None:
-        """Note what values may show to be a mistake, the first time that a place gives rise to it."""
-        if not suspicion.span.source.prelude and self.first_doubt(suspicion.what, suspicion.span):
-            self.found.suspicions.append(suspicion)
+    def _record(self, called: CallRecord) -> None:
+        if called.span not in self._recorded:
+            self._recorded.add(called.span)
+            list.append(self.found.calls, called)
 
-    def first_doubt(self, what: str, span: Span) -> bool:
-        """Whether this is the first time that a place is doubted for this reason: a list may come by it often."""
-        place = (what, span.source, span.start, span.end)
-        first = place not in self._doubted
-        self._doubted.add(place)
-        return first
+    def suspect(self, suspicion: Suspicion, often: int = 1) -> None:
+        """Note what values may show to be a mistake, the first times that a place gives rise to it: a list may come by
+        it often."""
+        if not suspicion.span.source.prelude:
+            self.journal.note(self, Context._suspect, suspicion, often)
+
+    def _suspect(self, suspicion: Suspicion, often: int) -> None:
+        same = self._suspected.setdefault((suspicion.what, suspicion.span), [])
+        if len(same) < often and not any(s.nodes[:2] == suspicion.nodes[:2] for s in same):
+            same.append(suspicion)
+            list.append(self.found.suspicions, suspicion)
 
     def task(self, asked: Node, site: Span) -> Node:
         """Note where a task is asked for."""
-        self.found.tasks.append((asked, self.users_place(site)))
+        self.found.tasks.setdefault((asked, self.users_place(site)))
         return asked
 
     @contextmanager

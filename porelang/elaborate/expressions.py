@@ -81,7 +81,7 @@ def _written(span: Span) -> str:
 def _name(ctx: Context, t: tree.Name, scope: Scope) -> Value:
     value = scope.find(t.name)
     if value is None:  # said by the walk over names, or the unused one of a pair of parameters
-        if ctx.call_stack and not ctx.found.diagnostics:
+        if ctx.call_stack and t.name not in ctx.unknown:
             return ctx.error("E043", f"`{t.name}` is not given here", t.span)
         return POISON
     return ctx.refer(value)

@@ -6,8 +6,8 @@ evaluated (they may stand in any order) or the cycle in which they refer to each
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import fields, is_dataclass, replace
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
 
 from porelang.diagnostics import Diagnostic, Edit, Label, suggest
 from porelang.materials import MATERIALS
@@ -86,8 +86,51 @@ def children(item: object) -> Iterator[object]:
                 yield value
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Free:
+    """A name that a statement uses and does not bind itself. `text` is the place of the text that is meant there, if
+    one is; `around` the call or member that it begins; `local` the names that are bound around it; `unit` whether the
+    names of units mean these there."""
+
+    name: str
+    span: Span
+    text: Span | None
+    around: tree.Call | tree.Member | None
+    local: frozenset[str]
+    unit: bool
+
+
+def free_names(statement: tree.Statement) -> tuple[Free, ...]:
+    """The names that a statement uses and does not bind itself, in the order of its text."""
+    found: list[Free] = []
+    stack: list[tuple[object, frozenset[str]]] = [(statement, frozenset())]
+    texts: dict[Span, Span] = {}
+    in_units: set[Span] = set()  # expressions in which the names of units are units
+    around: dict[Span, tree.Call | tree.Member] = {}  # a name, and the call or member that it begins
+    while stack:
+        item, local = stack.pop()
+        unit = getattr(item, "span", None) in in_units
+        if unit:
+            local |= UNITS.keys()
+        if isinstance(item, tree.Call):
+            texts |= _texts(item)
+            around[item.function.span] = item
+            in_units |= {a.value.span for a in item.arguments if units_named(item, a)}
+        if isinstance(item, tree.Member):
+            around[item.target.span] = item
+        if isinstance(item, tree.Name):
+            if item.name not in local:
+                text, beside = texts.get(item.span), around.get(item.span)
+                found.append(Free(item.name, item.span, text, beside, local, unit))
+            continue
+        stack.extend(reversed(list(_parts(item, local))))
+    return tuple(found)
+
+
 def resolve(
-    statements: Iterable[tree.Statement], names: Collection[str]
+    statements: Sequence[tree.Statement],
+    names: Collection[str],
+    free: Callable[[tree.Statement], tuple[Free, ...]] = free_names,
 ) -> tuple[dict[int, set[str]], list[Diagnostic]]:
     """For each statement (by index) the names it uses that it does not bind itself, and a diagnostic for each that is
     not among those that can be seen."""
@@ -96,37 +139,19 @@ def resolve(
     visible = {*names, *COORDINATES}
     for i, s in enumerate(statements):
         uses[i] = set()
-        stack: list[tuple[object, frozenset[str]]] = [(s, frozenset())]
-        texts: dict[Span, Span] = {}
-        in_units: set[Span] = set()  # expressions in which the names of units are units
-        around: dict[Span, tree.Call | tree.Member] = {}  # a name, and the call or member that it begins
-        while stack:
-            item, local = stack.pop()
-            if getattr(item, "span", None) in in_units:
-                local |= UNITS.keys()
-                if isinstance(item, tree.Name) and item.name not in local | visible:
-                    missing.setdefault(item.name, (_no_unit(item.span), []))
-                    continue
-            if isinstance(item, tree.Call):
-                texts |= _texts(item)
-                around[item.function.span] = item
-                in_units |= {a.value.span for a in item.arguments if units_named(item, a)}
-            if isinstance(item, tree.Member):
-                around[item.target.span] = item
-            if isinstance(item, tree.Name):
-                if item.name in local:
-                    continue
-                uses[i].add(item.name)
-                if item.name in missing:
-                    missing[item.name][1].append(item.span)
-                elif item.name not in visible and item.span in texts:
-                    missing[item.name] = (_text(texts[item.span]), [])
-                elif item.name not in visible:
-                    call = around.get(item.span)
-                    found = unknown_name(item.name, item.span, visible | local, isinstance(call, tree.Call))
-                    missing[item.name] = (_recast(found, item.name, call), [])
+        for use in free(s):
+            name, seen = use.name, use.name in visible
+            if use.unit and not seen:
+                missing.setdefault(name, (_no_unit(use.span), []))
                 continue
-            stack.extend(reversed(list(_parts(item, local))))
+            uses[i].add(name)
+            if name in missing:
+                missing[name][1].append(use.span)
+            elif not seen and use.text is not None:
+                missing[name] = (_text(use.text), [])
+            elif not seen:
+                found = unknown_name(name, use.span, visible | use.local, isinstance(use.around, tree.Call))
+                missing[name] = (_recast(found, name, use.around), [])
     return uses, [_with_places(d, places) for d, places in missing.values()]
 
 

@@ -106,13 +106,10 @@ def _on_uneven(ctx: Context, numbers: Sequence[Value], places: Sequence[Span], s
         at = places[1 - i] if direct else place
         edit = _lift(spans, (), [lies] if direct and found.folded else ()) if found.uneven else None
         where, text = (edit.span, edit.text) if edit else (None, "")
-        before = [s.nodes for s in ctx.found.suspicions if s.what == "uneven" and s.span == at]
-        if at.source.prelude or len(before) >= _OFTEN or any(n[:2] == (field.node, length.node) for n in before):
-            continue
         # all branches of a function are made: which of them is in the part is seen when it is whole
         lifted = () if found.uneven else _lifted_of(ctx, field.node)
         nodes = (field.node, length.node, *found.uneven, *lifted)
-        ctx.found.suspicions.append(Suspicion("uneven", at, nodes, where, LIFT if lifted else "", text))
+        ctx.suspect(Suspicion("uneven", at, nodes, where, LIFT if lifted else "", text), _OFTEN)
 
 
 def _lifted_of(ctx: Context, n: Node) -> tuple[Node, ...]:

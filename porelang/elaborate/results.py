@@ -167,14 +167,14 @@ class Listed(dict[str, Row]):
 class Requirement:
     """A condition over params that must hold for every setting, or (a `check`) for the one in use.
 
-    `solve` is the number, among the tasks, of the `solve` that it is about what it finds for; `hint` a way out.
+    `solve` is the task that finds what it is about, as it was written; `hint` a way out.
     """
 
     condition: Node
     message: str
     span: Span
     others: tuple[Label, ...] = ()
-    solve: int | None = None
+    solve: Node | None = None
     hint: str = ""
 
 
@@ -249,9 +249,9 @@ class Elaborated:
     studies: dict[str, Node] = field(default_factory=dict)  # what each `let` of a study is found by
     checks: list[Requirement] = field(default_factory=list)
     requirements: list[Requirement] = field(default_factory=list)
-    contracts: list[Requirement] = field(default_factory=list)
+    contracts: dict[int, Requirement] = field(default_factory=dict)  # by the numbers that `ensure` has
     calls: list[CallRecord] = field(default_factory=list)
-    tasks: list[tuple[Node, Span]] = field(default_factory=list)
+    tasks: dict[tuple[Node, Span], None] = field(default_factory=dict)  # each with where it is asked for, in order
     diagnostics: list[Diagnostic] = field(default_factory=list)
     suspicions: list[Suspicion] = field(default_factory=list)
     unread: list[Unread] = field(default_factory=list)

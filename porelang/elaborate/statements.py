@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 from porelang.diagnostics import Diagnostic, Edit, Label, PoreError
 from porelang.elaborate import names as resolution
@@ -17,6 +18,7 @@ from porelang.elaborate import suspect
 from porelang.elaborate.context import Bound, Context, TooBig
 from porelang.elaborate.expressions import evaluate, named
 from porelang.elaborate.kinds import KINDS, check_kinds
+from porelang.elaborate.memory import Memory, On, Step
 from porelang.elaborate.natures import nature
 from porelang.elaborate.operators import how_to_call
 from porelang.elaborate.params import declare
@@ -48,13 +50,21 @@ from porelang.units import UNITS, Dimension
 Loader = Callable[[str, Source], tuple[tree.File, list[Diagnostic]]]
 
 
+#: What a `use` is made of that names no file.
+_NONE: On = ("no names",)
+
+
 @dataclass(frozen=True, slots=True)
 class _Files:
-    """What all files of a program share: the names around them, how another is found, and which are being read."""
+    """What all files of a program share: the names around them, how another is found, which are being read, the names
+    that are lost, the params that are fixed, and what their statements came to before."""
 
     base: Scope
     load: Loader | None
     open: tuple[str, ...]
+    lost: frozenset[str]
+    fixed: tuple[tuple[str, float], ...]
+    memory: Memory
 
 
 def elaborate_file(
@@ -65,51 +75,76 @@ def elaborate_file(
     folder: str = "",
     structure: Mapping[str, float] | None = None,
     bound: Mapping[str, Bound] | None = None,
+    memory: Memory | None = None,
 ) -> Elaborated:
     """All statements of a main file, over the names of `base`. `load` finds the files that it uses.
 
     `lost` are the names of statements that could not be read: whoever uses one is not told that it is unknown.
     `folder` is where paths that do not begin at the root begin. `structure` fixes params that count or choose what is
     there at all; one that turns out to do so is fixed at its default, and all is elaborated again. `bound` are the
-    params that have data.
+    params that have data. `memory` is what was remembered of the same program, with `folder` and `bound` as they are,
+    and is brought up to date.
     """
-    around = Scope(dict.fromkeys(lost, POISON), base) if lost else base
-    fixed, free = dict(structure or {}), None
+    memory = memory or Memory()
+    around = memory.around(lost, base)
+    fixed, free, whole = dict(structure or {}), None, False
     while True:
-        ctx = Context(evaluate, folder, fixed, bound)
+        ctx = Context(evaluate, folder, fixed, bound, memory.numbers)
+        files = _Files(around, load, (file.source.name,), lost, tuple(sorted(fixed.items())), memory)
         with room_to_compile(), suppress(TooBig):
-            _members(ctx, _Files(around, load, (file.source.name,)), file, "")
+            whole = False
+            _members(ctx, files, file, "")
+            whole = True
         if ctx.found.structure <= fixed.keys():
             break
         free = free or ctx.found.presets  # as they are read while nothing is fixed
         fixed |= {name: ctx.found.params[name].default for name in ctx.found.structure - fixed.keys()}
+    memory.end(whole)
     if free is not None:
         refuse_dependent(ctx, free)
     ctx.found.structure = set(fixed) & ctx.found.params.keys()
     ctx.found.requirements = list(ctx.required)
-    ctx.found.suspicions += [s for s in ctx.cuts.values() if s is not None]
+    ctx.found.suspicions += suspect.once_cut(ctx.cuts)
     return ctx.found
 
 
-def _members(ctx: Context, files: _Files, file: tree.File, prefix: str) -> dict[str, Value]:
-    """The definitions of a file as values; `prefix` names the params of a used file."""
+def _members(ctx: Context, files: _Files, file: tree.File, prefix: str) -> tuple[Mapping[str, Value], On]:
+    """The definitions of a file as values, and what they were made of; `prefix` names the params of a used file."""
     known = frozenset(files.base.visible())
     bound, duplicates = resolution.bindings(file.statements, known)
-    uses, unknown = resolution.resolve(file.statements, bound.keys() | known)
+    seen = bound.keys() | known
+    uses, unknown = resolution.resolve(file.statements, seen, files.memory.free_names)
     index = {s: i for i, s in enumerate(file.statements)}
     order, cycles = resolution.evaluation_order(bound, {n: uses[index[s]] for n, s in bound.items()})
     ctx.found.diagnostics += [*duplicates, *unknown, *cycles]
+    read = set().union(*uses.values())
+    ctx.unknown |= read - seen
     in_cycle = {d.span for d in cycles} | {o.span for d in cycles for o in d.others}
-    members: dict[str, Value] = {}
-    scope = Scope(members, files.base)
+    members, scope = files.memory.scope(file.source.name, prefix, files.base)
+    steps: dict[str, Step] = {}
+
+    def made_of(s: tree.Statement) -> On:
+        return tuple((name, steps.get(name) or name in bound or name in files.lost) for name in sorted(uses[index[s]]))
+
+    def step(s: tree.Statement, what: str, evaluate: Callable[[], Value], on: On = ()) -> Step:
+        key = s, what, prefix, files.fixed
+        return files.memory.step(ctx, key, (*made_of(s), *on), evaluate)
+
     for name in order:
         binding = bound[name]
-        members[name] = POISON if binding.name_span in in_cycle else _define(ctx, files, binding, scope, prefix)
+        if binding.name_span in in_cycle:
+            members[name] = POISON
+            continue
+        if isinstance(binding, tree.Use):
+            value, on = _use(ctx, files, binding)
+            steps[name] = step(binding, "names", partial(_itself, value), on)
+        else:
+            steps[name] = step(binding, "value", partial(_define, ctx, binding, scope, prefix))
+        members[name] = steps[name].value
     if not prefix:
         ctx.found.collection = any(isinstance(b, tree.Def) for b in bound.values()) or (
             bool(bound) and all(stage(m) is not Stage.FIELD for m in members.values())
         )
-        read = set().union(*(uses[i] for i in index.values()))
         ctx.found.unread = [
             Unread(b.name, b.name_span, isinstance(b, tree.Param), stage(members[b.name]) is not Stage.FIELD)
             for b in bound.values()
@@ -120,18 +155,23 @@ def _members(ctx: Context, files: _Files, file: tree.File, prefix: str) -> dict[
         ]
     for s in file.statements:
         if isinstance(s, tree.Out) and not prefix:
-            _output(ctx, s, members[s.name] if bound.get(s.name) is s else ctx.evaluate(s.value, scope))
+            own = (steps.get(s.name),) if bound.get(s.name) is s else ()
+            step(s, "output", partial(_output, ctx, s, members[s.name] if own else None, scope), own)
         elif isinstance(s, tree.Check):
-            _check(ctx, s, scope)
+            step(s, "check", partial(_check, ctx, s, scope))
         elif isinstance(s, tree.Preset) and not prefix:
             declare_preset(ctx, s, scope)
     for d in bound.values():
         if isinstance(d, tree.Def) and d not in ctx.called and members.get(d.name) is not POISON:
-            _try_body(ctx, d, scope)
-    return members
+            step(d, "body", partial(_try_body, ctx, d, scope))
+    return members, ("names", *steps.items())
 
 
-def _define(ctx: Context, files: _Files, s: resolution.Binding, scope: Scope, prefix: str) -> Value:
+def _itself(value: Value) -> Value:
+    return value
+
+
+def _define(ctx: Context, s: tree.Param | tree.Let | tree.Def | tree.Out, scope: Scope, prefix: str) -> Value:
     match s:
         case tree.Let():
             value = ctx.evaluate(s.value, scope)
@@ -153,8 +193,6 @@ def _define(ctx: Context, files: _Files, s: resolution.Binding, scope: Scope, pr
             if (info := ctx.found.params.get(prefix + s.name)) is not None:
                 ctx.found.params[info.name] = replace(info, written=_unit(s, info.dimension))
             return value
-        case tree.Use():
-            return _use(ctx, files, s)
 
 
 def _unit(s: tree.Param, dimension: Dimension | None) -> str:
@@ -168,36 +206,41 @@ def _unit(s: tree.Param, dimension: Dimension | None) -> str:
     return ""
 
 
-def _use(ctx: Context, files: _Files, s: tree.Use) -> Value:
+def _use(ctx: Context, files: _Files, s: tree.Use) -> tuple[Value, On]:
     ending = s.path.value.lower()
     if ending.endswith(habits.MESH_ENDINGS) or ending.endswith(
         (".npz", ".vtu", ".vtk", ".vti", ".nrrd", ".json", ".csv")
     ):
         mesh = ending.endswith(habits.MESH_ENDINGS) and not ending.endswith((".vtu", ".vtk"))
         read = f'fields of data are read by `load("{s.path.value}", "name")`, bars by `frame`'
-        return ctx.error(
+        wrong = ctx.error(
             "E046",
             f'"{s.path.value}" is no program of Pore',
             s.path.span,
             label="a mesh" if mesh else "data",
             hint=habits.MESHES if mesh else read,
         )
+        return wrong, _NONE
     if files.load is None:
-        return ctx.error("E035", "files cannot be used here", s.span, hint="compile the program from a file")
+        return ctx.error("E035", "files cannot be used here", s.span, hint="compile the program from a file"), _NONE
     try:
         file, found = files.load(s.path.value, s.span.source)
     except PoreError as failed:
         d = failed.diagnostics[0]
-        return ctx.error(d.code, d.message, s.path.span, label=d.label, hint=d.hint)
+        return ctx.error(d.code, d.message, s.path.span, label=d.label, hint=d.hint), _NONE
     ctx.found.diagnostics.extend(found)
     name = file.source.name
     if name in files.open:
         way = " -> ".join(f"`{f}`" for f in [*files.open[files.open.index(name) :], name])
-        return ctx.error("E035", f"files use each other in a ring: {way}", s.path.span, label="this closes the ring")
-    return Record(s.name, _members(ctx, replace(files, open=(*files.open, name)), file, f"{s.name}."))
+        wrong = ctx.error("E035", f"files use each other in a ring: {way}", s.path.span, label="this closes the ring")
+        return wrong, _NONE
+    members, on = _members(ctx, replace(files, open=(*files.open, name)), file, f"{s.name}.")
+    return Record(s.name, members), on
 
 
-def _output(ctx: Context, s: tree.Out, value: Value) -> None:
+def _output(ctx: Context, s: tree.Out, value: Value | None, scope: Scope) -> Value:
+    """Note a named result; `value` is known where its name is bound to it."""
+    value = ctx.evaluate(s.value, scope) if value is None else value
     if isinstance(value, ListValue) and (vector := as_vector(value)) is not None:
         value = vector
     if s.name == "part":
@@ -226,12 +269,13 @@ def _output(ctx: Context, s: tree.Out, value: Value) -> None:
             hint=hint,
             edit=edit,
         )
+    return value
 
 
-def _check(ctx: Context, s: tree.Check, scope: Scope) -> None:
+def _check(ctx: Context, s: tree.Check, scope: Scope) -> Value:
     value = ctx.evaluate(s.condition, scope)
     if isinstance(value, Poison):
-        return
+        return value
     if not isinstance(value, Bool):
         ctx.error(
             "E060",
@@ -249,9 +293,10 @@ def _check(ctx: Context, s: tree.Check, scope: Scope) -> None:
         )
     else:
         ctx.found.checks.append(Requirement(value.node, s.message, s.condition.span))
+    return value
 
 
-def _try_body(ctx: Context, s: tree.Def, scope: Scope) -> None:
+def _try_body(ctx: Context, s: tree.Def, scope: Scope) -> Value:
     """A def that nothing calls is looked at all the same, with arguments about which nothing is known."""
     names: dict[str, Value] = {p.name: POISON for p in s.parameters}
     for p in s.parameters:
@@ -267,4 +312,4 @@ def _try_body(ctx: Context, s: tree.Def, scope: Scope) -> None:
                 label="this is the default",
                 others=(Label(p.kinds[0].span, "and this is what it is to be"),),
             )
-    ctx.evaluate(s.body, Scope(names, scope))
+    return ctx.evaluate(s.body, Scope(names, scope))

@@ -7,7 +7,7 @@ copies are cut) is noted as a `Suspicion`, and looked at when the program is who
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Literal
 
@@ -70,11 +70,7 @@ def cut(ctx: Context, op: str, a: tuple[Value, Span], b: tuple[Value, Span], mad
     if op == "|" or None in natures or made.node.depends >= UNKNOWN:  # what a `solve` tries may well miss
         return
     first, second = made.node.args
-    seen = ctx.cuts.get(span)
-    if span not in ctx.cuts:
-        ctx.cuts[span] = Suspicion("apart", span, (first, second), b[1], op)
-    elif seen is not None and seen.nodes != (first, second):
-        ctx.cuts[span] = None
+    ctx.cuts.append(Suspicion("apart", span, (first, second), b[1], op))
 
 
 def _beside(ctx: Context, a: tuple[Value, Span], b: tuple[Value, Span]) -> None:
@@ -82,10 +78,20 @@ def _beside(ctx: Context, a: tuple[Value, Span], b: tuple[Value, Span]) -> None:
     (one, first), (other, last) = a, b
     if not (isinstance(one, Scalar) and isinstance(other, Scalar)) or other.node.op != "max":
         return
-    for span, s in ctx.cuts.items():
-        mine = s is not None and s.name == "\\" and s.nodes == other.node.args and span.source is last.source
-        if s is not None and mine and last.start <= span.start < last.end and not last.text.startswith("("):
-            ctx.cuts[span] = replace(s, beside=(first.to(last), one.node))
+    for s in [s for s in ctx.cuts if s.name == "\\" and s.nodes == other.node.args]:
+        mine = s.span.source is last.source and last.start <= s.span.start < last.end
+        if mine and not last.text.startswith("("):
+            ctx.cuts.append(replace(s, beside=(first.to(last), one.node)))
+
+
+def once_cut(cuts: Iterable[Suspicion]) -> Iterator[Suspicion]:
+    """Of all cuts those of places that cut the same solids each time, with all that was noted of them."""
+    by_place: dict[Span, list[Suspicion]] = {}
+    for s in cuts:
+        by_place.setdefault(s.span, []).append(s)
+    for same in by_place.values():
+        if all(s.nodes[0] is same[0].nodes[0] and s.nodes[1] is same[0].nodes[1] for s in same):
+            yield same[-1]
 
 
 def made_empty(ctx: Context, function: Function, result: Scalar, given: Mapping[str, Given], site: tree.Call) -> None:
@@ -99,11 +105,7 @@ def made_empty(ctx: Context, function: Function, result: Scalar, given: Mapping[
     known = nature(ctx.natures, body.node)
     if known is None or known.raw or known.total is not None:
         return
-    seen = ctx.cuts.get(place)
-    if place not in ctx.cuts:
-        ctx.cuts[place] = Suspicion("empty", place, (result.node, body.node), d.span, function.name)
-    elif seen is not None and seen.nodes[0] is not result.node:
-        ctx.cuts[place] = None
+    ctx.cuts.append(Suspicion("empty", place, (result.node, body.node), d.span, function.name))
 
 
 def drifts(

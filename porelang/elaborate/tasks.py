@@ -116,7 +116,7 @@ def _solve(ctx: Context, site: tree.Call, values: list[Value], places: list[Span
     for r in own:
         if r.condition.depends & sought.node.depends:
             found = _with(r.condition, sought.node, asked)
-            ctx.required[replace(r, condition=found, solve=len(ctx.found.tasks))] = None
+            ctx.required[replace(r, condition=found, solve=asked)] = None
         else:
             ctx.required[r] = None
     return Scalar(ctx.task(asked, site.span), dimension)

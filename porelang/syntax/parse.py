@@ -42,8 +42,9 @@ class KeepAll:
 
 
 class Reading:
-    """What was read of the texts of a file before: the tokens of each line, and the statement of each text. No token goes
-    beyond a line, and a statement is what its own text says, so a text that was edited is read again where it differs.
+    """What was read of a file before: the tokens of each line, and the statement of each text.
+
+    No token goes beyond a line, and a statement is what its own text says: what was edited is read again, no more.
 
     Statements that are met again are the same objects, and lie where they lie now.
     """
