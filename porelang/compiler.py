@@ -4,35 +4,34 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
 from porelang.bound import no_such_data
-from porelang.contracts import broken_requirements, doubtful_contracts
+from porelang.contracts import broken_requirements
 from porelang.data import SampledField
-from porelang.diagnostics import Diagnostic, Label, PoreError, fail, warn
-from porelang.doubts import borne_out
+from porelang.diagnostics import MOST_DIAGNOSTICS, Diagnostic, Label, PoreError, fail, in_order, warn
 from porelang.elaborate.context import Bound
 from porelang.elaborate.prelude import prelude_scope
 from porelang.elaborate.results import Elaborated, Listed, graph_of
 from porelang.elaborate.runtime import room_to_compile
-from porelang.elaborate.statements import Loader, elaborate_file
-from porelang.files import load_used, read_source
-from porelang.formula import Bindings
-from porelang.ir import Node, param
+from porelang.elaborate.statements import elaborate_file
+from porelang.elaborate.steps import Steps
+from porelang.files import find_used, read_source
+from porelang.ir import Node
 from porelang.program import Program
-from porelang.rewrites import Graph, run
+from porelang.rewrites import Passes
 from porelang.settings import settle
 from porelang.source import Source, Span
 from porelang.syntax import tree
 from porelang.syntax.mistakes.statements import OTHER_WORDS
-from porelang.syntax.parse import parse
+from porelang.syntax.parse import Reading, parse
 
-#: Nobody reads more; the first are the likeliest causes.
-MOST_DIAGNOSTICS = 100
+#: Finds the text of a `use` statement: (path as written, source of the statement).
+Finder = Callable[[str, Source], Source]
 #: What a statement that cannot be read was about to bind: `let a`, `use ... as a`, also with another language's word
 #: (`module a`, `float a`, `import ... as a`), with any other (`number a = 5`) or with none (`a = 5`, `a(x) = 5`).
 _WORDS = "|".join(
@@ -73,9 +72,23 @@ def compile(text: str | None = None, *, path: str | Path | None = None, name: st
     return program
 
 
+class Memory:
+    """What compiling a program remembers from one of its texts to the next: of the same file, with paths that begin in
+    the same folder, and the same params bound. It belongs to one thread at a time."""
+
+    def __init__(self) -> None:
+        self.steps = Steps()
+        self.passes = Passes()
+        self._readings: dict[str, Reading] = {}
+
+    def parse(self, source: Source) -> tuple[tree.File, list[Diagnostic]]:
+        """The statements of a file, those that stood in its last text being the same."""
+        return parse(source, reading=self._readings.setdefault(source.name, Reading()))
+
+
 def try_compile(
     source: Source,
-    load: Loader = load_used,
+    find: Finder = find_used,
     folder: str | None = None,
     bound: Mapping[str, Bound] = MappingProxyType({}),
 ) -> tuple[Program | None, list[Diagnostic]]:
@@ -84,15 +97,31 @@ def try_compile(
     Relative paths begin in `folder`, which is the current one unless told otherwise. `bound` are the params that have
     data, from a file: `("load", path, array, options as `load` has them)`.
     """
+    program, found = read_program(source, find, folder, bound)
+    if program is not None:
+        try:
+            found = list(program.warnings)
+        except PoreError as error:
+            program, found = None, _at_its_beginning(source, error)
+    return program, found
+
+
+def read_program(
+    source: Source,
+    find: Finder = find_used,
+    folder: str | None = None,
+    bound: Mapping[str, Bound] = MappingProxyType({}),
+    memory: Memory | None = None,
+) -> tuple[Program | None, list[Diagnostic]]:
+    """As `try_compile`, but nothing is sampled yet: what values show to be doubtful is in the program's `warnings`,
+    when these are asked for. `memory` is what compiling the same program has left, and is brought up to date."""
     used: dict[str, Source] = {}
 
-    def noted(path: str, user: Source) -> tuple[tree.File, list[Diagnostic]]:
-        file, found = load(path, user)
-        used[f"{user.name}\n{path}"] = file.source
-        return file, found
+    def noted(path: str, user: Source) -> Source:
+        return used.setdefault(f"{user.name}\n{path}", find(path, user))
 
     with room_to_compile():
-        return _compiled(source, noted, used, _here() if folder is None else folder, bound=bound)
+        return _compiled(source, noted, used, _here() if folder is None else folder, bound=bound, memory=memory)
 
 
 def _here() -> str:
@@ -116,38 +145,42 @@ def _again(
     if more:
         source = Source(source.name, more + source.text)
     with room_to_compile():
-        load = partial(_kept, used)
-        program, found = _compiled(source, load, used, folder, structure, bound, held)
+        program, found = _compiled(source, partial(_kept, used), used, folder, structure, bound, held)
     if program is None:
         raise PoreError([d for d in found if d.severity == "error"])
     return program
 
 
-def _kept(used: Mapping[str, Source], path: str, user: Source) -> tuple[tree.File, list[Diagnostic]]:
-    return parse(used[f"{user.name}\n{path}"])
+def _kept(used: Mapping[str, Source], path: str, user: Source) -> Source:
+    return used[f"{user.name}\n{path}"]
 
 
 def _compiled(
     source: Source,
-    load: Loader,
+    find: Finder,
     used: Mapping[str, Source],
     folder: str,
     structure: Mapping[str, float] = MappingProxyType({}),
     bound: Mapping[str, Bound] = MappingProxyType({}),
     held: Mapping[Node, SampledField] = MappingProxyType({}),
+    memory: Memory | None = None,
 ) -> tuple[Program | None, list[Diagnostic]]:
-    file, found = parse(source)
+    memory = memory or Memory()
+
+    def load(path: str, user: Source) -> tuple[tree.File, list[Diagnostic]]:
+        return memory.parse(find(path, user))
+
+    file, found = memory.parse(source)
     lost = frozenset(a or b for a, b in _BINDING.findall(source.text)) if found else frozenset()
-    out = elaborate_file(file, prelude_scope(), load, lost, folder, structure, bound)
+    out = elaborate_file(file, prelude_scope(), load, lost, folder, structure, bound, memory.steps)
     diagnostics = [*found, *out.diagnostics, *_wrong_presets(out), *_unbindable(out, bound)]
     program: Program | None = None
     sound = not any(d.severity == "error" for d in diagnostics)
     written = graph_of(out, whole=sound)
     try:
-        graph = run(written)
+        graph = memory.passes.run(written)
         diagnostics += broken_requirements(graph, out.requirements, out.params)
         if sound:
-            diagnostics += _doubts(graph, out, held)
             program = Program(
                 source,
                 Listed(out.params),
@@ -163,19 +196,15 @@ def _compiled(
                 held,
             )
     except PoreError as error:
-        span = Span(source, 0, 0)
-        diagnostics += [d if d.span else replace(d, span=span) for d in error.diagnostics]
+        diagnostics += _at_its_beginning(source, error)
     if any(d.severity == "error" for d in diagnostics):
         program = None
-    diagnostics = diagnostics[:MOST_DIAGNOSTICS]
-    diagnostics.sort(key=partial(_place, source))
-    return program, diagnostics
+    return program, in_order(diagnostics[:MOST_DIAGNOSTICS], source)
 
 
-def _place(source: Source, d: Diagnostic) -> tuple[bool, int]:
-    """What diagnostics are sorted by: those of the main file first, and by their places there."""
-    place = None if d.span is None else d.span.in_file
-    return (True, 0) if place is None else (place.source is not source, place.start)
+def _at_its_beginning(source: Source, error: PoreError) -> list[Diagnostic]:
+    """What has no place is told at the beginning of the text."""
+    return [d if d.span else replace(d, span=Span(source, 0, 0)) for d in error.diagnostics]
 
 
 def _wrong_presets(out: Elaborated) -> list[Diagnostic]:
@@ -194,11 +223,3 @@ def _wrong_presets(out: Elaborated) -> list[Diagnostic]:
 def _unbindable(out: Elaborated, bound: Mapping[str, Bound]) -> list[Diagnostic]:
     """What is bound and takes no data."""
     return [no_such_data(name, out.data, out.params) for name in bound if name not in out.data]
-
-
-def _doubts(graph: Graph, out: Elaborated, held: Mapping[Node, SampledField]) -> list[Diagnostic]:
-    """What is doubtful with the params at their defaults: contracts on fields that break, and what was suspected."""
-    solids = [root for roots in graph.outputs.values() for root in roots]
-    settings = settle(out.params, {})
-    bindings: Bindings = {**{param(k): v for k, v in settings.items()}, **held}
-    return [*doubtful_contracts(graph.contracts, out.contracts, solids, bindings), *borne_out(out, bindings)]

@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from typing import Any, Literal
 
 from porelang.html import brief, verbatim
-from porelang.source import Span
+from porelang.source import Source, Span
 
 Severity = Literal["error", "warning", "note"]
 TAB = "    "
@@ -25,6 +25,10 @@ class Label:
 
     span: Span
     text: str = ""
+
+
+#: Nobody reads more; the first are the likeliest causes.
+MOST_DIAGNOSTICS = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,6 +186,16 @@ def suggest(name: str, known: Iterable[str]) -> str | None:
         return lower[name.lower()]
     near = get_close_matches(name, names, n=1, cutoff=0.6 if len(name) == 3 else 0.7)
     return near[0] if near else None
+
+
+def in_order(found: Iterable[Diagnostic], main: Source) -> list[Diagnostic]:
+    """By their places: those of the main file first, those without a place last."""
+
+    def place(d: Diagnostic) -> tuple[bool, int]:
+        at = None if d.span is None else d.span.in_file
+        return (True, 0) if at is None else (at.source is not main, at.start)
+
+    return sorted(found, key=place)
 
 
 def render(d: Diagnostic) -> str:

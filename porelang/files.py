@@ -6,10 +6,9 @@ import os
 import sys
 from pathlib import Path
 
-from porelang.diagnostics import Diagnostic, fail
+from porelang.diagnostics import fail
 from porelang.source import Source
-from porelang.syntax import tree
-from porelang.syntax.parse import LARGEST, parse
+from porelang.syntax.parse import LARGEST
 
 #: What the program is called that standard input has.
 STANDARD_INPUT = "<stdin>"
@@ -69,7 +68,6 @@ def _decoded(name: str, data: bytes) -> Source:
     return Source(name, text)
 
 
-def load_used(path: str, user: Source) -> tuple[tree.File, list[Diagnostic]]:
-    """The parsed file of `use "path"`, sought beside the file that uses it."""
-    where = os.path.normpath(os.path.join(os.path.dirname(user.name), path))  # one name a file
-    return parse(read_source(where))
+def find_used(path: str, user: Source) -> Source:
+    """The text of `use "path"`, sought beside the file that uses it. Errors: those of `read_source`."""
+    return read_source(os.path.normpath(os.path.join(os.path.dirname(user.name), path)))  # one name a file

@@ -208,10 +208,15 @@ def whole(n: Node) -> tuple[Node, ...]:
     return n.args
 
 
-def rebuild(roots: Sequence[Node], step: Callable[[Node], Node], into: Into = whole) -> list[Node]:
-    """The graph with `step` applied to every node, arguments first; what `into` does not follow stays as it is."""
-    new: dict[Node, Node] = {}
-    for n in order(roots, into):
+def rebuild(
+    roots: Sequence[Node], step: Callable[[Node], Node], into: Into = whole, known: dict[Node, Node] | None = None
+) -> list[Node]:
+    """The graph with `step` applied to every node, arguments first; what `into` does not follow stays as it is. `known`
+    are nodes that the same step was applied to before, and is added to."""
+    new: dict[Node, Node] = {} if known is None else known
+    for n in order(roots, into if known is None else lambda n: () if n in new else into(n)):
+        if n in new:
+            continue
         args = tuple(new[a] for a in into(n))
         same = all(a is b for a, b in zip(args, n.args, strict=False))
         new[n] = step(n if same else node(n.op, *args, value=n.value))

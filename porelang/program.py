@@ -20,10 +20,11 @@ from porelang import outputs
 from porelang.analysis.box import Extent
 from porelang.analysis.enclose import enclose
 from porelang.bound import Bindable, Within, array_bound, no_idle_options, no_such_data, samples_of
+from porelang.contracts import doubtful_contracts
 from porelang.data import Data, Reduced, SampledField, Triple
-from porelang.diagnostics import Diagnostic, PoreError
+from porelang.diagnostics import MOST_DIAGNOSTICS, Diagnostic, PoreError, in_order
 from porelang.doors import Doors, Settings, options
-from porelang.doubts import of_data
+from porelang.doubts import borne_out, of_data
 from porelang.doubts.data import SAMPLES, specks, strays
 from porelang.doubts.elsewhere import Reading, sources
 from porelang.doubts.margins import thin_margins
@@ -60,7 +61,7 @@ class Again(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Program(Doors):
-    """A program without errors. `warnings` says what is doubtful; `graph` is what the rewrites make of `written`.
+    """A program without errors. `said` is what compiling has warned of; `graph` is what the rewrites make of `written`.
 
     `structure` are the params that something is counted or picked by, fixed at a value each; `again` makes the program
     anew from its texts for other values, or for these wherever it is unpickled; `used` are those of the files it uses.
@@ -70,7 +71,7 @@ class Program(Doors):
     source: Source
     params: Mapping[str, ParamInfo]
     outputs: Mapping[str, Output]
-    warnings: tuple[Diagnostic, ...]
+    said: tuple[Diagnostic, ...]
     written: Graph
     graph: Graph
     elaborated: Elaborated
@@ -119,6 +120,17 @@ class Program(Doors):
         for n, (_, span) in zip(self.graph.tasks, self.elaborated.tasks, strict=True):
             out.setdefault(n, span)
         return out
+
+    @cached_property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """All that is doubtful, in the order of its places: what compiling has warned of, and what values show with the
+        params at their defaults: contracts on fields that break, and what was suspected. It is sampled when it is first
+        asked for."""
+        graph, out = self.graph, self.elaborated
+        solids = [root for roots in graph.outputs.values() for root in roots]
+        bindings: Bindings = {**{param(k): v for k, v in settle(out.params, {}).items()}, **self.held}
+        shown = [*doubtful_contracts(graph.contracts, out.contracts, solids, bindings), *borne_out(out, bindings)]
+        return tuple(in_order([*self.said, *shown][:MOST_DIAGNOSTICS], self.source))
 
     @cached_property
     def _flat_tasks(self) -> dict[Node, Node]:

@@ -21,12 +21,15 @@ class Rule:
     apply: Callable[[Node], Node | None]
 
 
-def rewrite(roots: Sequence[Node], rules: Sequence[Rule], into: Into = whole) -> list[Node]:
-    """The graph after all rules, from the leaves up; what a rule makes is rewritten in turn."""
+def rewrite(
+    roots: Sequence[Node], rules: Sequence[Rule], into: Into = whole, known: dict[Node, Node] | None = None
+) -> list[Node]:
+    """The graph after all rules, from the leaves up; what a rule makes is rewritten in turn. `known` are nodes that the
+    same rules were applied to before, and is added to."""
     by_op: dict[str, list[Rule]] = {}
     for rule in rules:
         by_op.setdefault(rule.op, []).append(rule)
-    done: dict[Node, Node] = {}
+    done: dict[Node, Node] = {} if known is None else known
 
     def settled(n: Node) -> Node:
         """A node with its arguments as they have been settled."""
@@ -52,4 +55,4 @@ def rewrite(roots: Sequence[Node], rules: Sequence[Rule], into: Into = whole) ->
         done[out] = out
         return out
 
-    return rebuild(roots, step, into)
+    return rebuild(roots, step, into, done if known is not None else None)

@@ -14,8 +14,8 @@ from porelang.checks import (
 )
 from porelang.cli import report
 from porelang.cli.loading import data_of, source_of
-from porelang.compiler import MOST_DIAGNOSTICS, try_compile
-from porelang.diagnostics import PoreError
+from porelang.compiler import try_compile
+from porelang.diagnostics import MOST_DIAGNOSTICS, PoreError
 from porelang.doubts import idle_cuts
 from porelang.program import Design
 from porelang.refusals import endless, refusals, structural_faults

@@ -18,13 +18,13 @@ from porelang.elaborate import suspect
 from porelang.elaborate.context import Bound, Context, TooBig
 from porelang.elaborate.expressions import evaluate, named
 from porelang.elaborate.kinds import KINDS, check_kinds
-from porelang.elaborate.memory import Memory, On, Step
 from porelang.elaborate.natures import nature
 from porelang.elaborate.operators import how_to_call
 from porelang.elaborate.params import declare
 from porelang.elaborate.presets import declare_preset, refuse_dependent
 from porelang.elaborate.results import Elaborated, Output, Requirement, Unread
 from porelang.elaborate.runtime import room_to_compile
+from porelang.elaborate.steps import On, Step, Steps
 from porelang.elaborate.values import (
     POISON,
     Bool,
@@ -64,7 +64,7 @@ class _Files:
     open: tuple[str, ...]
     lost: frozenset[str]
     fixed: tuple[tuple[str, float], ...]
-    memory: Memory
+    steps: Steps
 
 
 def elaborate_file(
@@ -75,22 +75,22 @@ def elaborate_file(
     folder: str = "",
     structure: Mapping[str, float] | None = None,
     bound: Mapping[str, Bound] | None = None,
-    memory: Memory | None = None,
+    steps: Steps | None = None,
 ) -> Elaborated:
     """All statements of a main file, over the names of `base`. `load` finds the files that it uses.
 
     `lost` are the names of statements that could not be read: whoever uses one is not told that it is unknown.
     `folder` is where paths that do not begin at the root begin. `structure` fixes params that count or choose what is
     there at all; one that turns out to do so is fixed at its default, and all is elaborated again. `bound` are the
-    params that have data. `memory` is what was remembered of the same program, with `folder` and `bound` as they are,
-    and is brought up to date.
+    params that have data. `steps` is what statements of the same program came to before, with `folder` and `bound` as
+    they are, and is brought up to date.
     """
-    memory = memory or Memory()
-    around = memory.around(lost, base)
+    steps = steps or Steps()
+    around = steps.around(lost, base)
     fixed, free, whole = dict(structure or {}), None, False
     while True:
-        ctx = Context(evaluate, folder, fixed, bound, memory.numbers)
-        files = _Files(around, load, (file.source.name,), lost, tuple(sorted(fixed.items())), memory)
+        ctx = Context(evaluate, folder, fixed, bound, steps.numbers)
+        files = _Files(around, load, (file.source.name,), lost, tuple(sorted(fixed.items())), steps)
         with room_to_compile(), suppress(TooBig):
             whole = False
             _members(ctx, files, file, "")
@@ -99,7 +99,7 @@ def elaborate_file(
             break
         free = free or ctx.found.presets  # as they are read while nothing is fixed
         fixed |= {name: ctx.found.params[name].default for name in ctx.found.structure - fixed.keys()}
-    memory.end(whole)
+    steps.end(whole)
     if free is not None:
         refuse_dependent(ctx, free)
     ctx.found.structure = set(fixed) & ctx.found.params.keys()
@@ -113,14 +113,14 @@ def _members(ctx: Context, files: _Files, file: tree.File, prefix: str) -> tuple
     known = frozenset(files.base.visible())
     bound, duplicates = resolution.bindings(file.statements, known)
     seen = bound.keys() | known
-    uses, unknown = resolution.resolve(file.statements, seen, files.memory.free_names)
+    uses, unknown = resolution.resolve(file.statements, seen, files.steps.free_names)
     index = {s: i for i, s in enumerate(file.statements)}
     order, cycles = resolution.evaluation_order(bound, {n: uses[index[s]] for n, s in bound.items()})
     ctx.found.diagnostics += [*duplicates, *unknown, *cycles]
     read = set().union(*uses.values())
     ctx.unknown |= read - seen
     in_cycle = {d.span for d in cycles} | {o.span for d in cycles for o in d.others}
-    members, scope = files.memory.scope(file.source.name, prefix, files.base)
+    members, scope = files.steps.scope(file.source.name, prefix, files.base)
     steps: dict[str, Step] = {}
 
     def made_of(s: tree.Statement) -> On:
@@ -128,7 +128,7 @@ def _members(ctx: Context, files: _Files, file: tree.File, prefix: str) -> tuple
 
     def step(s: tree.Statement, what: str, evaluate: Callable[[], Value], on: On = ()) -> Step:
         key = s, what, prefix, files.fixed
-        return files.memory.step(ctx, key, (*made_of(s), *on), evaluate)
+        return files.steps.step(ctx, key, (*made_of(s), *on), evaluate)
 
     for name in order:
         binding = bound[name]

@@ -10,10 +10,12 @@ from porelang import ir
 from porelang.ir import Node
 from porelang.rewrites.gradient import gradient
 from porelang.rewrites.place import place
-from porelang.rewrites.simplify import fold, share, simplify
+from porelang.rewrites.simplify import Known, fold, share, simplify
 from porelang.rewrites.verify import verify
 
 Rewrite = Callable[[Sequence[Node]], list[Node]]
+#: A rewrite that takes what it has made of nodes before, and adds to it.
+Pure = Callable[[Sequence[Node], Known], list[Node]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +54,14 @@ class Pass:
 
     name: str
     doc: str
-    run: Callable[[Graph], Graph]
+    run: Callable[[Graph, Known], Graph]
 
 
-def _over(rewrite: Rewrite) -> Callable[[Graph], Graph]:
-    return lambda graph: graph.mapped(rewrite)
+def _over(rewrite: Pure) -> Callable[[Graph, Known], Graph]:
+    return lambda graph, known: graph.mapped(lambda roots: rewrite(roots, known))
 
 
-def _contracts(graph: Graph) -> Graph:
+def _contracts(graph: Graph, _: Known) -> Graph:
     """`ensure` nodes taken out of the values; what they ensure is kept beside the roots."""
     found: dict[tuple[int, Node], None] = {}
 
@@ -93,11 +95,30 @@ def run(graph: Graph, after: str | None = None, leave_out: frozenset[str] = froz
     """The graph after all passes, or after the pass named; `leave_out` skips passes (to compare with and without)."""
     for step in PIPELINE:
         if step.name not in leave_out:
-            graph = step.run(graph)
+            graph = step.run(graph, {})
         if step.name == after:
             break
     return graph
 
+
+class Passes:
+    """The passes, and what each has made of the nodes of a graph that is changed a little at a time: what it has seen
+    it does not do again. The graph that comes out is the one that `run` makes."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, Known] = {}
+
+    def run(self, graph: Graph) -> Graph:
+        """The graph after all passes. Errors: theirs."""
+        for step in PIPELINE:
+            graph = step.run(graph, self._known.setdefault(step.name, {}))
+        if sum(len(known) for known in self._known.values()) > MOST_KNOWN:
+            self._known = {}
+        return graph
+
+
+#: What passes have made of more nodes than this is forgotten: a graph that is larger is rewritten as a whole.
+MOST_KNOWN = 200_000
 
 #: So many flat graphs are remembered: doubts, bounds and samples ask for the same few one after the other.
 _REMEMBERED = 64

@@ -8,6 +8,7 @@ value jumps (floor, select) the derivative is that of the branch taken.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from porelang.ir import ONE, ZERO, Node, is_const, node, order, within
 from porelang.ops import TABLE, kind
@@ -17,11 +18,14 @@ FLAT: Triple = (ZERO, ZERO, ZERO)
 _UNIT: dict[str, Triple] = {"x": (ONE, ZERO, ZERO), "y": (ZERO, ONE, ZERO), "z": (ZERO, ZERO, ONE)}
 
 
-def gradient(roots: Sequence[Node]) -> list[Node]:
-    """The graph without `d` nodes."""
-    known: dict[Node, Triple] = {}
-    new: dict[Node, Node] = {}
-    for n in order(roots):
+def gradient(roots: Sequence[Node], before: dict[Any, Any] | None = None) -> list[Node]:
+    """The graph without `d` nodes; `before` is what was made of nodes before, and is added to."""
+    before = {} if before is None else before
+    new: dict[Node, Node] = before.setdefault("nodes", {})
+    known: dict[Node, Triple] = before.setdefault("slopes", {})
+    for n in order(roots, lambda n: () if n in new else n.args):
+        if n in new:
+            continue
         args = tuple(new[a] for a in n.args)
         if n.op == "d":
             assert isinstance(n.value, int)

@@ -18,9 +18,9 @@ HERE: Frame = (X, Y, Z)
 MOST_NODES = 300_000
 
 
-def place(roots: Sequence[Node]) -> list[Node]:
-    """The graph without `at` nodes."""
-    done: dict[tuple[Node, Frame], Node] = {}
+def place(roots: Sequence[Node], known: dict[tuple[Node, Frame], Node] | None = None) -> list[Node]:
+    """The graph without `at` nodes; `known` are nodes that were placed before, and is added to."""
+    done: dict[tuple[Node, Frame], Node] = {} if known is None else known
     for root in roots:
         _place(root, done)
     return [done[_seen(root, HERE)] for root in roots]

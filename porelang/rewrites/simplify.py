@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from porelang.ir import ZERO, Into, Node, Stage, Value, const, constant, is_const, node, rebuild, whole, within
 from porelang.ops import TABLE
 from porelang.rewrite import Rule, rewrite
+
+#: What a pass has made of nodes before: for passes that make the same of the same node, whatever reads it.
+Known = dict[Any, Any]
 
 
 def computed(op: str, values: Sequence[float | bool], wanted: Value = None) -> float | bool:
@@ -27,9 +31,9 @@ def computed(op: str, values: Sequence[float | bool], wanted: Value = None) -> f
     return bool(result) if isinstance(result, bool | np.bool_) else float(result)
 
 
-def fold(roots: Sequence[Node]) -> list[Node]:
+def fold(roots: Sequence[Node], known: Known | None = None) -> list[Node]:
     """Every operation on constants replaced by its value."""
-    return rebuild(roots, lambda n: n if n.op not in TABLE else _fold(n) or n)
+    return rebuild(roots, lambda n: n if n.op not in TABLE else _fold(n) or n, whole, known)
 
 
 def _fold(n: Node) -> Node | None:
@@ -38,9 +42,9 @@ def _fold(n: Node) -> Node | None:
     return const(computed(n.op, [constant(a) for a in n.args], n.value))
 
 
-def simplify(roots: Sequence[Node], into: Into = whole) -> list[Node]:
+def simplify(roots: Sequence[Node], known: Known | None = None, into: Into = whole) -> list[Node]:
     """The graph after the rules below, with constants that appear folded at once."""
-    return rewrite(roots, RULES, into)
+    return rewrite(roots, RULES, into, known)
 
 
 def _same(n: Node) -> Node | None:
@@ -238,8 +242,9 @@ RULES = (
 )  # fmt: skip
 
 
-def share(roots: Sequence[Node], into: Into = whole) -> list[Node]:
-    """Arguments of commutative operations in one order, so that a + b and b + a are one node."""
+def share(roots: Sequence[Node], _: Known | None = None, into: Into = whole) -> list[Node]:
+    """Arguments of commutative operations in one order, so that a + b and b + a are one node; which, the whole graph
+    decides."""
     rank: dict[Node, int] = {}
 
     def step(n: Node) -> Node:
@@ -254,4 +259,4 @@ def share(roots: Sequence[Node], into: Into = whole) -> list[Node]:
 
 def tidy(roots: Sequence[Node]) -> list[Node]:
     """What was made of a flat graph, simplified and shared; its tasks stay the same nodes, as they are bound."""
-    return share(simplify(roots, within), within)
+    return share(simplify(roots, into=within), into=within)

@@ -10,9 +10,14 @@ from porelang.ops import TABLE, kind
 _LEAVES = ("const", "param", "unknown", "x", "y", "z")
 
 
-def verify(roots: Sequence[Node]) -> list[Node]:
-    """The same graph, if every node is a known operation with arguments of the right number and kind."""
-    for n in order(roots):
+def verify(roots: Sequence[Node], known: dict[Node, None] | None = None) -> list[Node]:
+    """The same graph, if every node is a known operation with arguments of the right number and kind; `known` are nodes
+    that were looked at before, and is added to."""
+    known = {} if known is None else known
+    for n in order(roots, lambda n: () if n in known else n.args):
+        if n in known:
+            continue
+        known[n] = None
         if n.op in _LEAVES:
             wanted: tuple[str, ...] = ()
         elif n.op in TABLE:

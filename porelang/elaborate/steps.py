@@ -33,7 +33,7 @@ class Step:
     spent: int
 
 
-class Memory:
+class Steps:
     """The steps of the last elaboration of a program. It belongs to one program, whose texts may change, and to one
     thread at a time; where relative paths begin and which params have data are always the same.
     """
