@@ -14,6 +14,7 @@ from typing import Any
 
 from cells import cells
 from data import data
+from edits import edits
 from elasticity import elasticity
 from fields import fields
 from loop import loop
@@ -40,7 +41,7 @@ def main() -> None:
     parser.add_argument(
         "--only",
         help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tets, tetmeshers, loop, "
-        "elasticity, gpu, compiling, starts, cells",
+        "elasticity, gpu, compiling, starts, edits, cells",
     )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
@@ -65,6 +66,7 @@ def main() -> None:
         "gpu": lambda: transfers(options.rounds),
         "compiling": lambda: compiling(max(3, options.rounds // 3)),
         "starts": lambda: starts(options.rounds),
+        "edits": lambda: edits(options.rounds),
         "cells": cells,
     }
     if options.only and options.only not in sections:

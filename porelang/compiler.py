@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -86,6 +86,20 @@ class Memory:
         return parse(source, reading=self._readings.setdefault(source.name, Reading()))
 
 
+@dataclass(frozen=True, slots=True)
+class Compiled:
+    """What compiling a text gives, also a broken one: the statements that could be read, what elaboration has found,
+    the diagnostics in the order of their places, the program if there is no error among them, and the texts of the
+    files that it uses."""
+
+    source: Source
+    file: tree.File
+    elaborated: Elaborated
+    diagnostics: tuple[Diagnostic, ...]
+    program: Program | None
+    used: Mapping[str, Source]
+
+
 def try_compile(
     source: Source,
     find: Finder = find_used,
@@ -97,24 +111,25 @@ def try_compile(
     Relative paths begin in `folder`, which is the current one unless told otherwise. `bound` are the params that have
     data, from a file: `("load", path, array, options as `load` has them)`.
     """
-    program, found = read_program(source, find, folder, bound)
-    if program is not None:
-        try:
-            found = list(program.warnings)
-        except PoreError as error:
-            program, found = None, _at_its_beginning(source, error)
-    return program, found
+    made = compiled(source, find, folder, bound)
+    if made.program is None:
+        return None, list(made.diagnostics)
+    try:
+        return made.program, list(made.program.warnings)
+    except PoreError as error:
+        return None, _at_its_beginning(source, error)
 
 
-def read_program(
+def compiled(
     source: Source,
     find: Finder = find_used,
     folder: str | None = None,
     bound: Mapping[str, Bound] = MappingProxyType({}),
     memory: Memory | None = None,
-) -> tuple[Program | None, list[Diagnostic]]:
-    """As `try_compile`, but nothing is sampled yet: what values show to be doubtful is in the program's `warnings`,
-    when these are asked for. `memory` is what compiling the same program has left, and is brought up to date."""
+) -> Compiled:
+    """As `try_compile`, with all that was found, and nothing is sampled yet: what values show to be doubtful is in the
+    program's `warnings`, when these are asked for. `memory` is what compiling the same program has left, and is brought
+    up to date."""
     used: dict[str, Source] = {}
 
     def noted(path: str, user: Source) -> Source:
@@ -145,10 +160,10 @@ def _again(
     if more:
         source = Source(source.name, more + source.text)
     with room_to_compile():
-        program, found = _compiled(source, partial(_kept, used), used, folder, structure, bound, held)
-    if program is None:
-        raise PoreError([d for d in found if d.severity == "error"])
-    return program
+        made = _compiled(source, partial(_kept, used), used, folder, structure, bound, held)
+    if made.program is None:
+        raise PoreError([d for d in made.diagnostics if d.severity == "error"])
+    return made.program
 
 
 def _kept(used: Mapping[str, Source], path: str, user: Source) -> Source:
@@ -164,7 +179,7 @@ def _compiled(
     bound: Mapping[str, Bound] = MappingProxyType({}),
     held: Mapping[Node, SampledField] = MappingProxyType({}),
     memory: Memory | None = None,
-) -> tuple[Program | None, list[Diagnostic]]:
+) -> Compiled:
     memory = memory or Memory()
 
     def load(path: str, user: Source) -> tuple[tree.File, list[Diagnostic]]:
@@ -199,7 +214,8 @@ def _compiled(
         diagnostics += _at_its_beginning(source, error)
     if any(d.severity == "error" for d in diagnostics):
         program = None
-    return program, in_order(diagnostics[:MOST_DIAGNOSTICS], source)
+    told = tuple(in_order(diagnostics[:MOST_DIAGNOSTICS], source))
+    return Compiled(source, file, out, told, program, used)
 
 
 def _at_its_beginning(source: Source, error: PoreError) -> list[Diagnostic]:

@@ -42,6 +42,9 @@ _LOOKS: Mapping[str, Callable[[Suspicion, Elaborated, Bindings], Diagnostic | No
 }
 #: Of these it is looked again when they read what tasks find, or the part does in which they are seen.
 _LATE = ("seam", "jump", "period", "still", "fold", "fits", "stretched", "bend", "beyond", "uneven")
+#: These are looked at where the parts show them, which takes some 0.3 ms for each operation of the parts: so many
+#: operations in all, some six seconds.
+_MOST_SEEN = 20_000
 
 
 def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
@@ -54,12 +57,14 @@ def borne_out(found: Elaborated, bindings: Bindings) -> list[Diagnostic]:
     ]
     out: list[Diagnostic] = []
     said: set[tuple[str, Span]] = set()  # of one place a thing is said once
-    spent = cuts = 0
+    spent = cuts = seen = 0
+    parts = len(order(whole, within))
     for s in looked_at:
         size, cut = len(order(s.nodes, within)), s.what in ("apart", "empty")
-        if spent + size > MOST_NODES or cuts + cut > MOST_CUTS:
+        sees = parts if s.what in _LATE else 0
+        if spent + size > MOST_NODES or cuts + cut > MOST_CUTS or seen + sees > _MOST_SEEN:
             continue  # smaller ones may follow
-        spent, cuts = spent + size, cuts + cut
+        spent, cuts, seen = spent + size, cuts + cut, seen + sees
         if (s.what, s.span) not in said and (d := _LOOKS[s.what](s, found, bindings)) is not None:
             said.add((s.what, s.span))
             out.append(d)

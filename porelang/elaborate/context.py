@@ -55,7 +55,9 @@ C = TypeVar("C")
 
 #: The collections of `Elaborated` that statements add to.
 _FOUND: Mapping[str, Callable[[str, Journal], Any]] = {
-    **dict.fromkeys(("params", "data", "presets", "outputs", "lets", "studies", "conditions", "lattices"), NotedDict),
+    **dict.fromkeys(
+        ("params", "data", "presets", "outputs", "lets", "studies", "conditions", "lattices", "values"), NotedDict
+    ),
     **dict.fromkeys(("checks", "calls", "diagnostics", "suspicions"), NotedList),
     **dict.fromkeys(("contracts", "tasks"), NotedDict),
     "structure": NotedSet,
@@ -126,7 +128,10 @@ class Context:
     def evaluate(self, t: tree.Expr, scope: Scope) -> Value:
         """The value of an expression, with what is wrong in it reported; it costs a step of the budget."""
         self.spend(1, t.span)
-        return self._evaluate(self, t, scope)
+        value = self._evaluate(self, t, scope)
+        if not t.span.source.prelude:
+            self.found.values.setdefault(t.span, value)
+        return value
 
     def spend(self, steps: int, span: Span) -> None:
         """Take steps (expressions, items of lists) off the program's budget; ends the elaboration where it is spent."""

@@ -257,6 +257,7 @@ class Elaborated:
     unread: list[Unread] = field(default_factory=list)
     conditions: dict[Node, tree.Chain] = field(default_factory=dict)  # how the user compared numbers
     lattices: dict[Node, tuple[Span, Node | None]] = field(default_factory=dict)  # where each is, and its period
+    values: dict[Span, Value] = field(default_factory=dict)  # of each expression of the text, when first evaluated
     collection: bool = False  # definitions for other files, and nothing else
 
 

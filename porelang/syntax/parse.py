@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from porelang import resources
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 GRAMMAR = "grammar/pore.lark"
 LARGEST = 1_000_000  # characters of a source
+BLANKS = " \t\r\f\v\u00a0\ufeff"  # what the grammar takes no notice of
 DEEPEST = 800  # nodes on a path through a statement's tree, so that its readers may recurse
 MOST = 50  # diagnostics of one source
 
@@ -42,32 +44,14 @@ class KeepAll:
 
 
 class Reading:
-    """What was read of a file before: the tokens of each line, and the statement of each text.
-
-    No token goes beyond a line, and a statement is what its own text says: what was edited is read again, no more.
-
-    Statements that are met again are the same objects, and lie where they lie now.
+    """What was read of a file before: the statement of each text. A statement is what its own text says, so that of
+    a file that was edited only those are parsed that were. What is met again is the same object, and lies where it lies
+    now.
     """
 
     def __init__(self) -> None:
-        self._lines: dict[str, tuple[LexedToken, ...]] = {}
         self._statements: dict[tuple[str, str], list[_Read]] = {}
         self._met: dict[tuple[str, str], list[_Read]] = {}
-        self._seen: dict[str, tuple[LexedToken, ...]] = {}
-
-    def lexed(self, text: str, offset: int = 0) -> Iterator[LexedToken]:
-        """The tokens of a text that begins at a character of its file."""
-        for line in text.split("\n"):
-            if line:
-                found = self._lines.get(line)
-                if found is None:
-                    found = self._lines[line] = tuple(_lexed(line))
-                self._seen[line] = found
-                for kind, said, start in found:
-                    yield LexedToken(kind, said, offset + start)
-            offset += len(line)
-            yield LexedToken("NEWLINE", "\n", offset)
-            offset += 1
 
     def statement(self, raw: RawStatement) -> _Read:
         """What the tokens of a statement say. Errors: those of its syntax."""
@@ -86,7 +70,6 @@ class Reading:
     def end(self) -> None:
         """The text has been read to its end: what was not met in it is forgotten."""
         self._statements, self._met = self._met, {}
-        self._lines, self._seen = self._seen, {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +99,7 @@ def parse(
     tokens: list[Token] = []
     after = 0  # the end of a `/* */`
     reading = reading or Reading()
-    for token in tokenize(source, reading.lexed(source.text[start:end], start)):
+    for token in tokenize(source, lexed(source.text[start:end], start)):
         if token.span.start < after:
             continue
         if token.type == "FOREIGN" and token.text == "/*":
@@ -162,10 +145,28 @@ def tables() -> str:
     return pack(build(text), text)
 
 
-def _lexed(line: str) -> Iterator[LexedToken]:
+def lexed(text: str, offset: int = 0, comments: bool = False) -> Iterator[LexedToken]:
+    """The tokens of a text that begins at a character of its file, line ends too; with `comments` these as well, as
+    tokens called COMMENT. Documentation is a token always."""
+    for line in text.split("\n"):
+        end = 0
+        for kind, said, start in _of_line(line):
+            yield LexedToken(kind, said, offset + start)
+            end = start + len(said)
+        rest = line[end:]
+        if comments and rest.lstrip(BLANKS).startswith("#"):
+            said = rest.lstrip(BLANKS).rstrip(BLANKS)
+            yield LexedToken("COMMENT", said, offset + end + rest.index("#"))
+        offset += len(line)
+        yield LexedToken("NEWLINE", "\n", offset)
+        offset += 1
+
+
+@lru_cache(20_000)
+def _of_line(line: str) -> tuple[LexedToken, ...]:
+    """The tokens of a line; none goes beyond it. They are remembered, as most lines stay when a file is edited."""
     thread: Any = parser().parse_interactive(line).lexer_thread
-    for token in thread.lex(None):
-        yield LexedToken(token.type, str(token), token.start_pos or 0)
+    return tuple(LexedToken(t.type, str(t), t.start_pos or 0) for t in thread.lex(None)) if line else ()
 
 
 def _told_once(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
