@@ -175,6 +175,12 @@ COMMANDS: dict[str, Command] = {
             "pore watch specimen.pore -- mesh -o part.stl",
         ),
         Command(
+            "fmt",
+            "write programs in the one style: blanks, indentation, docs and remarks in columns; remarks and lines stay",
+            ("files", "keep", "quiet"),
+            "pore fmt specimen.pore",
+        ),
+        Command(
             "explain",
             "what a diagnostic means, with an example; all of them without a code",
             ("code", "json"),

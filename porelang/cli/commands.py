@@ -38,6 +38,7 @@ RUN: dict[str, str] = {
     "notation": "showing.notation",
     "render": "render.render",
     "watch": "watching.watch",
+    "fmt": "formatting.fmt",
     "explain": "explain.explain",
     "cache": "caching.cache",
     "doctor": "examining.doctor",

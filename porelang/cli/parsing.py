@@ -146,7 +146,7 @@ def _parser(command: Command) -> _Parser:
         told = {key: value for key, value in more.items() if key not in ("required", "choices", "type")}
         if "action" not in more:
             told["action"] = _Once
-        if not flags[0].startswith("-"):
+        if not flags[0].startswith("-") and told.get("nargs") != "+":
             told.pop("nargs", None)  # before options `argparse` would take it for left out
         if "choices" in more:
             told.setdefault("metavar", f"{{{','.join(more['choices'])}}}")

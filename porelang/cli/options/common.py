@@ -10,6 +10,19 @@ COMMON: dict[str, Option] = {
         ("file",),
         {"metavar": "FILE", "required": True, "help": "the program, a .pore file; - reads standard input"},
     ),
+    "files": (
+        ("files",),
+        {
+            "metavar": "FILE",
+            "nargs": "+",
+            "required": True,
+            "help": "programs; - writes standard input anew",
+        },
+    ),
+    "keep": (
+        ("--check",),
+        {"action": "store_true", "dest": "check", "help": "write nothing; exit status 1 where a file would be changed"},
+    ),
     "words": (
         ("words",),
         {"metavar": "COMMAND", "help": "a command with its options, without the file: mesh -o a.stl"},
