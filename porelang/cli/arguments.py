@@ -180,6 +180,7 @@ COMMANDS: dict[str, Command] = {
             ("files", "keep", "quiet"),
             "pore fmt specimen.pore",
         ),
+        Command("lsp", "the language server, for editors: on standard input and output", (), "pore lsp"),
         Command(
             "explain",
             "what a diagnostic means, with an example; all of them without a code",

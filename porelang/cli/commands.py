@@ -39,6 +39,7 @@ RUN: dict[str, str] = {
     "render": "render.render",
     "watch": "watching.watch",
     "fmt": "formatting.fmt",
+    "lsp": "serving.lsp",
     "explain": "explain.explain",
     "cache": "caching.cache",
     "doctor": "examining.doctor",

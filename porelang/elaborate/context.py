@@ -55,11 +55,9 @@ C = TypeVar("C")
 
 #: The collections of `Elaborated` that statements add to.
 _FOUND: Mapping[str, Callable[[str, Journal], Any]] = {
-    **dict.fromkeys(
-        ("params", "data", "presets", "outputs", "lets", "studies", "conditions", "lattices", "values"), NotedDict
-    ),
+    **dict.fromkeys(("params", "data", "presets", "outputs", "lets", "studies", "files"), NotedDict),
+    **dict.fromkeys(("conditions", "lattices", "values", "contracts", "tasks"), NotedDict),
     **dict.fromkeys(("checks", "calls", "diagnostics", "suspicions"), NotedList),
-    **dict.fromkeys(("contracts", "tasks"), NotedDict),
     "structure": NotedSet,
 }
 

@@ -258,6 +258,7 @@ class Elaborated:
     conditions: dict[Node, tree.Chain] = field(default_factory=dict)  # how the user compared numbers
     lattices: dict[Node, tuple[Span, Node | None]] = field(default_factory=dict)  # where each is, and its period
     values: dict[Span, Value] = field(default_factory=dict)  # of each expression of the text, when first evaluated
+    files: dict[str, Value] = field(default_factory=dict)  # what each `use` of the main file stands for
     collection: bool = False  # definitions for other files, and nothing else
 
 

@@ -137,6 +137,8 @@ def _members(ctx: Context, files: _Files, file: tree.File, prefix: str) -> tuple
             continue
         if isinstance(binding, tree.Use):
             value, on = _use(ctx, files, binding)
+            if not prefix:
+                ctx.found.files[name] = value
             steps[name] = step(binding, "names", partial(_itself, value), on)
         else:
             steps[name] = step(binding, "value", partial(_define, ctx, binding, scope, prefix))

@@ -53,6 +53,13 @@ MACHINE = (
         "",
     ),
     Code(
+        "E126",
+        "a package that a command needs",
+        "Some commands need a package that the others do without; the hint says how to install it.",
+        "",
+        "",
+    ),
+    Code(
         "E199",
         "a bug in porelang",
         "Something went wrong in porelang itself. Please report it with the program and the command; with\n"

@@ -1,0 +1,240 @@
+"""Names: what each use of one stands for, where it is bound, and all its uses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+from porelang.diagnostics import fail, suggest
+from porelang.elaborate.names import COORDINATES, Binding, bindings, children
+from porelang.elaborate.prelude import prelude_scope
+from porelang.elaborate.values import Builtin, Function, Value
+from porelang.session import Snapshot
+from porelang.source import Span
+from porelang.syntax import tree
+from porelang.syntax.parse import lexed
+
+Kind = Literal["param", "let", "def", "use", "out", "parameter", "item", "prelude", "preset"]
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """What binds a name: a statement, a parameter of a function, an item of a comprehension, or the language itself.
+
+    `span` is where the name is bound, None where that is nowhere in Pore (a kernel operation); `by` is the statement
+    or the parameter, None of items, lambdas and the language; `value` is what the language's own names stand for.
+    """
+
+    name: str
+    kind: Kind
+    span: Span | None
+    by: Binding | tree.Parameter | None = None
+    value: Value | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """A place where a name stands, and what it stands for; None where that is nothing. `binds` at the place itself."""
+
+    name: str
+    span: Span
+    bound: Bound | None
+    binds: bool = False
+
+
+@lru_cache(32)
+def uses(snapshot: Snapshot) -> tuple[Use, ...]:
+    """All names of the statements that can be read, in the order of the text, those that are bound too."""
+    file = snapshot.file
+    own, _ = bindings(file.statements, frozenset(prelude_scope().visible()))
+    outer = {name: Bound(name, _KINDS[type(b)], b.name_span, b) for name, b in own.items()}
+    found: list[Use] = []
+    for s in file.statements:
+        if isinstance(s, tree.Param | tree.Let | tree.Def | tree.Use) or (isinstance(s, tree.Out) and s.name_span.text):
+            bound = outer.get(s.name)
+            mine = bound if bound is not None and bound.by is s else Bound(s.name, _KINDS[type(s)], s.name_span, s)
+            found.append(Use(s.name, s.name_span, mine, True))
+        found += _uses(s, outer)
+    return tuple(sorted(found, key=lambda use: use.span.in_file.start))
+
+
+_KINDS: Mapping[type, Kind] = {tree.Param: "param", tree.Let: "let", tree.Def: "def", tree.Use: "use", tree.Out: "out"}
+
+
+def of_the_language(name: str) -> Bound | None:
+    """What a name of the prelude or of the kernel stands for."""
+    value = prelude_scope().find(name)
+    if value is None:
+        return None
+    definition = value.definition if isinstance(value, Function) else None
+    return Bound(name, "prelude", definition.name_span if definition is not None else None, None, value)
+
+
+def _uses(item: object, env: Mapping[str, Bound]) -> Iterator[Use]:
+    todo: list[tuple[object, Mapping[str, Bound]]] = [(item, env)]
+    while todo:
+        one, seen = todo.pop()
+        match one:
+            case tree.Name():
+                yield Use(one.name, one.span, seen.get(one.name) or of_the_language(one.name))
+            case tree.Call():
+                yield from _named_arguments(one, seen)
+                todo += [(one.function, seen), *((a.value, seen) for a in one.arguments)]
+            case tree.Def():
+                yield from _parameters(one, seen, todo)
+            case tree.Lambda():
+                inner = dict(seen)
+                for p in one.parameters:
+                    inner[p.name] = Bound(p.name, "parameter", p.span)
+                    yield Use(p.name, p.span, inner[p.name], True)
+                todo.append((one.body, inner))
+            case tree.Block():
+                inner = dict(seen)
+                for b in one.bindings:
+                    todo.append((b, dict(inner)))
+                    inner[b.name] = Bound(b.name, _KINDS[type(b)], b.name_span, b)
+                    yield Use(b.name, b.name_span, inner[b.name], True)
+                todo.append((one.value, inner))
+            case tree.Comprehension():
+                inner = dict(seen)
+                for clause in one.clauses:
+                    todo.append((clause.items, dict(inner)))
+                    inner[clause.name.name] = Bound(clause.name.name, "item", clause.name.span)
+                    yield Use(clause.name.name, clause.name.span, inner[clause.name.name], True)
+                    todo += [(condition, dict(inner)) for condition in clause.filters]
+                todo.append((one.value, inner))
+            case tree.Member():
+                todo.append((one.target, seen))
+            case tree.Preset():
+                for setting in one.settings:
+                    if setting.name in seen:
+                        yield Use(setting.name, setting.name_span, seen[setting.name])
+                    todo.append((setting.value, seen))
+            case _:
+                todo += [(part, seen) for part in children(one)]
+
+
+def _parameters(
+    one: tree.Def, seen: Mapping[str, Bound], todo: list[tuple[object, Mapping[str, Bound]]]
+) -> Iterator[Use]:
+    inner = {**seen, **{p.name: Bound(p.name, "parameter", p.name_span, p) for p in one.parameters}}
+    before = dict(seen)
+    for p in one.parameters:
+        yield Use(p.name, p.name_span, inner[p.name], True)
+        if p.default is not None:
+            todo.append((p.default, dict(before)))
+        before[p.name] = inner[p.name]
+        if p.where is not None:
+            todo.append((p.where, inner))
+    todo.append((one.body, inner))
+
+
+def _named_arguments(call: tree.Call, seen: Mapping[str, Bound]) -> Iterator[Use]:
+    """The names of arguments, which are those of the parameters of what is called."""
+    function = seen.get(call.function.name) if isinstance(call.function, tree.Name) else None
+    definition = function.by if function is not None and isinstance(function.by, tree.Def) else None
+    for a in call.arguments:
+        if a.name is not None and definition is not None:
+            p = next((p for p in definition.parameters if p.name == a.name), None)
+            span = Span(a.span.source, a.span.start, a.span.start + len(a.name))
+            yield Use(a.name, span, Bound(a.name, "parameter", p.name_span, p) if p is not None else None)
+
+
+def use_at(snapshot: Snapshot, offset: int) -> Use | None:
+    """The name that a character belongs to, or that ends before it."""
+    for use in uses(snapshot):
+        place = use.span.in_file
+        if place.start <= offset <= place.end:
+            return use
+    return None
+
+
+def references(snapshot: Snapshot, offset: int) -> list[Span]:
+    """All places of the file where the name at a place stands for the same, the one that binds it first."""
+    here = use_at(snapshot, offset)
+    if here is None or here.bound is None:
+        return []
+    same = [
+        u for u in uses(snapshot) if u.name == here.name and u.bound is not None and u.bound.span == here.bound.span
+    ]
+    return [u.span.in_file for u in sorted(same, key=lambda u: not u.binds)]
+
+
+def definition(snapshot: Snapshot, offset: int) -> Span | None:
+    """Where the name at a place is bound, which may be in the prelude; None where that is nowhere in Pore."""
+    here = use_at(snapshot, offset)
+    return None if here is None or here.bound is None or here.bound.span is None else here.bound.span.in_file
+
+
+def renamed(snapshot: Snapshot, offset: int, name: str) -> list[Span]:
+    """The places to be changed so that what is called by the name at a place is called `name`.
+
+    Errors: E048 where that is no name, is bound already where it would stand, or is the language's own.
+    """
+    here = use_at(snapshot, offset)
+    if here is None or here.bound is None:
+        raise fail("E048", "there is no name here that could be changed", hint="put the cursor on a name of the file")
+    if here.bound.kind == "prelude":
+        raise fail("E048", f"`{here.name}` is the language's own", hint="a name of this file can be changed")
+    tokens = [t for t in lexed(name) if t.type != "NEWLINE"]
+    if [t.type for t in tokens] != ["NAME"] or tokens[0].text != name:
+        raise fail("E048", f"`{name}` is no name", hint="a name is letters, digits and _, and begins with no digit")
+    places = references(snapshot, offset)
+    known = {u.name for u in uses(snapshot) if u.bound is not None and u.bound.kind != "prelude"} | {*COORDINATES}
+    if name != here.name and name in known:
+        raise fail("E048", f"`{name}` stands for something else in this file", hint="choose another name")
+    used = {u.name for u in uses(snapshot) if u.bound is not None and u.bound.kind == "prelude"}
+    if name in used:
+        raise fail("E048", f"`{name}` is used here as the language has it", hint="choose another name")
+    return places
+
+
+def visible(snapshot: Snapshot, offset: int) -> dict[str, Bound]:
+    """What can be named at a place, nearest binding first: of the statement there, of the file, of the language."""
+    own, _ = bindings(snapshot.file.statements, frozenset(prelude_scope().visible()))
+    found = {name: Bound(name, _KINDS[type(b)], b.name_span, b) for name, b in own.items()}
+    statement = snapshot.statement_at(offset)
+    if statement is not None:
+        at = offset - statement.span.source.begins
+        for use in _uses(statement, found):
+            if use.binds and use.bound is not None and _reaches(statement, use.span, at):
+                found[use.name] = use.bound
+    for name in prelude_scope().visible():
+        if name not in found and not name.startswith("_"):
+            bound = of_the_language(name)
+            if bound is not None:
+                found[name] = bound
+    return found
+
+
+def _reaches(statement: tree.Statement, binder: Span, at: int) -> bool:
+    """Whether what is bound within a statement is seen at a place: in the innermost node that holds both, after it."""
+    todo: list[object] = [statement]
+    inner: object = statement
+    while todo:
+        one = todo.pop()
+        span = getattr(one, "span", None)
+        if span is not None and span.start <= binder.start and binder.end <= span.end and isinstance(one, _BINDERS):
+            inner = one
+        todo += children(one)
+    span = inner.span  # type: ignore[attr-defined]  # all of them have places
+    return bool(span.start <= at <= span.end and binder.start <= at)
+
+
+_BINDERS = (tree.Def, tree.Lambda, tree.Block, tree.Comprehension)
+
+
+def nearest(name: str, snapshot: Snapshot, offset: int) -> str | None:
+    """What was meant by a name that is not known there."""
+    return suggest(name, visible(snapshot, offset))
+
+
+def is_function(bound: Bound) -> bool:
+    """Whether what a name stands for is called, as far as its text tells."""
+    if isinstance(bound.by, tree.Def):
+        return True
+    if isinstance(bound.by, tree.Let):
+        return isinstance(bound.by.value, tree.Lambda)
+    return isinstance(bound.value, Function | Builtin)

@@ -1,0 +1,217 @@
+"""The server: documents as they are edited, and questions about them. Everything is asked of one session."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from typing import Any
+
+from lsprotocol import types
+from pygls.exceptions import JsonRpcInvalidParams
+from pygls.lsp.server import LanguageServer
+
+import porelang
+from porelang.assist import complete, names, outline
+from porelang.assist.calls import signature_at
+from porelang.assist.hover import hover
+from porelang.diagnostics import Diagnostic, PoreError
+from porelang.lsp import answers
+from porelang.lsp.places import Encoding, location, offset, path_of, position, range_of, uri_of
+from porelang.progress import CancelledError
+from porelang.session import Session, Snapshot
+from porelang.source import Span
+from porelang.syntax.format import formatted
+
+#: Seconds without an edit after which what is doubtful is sampled.
+PAUSE = 0.3
+
+
+class Server(LanguageServer):
+    """A language server and its session, whose folder is the one that is open."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "porelang", porelang.__version__, text_document_sync_kind=types.TextDocumentSyncKind.Incremental
+        )
+        self.session = Session()
+        self.folder = os.getcwd()
+        self.doubts: dict[str, tuple[Diagnostic, ...]] = {}
+
+    @property
+    def encoding(self) -> Encoding:
+        """In what columns are counted."""
+        return self.workspace.position_encoding or types.PositionEncodingKind.Utf16
+
+    def opened(self, uri: str) -> Snapshot:
+        """The snapshot of a document as it is now."""
+        path, text = path_of(uri), self.workspace.get_text_document(uri).source
+        known = self.session.snapshot(path)
+        return known if known is not None and known.source.text == text else self.session.update(path, text)
+
+    def at(self, params: Any) -> tuple[Snapshot, int]:
+        """The snapshot and the character that a question is about."""
+        snapshot = self.opened(params.text_document.uri)
+        return snapshot, offset(snapshot.source, params.position, self.encoding)
+
+    def tell(self, snapshot: Snapshot, found: tuple[Diagnostic, ...]) -> None:
+        """Publish what is wrong or doubtful in a document."""
+        told = [answers.diagnostic(d, snapshot.source, self.encoding) for d in found]
+        self.text_document_publish_diagnostics(
+            types.PublishDiagnosticsParams(uri_of(snapshot.path), told, version=self._version(snapshot.path))
+        )
+
+    def _version(self, path: str) -> int | None:
+        document = self.workspace.text_documents.get(uri_of(path))
+        return None if document is None else document.version
+
+    async def changed(self, uri: str) -> None:
+        """A document was opened or edited: it is compiled at once, as are the open ones that use it, and what samples
+        show is told when nobody has typed for a while."""
+        snapshot = self.opened(uri)
+        waiting = [snapshot]
+        for path in self.session.users(snapshot.path):
+            if uri_of(path) in self.workspace.text_documents:
+                waiting.append(self.session.update(path))
+        for one in waiting:
+            still = {s.span.source for s in one.file.statements}  # what was doubted is, where its text is still there
+            kept = tuple(d for d in self.doubts.get(one.path, ()) if d.span is not None and d.span.source in still)
+            said = {(d.code, d.span) for d in one.diagnostics}
+            self.tell(one, (*one.diagnostics, *(d for d in kept if (d.code, d.span) not in said)))
+        await asyncio.sleep(PAUSE)
+        for one in waiting:
+            await self._look(one)
+
+    async def _look(self, snapshot: Snapshot) -> None:
+        if self.session.snapshot(snapshot.path) is not snapshot or snapshot.program is None:
+            return
+        job = self.session.submit(("doubts", snapshot.path), lambda: snapshot.all_diagnostics)
+        try:
+            found = await asyncio.get_running_loop().run_in_executor(None, job.result)
+        except CancelledError:
+            return
+        if self.session.snapshot(snapshot.path) is snapshot:
+            self.doubts[snapshot.path] = tuple(d for d in found if d not in snapshot.diagnostics)
+            self.tell(snapshot, found)
+
+
+def server() -> Server:
+    """The server with all that it answers."""
+    ls = Server()
+
+    @ls.feature(types.INITIALIZED)
+    def initialized(_: types.InitializedParams) -> None:
+        ls.folder = ls.workspace.root_path or os.getcwd()
+        ls.session = Session(folder=ls.folder)
+
+    @ls.feature(types.TEXT_DOCUMENT_DID_OPEN)
+    async def did_open(params: types.DidOpenTextDocumentParams) -> None:
+        await ls.changed(params.text_document.uri)
+
+    @ls.feature(types.TEXT_DOCUMENT_DID_CHANGE)
+    async def did_change(params: types.DidChangeTextDocumentParams) -> None:
+        await ls.changed(params.text_document.uri)
+
+    @ls.feature(types.TEXT_DOCUMENT_DID_SAVE)
+    async def did_save(params: types.DidSaveTextDocumentParams) -> None:
+        await ls.changed(params.text_document.uri)
+
+    @ls.feature(types.TEXT_DOCUMENT_DID_CLOSE)
+    def did_close(params: types.DidCloseTextDocumentParams) -> None:
+        path = path_of(params.text_document.uri)
+        ls.session.jobs.cancel(("doubts", path))
+        ls.session.forget(path)
+        ls.doubts.pop(path, None)
+        ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(params.text_document.uri, []))
+
+    @ls.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[".", '"', "(", ","]))
+    def completions(params: types.CompletionParams) -> types.CompletionList:
+        snapshot, at = ls.at(params)
+        items = complete.completions(snapshot, at, ls.folder)
+        made = [answers.completion(item, snapshot.source, ls.encoding, i) for i, item in enumerate(items)]
+        return types.CompletionList(False, made)
+
+    @ls.feature(types.TEXT_DOCUMENT_HOVER)
+    def hovers(params: types.HoverParams) -> types.Hover | None:
+        snapshot, at = ls.at(params)
+        found = hover(snapshot, at)
+        if found is None:
+            return None
+        text = types.MarkupContent(types.MarkupKind.Markdown, found.markdown)
+        return types.Hover(text, range_of(found.span, ls.encoding))
+
+    @ls.feature(types.TEXT_DOCUMENT_SIGNATURE_HELP, types.SignatureHelpOptions(trigger_characters=["(", ","]))
+    def signatures(params: types.SignatureHelpParams) -> types.SignatureHelp | None:
+        found = signature_at(*ls.at(params))
+        return None if found is None else answers.signature_help(*found)
+
+    @ls.feature(types.TEXT_DOCUMENT_DEFINITION)
+    def definition(params: types.DefinitionParams) -> types.Location | None:
+        span = names.definition(*ls.at(params))
+        return None if span is None else location(span, ls.encoding)
+
+    @ls.feature(types.TEXT_DOCUMENT_REFERENCES)
+    def references(params: types.ReferenceParams) -> list[types.Location]:
+        return [location(span, ls.encoding) for span in names.references(*ls.at(params))]
+
+    @ls.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
+    def prepare_rename(params: types.PrepareRenameParams) -> types.Range | None:
+        use = names.use_at(*ls.at(params))
+        known = use is not None and use.bound is not None and use.bound.kind != "prelude"
+        return range_of(use.span, ls.encoding) if known and use is not None else None
+
+    @ls.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
+    def rename(params: types.RenameParams) -> types.WorkspaceEdit:
+        try:
+            places = names.renamed(*ls.at(params), params.new_name)
+        except PoreError as error:
+            d = error.diagnostics[0]
+            raise JsonRpcInvalidParams(message=f"{d.message}; {d.hint}") from None
+        return types.WorkspaceEdit(
+            {params.text_document.uri: [types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in places]}
+        )
+
+    @ls.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
+    def symbols(params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
+        return [answers.symbol(s, ls.encoding) for s in outline.symbols(ls.opened(params.text_document.uri))]
+
+    @ls.feature(types.TEXT_DOCUMENT_FOLDING_RANGE)
+    def folds(params: types.FoldingRangeParams) -> list[types.FoldingRange]:
+        found = outline.folds(ls.opened(params.text_document.uri))
+        return [types.FoldingRange(first - 1, last - 1, kind=kind) for first, last, kind in found]
+
+    @ls.feature(types.TEXT_DOCUMENT_FORMATTING)
+    def formatting(params: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
+        source = ls.opened(params.text_document.uri).source
+        try:
+            text = formatted(source)
+        except PoreError:  # what is wrong is among the diagnostics
+            return None
+        whole = Span(source, 0, len(source.text))
+        return [] if text == source.text else [types.TextEdit(range_of(whole, ls.encoding), text)]
+
+    @ls.feature(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, answers.LEGEND)
+    def semantic(params: types.SemanticTokensParams) -> types.SemanticTokens:
+        return answers.semantic_tokens(ls.opened(params.text_document.uri), ls.encoding)
+
+    @ls.feature(types.TEXT_DOCUMENT_INLAY_HINT)
+    def inlay(params: types.InlayHintParams) -> list[types.InlayHint]:
+        snapshot = ls.opened(params.text_document.uri)
+        found = ((position(snapshot.source, at, ls.encoding), text) for at, text in outline.hints(snapshot))
+        within = params.range
+        return [types.InlayHint(at, text, padding_left=True) for at, text in found if within.start <= at <= within.end]
+
+    @ls.feature(
+        types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions(code_action_kinds=[types.CodeActionKind.QuickFix])
+    )
+    def actions(params: types.CodeActionParams) -> list[types.CodeAction]:
+        uri = params.text_document.uri
+        snapshot = ls.opened(uri)
+        found = (*snapshot.diagnostics, *ls.doubts.get(snapshot.path, ()))
+        return answers.actions(uri, found, snapshot.source, params.range, ls.encoding)
+
+    return ls
+
+
+def serve() -> None:
+    """Answer on standard input and output until the client ends."""
+    server().start_io()

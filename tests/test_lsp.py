@@ -1,0 +1,222 @@
+"""The language server, spoken to by a client over standard input and output, as editors do."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import Callable, Coroutine
+from pathlib import Path
+from typing import Any
+
+import pytest
+from lsprotocol import types
+from pygls.lsp.client import LanguageClient
+
+from porelang.lsp.places import offset, position
+from porelang.source import Source
+
+PROGRAM = """\
+param w = 12mm in 8mm..20mm  "cell"
+let body = cube(30mm)
+let k = w * 2 + 1cm
+## Walls of a lattice.
+def walls(f, t: length where t > 0) = metric(f) |> shell(t)
+let thin = walls(gyroid(w), t=1mm) & body
+thin | sphere(k / 9)
+"""
+
+
+class Editor:
+    """A client with one document, that waits for what it is told."""
+
+    def __init__(self, client: LanguageClient, uri: str) -> None:
+        self.client, self.uri, self.version = client, uri, 0
+        self.told: asyncio.Queue[types.PublishDiagnosticsParams] = asyncio.Queue()
+
+    async def open(self, text: str) -> list[types.Diagnostic]:
+        item = types.TextDocumentItem(self.uri, "pore", 0, text)
+        self.client.text_document_did_open(types.DidOpenTextDocumentParams(item))
+        return await self.diagnostics(0)
+
+    async def write(self, text: str) -> list[types.Diagnostic]:
+        self.version += 1
+        document = types.VersionedTextDocumentIdentifier(uri=self.uri, version=self.version)
+        whole = types.TextDocumentContentChangeWholeDocument(text)
+        self.client.text_document_did_change(types.DidChangeTextDocumentParams(document, [whole]))
+        return await self.diagnostics(self.version)
+
+    async def diagnostics(self, version: int) -> list[types.Diagnostic]:
+        while True:
+            said = await asyncio.wait_for(self.told.get(), 60)
+            if said.uri == self.uri and said.version == version:
+                return list(said.diagnostics)
+
+    def at(self, text: str, of: str, more: int = 0) -> dict[str, Any]:
+        source = Source("", text)
+        place = position(source, text.index(of) + more, "utf-16")
+        return {"text_document": types.TextDocumentIdentifier(self.uri), "position": place}
+
+
+def spoken(tmp_path: Path, talk: Callable[[Editor], Coroutine[Any, Any, None]], name: str = "part.pore") -> None:
+    async def run() -> None:
+        client = LanguageClient("test", "1")
+        await client.start_io(sys.executable, "-m", "porelang", "lsp")
+        editor = Editor(client, (tmp_path / name).as_uri())
+
+        @client.feature(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
+        def told(params: types.PublishDiagnosticsParams) -> None:
+            editor.told.put_nowait(params)
+
+        root = tmp_path.as_uri()
+        await client.initialize_async(types.InitializeParams(types.ClientCapabilities(), root_uri=root))
+        client.initialized(types.InitializedParams())
+        await talk(editor)
+        await client.shutdown_async(None)
+        client.exit(None)
+        await client.stop()
+
+    asyncio.run(asyncio.wait_for(run(), 120))
+
+
+def test_an_editor_is_served(tmp_path: Path) -> None:
+    async def talk(editor: Editor) -> None:
+        client = editor.client
+        assert await editor.open(PROGRAM) == []
+
+        hover = await client.text_document_hover_async(types.HoverParams(**editor.at(PROGRAM, "k / 9")))
+        assert hover is not None
+        assert isinstance(hover.contents, types.MarkupContent)
+        assert "a length: 34mm" in hover.contents.value
+
+        help_ = await client.text_document_signature_help_async(
+            types.SignatureHelpParams(**editor.at(PROGRAM, "t=1mm", 2))
+        )
+        assert help_ is not None
+        assert help_.signatures[0].label == "walls(f, t: length where t > 0)"
+        assert help_.active_parameter == 1
+
+        where = await client.text_document_definition_async(types.DefinitionParams(**editor.at(PROGRAM, "gyroid")))
+        assert isinstance(where, types.Location)
+        assert where.uri.endswith("prelude/tpms.pore")
+        assert (
+            Path(where.uri.removeprefix("file://"))
+            .read_text()
+            .split("\n")[where.range.start.line]
+            .startswith("def gyroid")
+        )
+
+        context = types.ReferenceContext(True)
+        uses = await client.text_document_references_async(
+            types.ReferenceParams(context=context, **editor.at(PROGRAM, "w * 2"))
+        )
+        assert uses is not None
+        assert [u.range.start.line for u in uses] == [0, 2, 5]
+
+        change = await client.text_document_rename_async(
+            types.RenameParams(new_name="period", **editor.at(PROGRAM, "w * 2"))
+        )
+        assert change is not None
+        assert change.changes is not None
+        assert len(change.changes[editor.uri]) == 3
+        with pytest.raises(Exception, match="stands for something else"):
+            await client.text_document_rename_async(types.RenameParams(new_name="body", **editor.at(PROGRAM, "w * 2")))
+
+        symbols = await client.text_document_document_symbol_async(
+            types.DocumentSymbolParams(types.TextDocumentIdentifier(editor.uri))
+        )
+        assert symbols is not None
+        assert [s.name for s in symbols] == ["w", "body", "k", "walls", "thin", "part"]
+
+        tokens = await client.text_document_semantic_tokens_full_async(
+            types.SemanticTokensParams(types.TextDocumentIdentifier(editor.uri))
+        )
+        assert tokens is not None
+        assert len(tokens.data) % 5 == 0
+        assert list(tokens.data[:10]) == [0, 0, 5, 0, 0, 0, 6, 1, 7, 9]  # a keyword, and a variable that is declared
+
+        whole = types.Range(types.Position(0, 0), types.Position(99, 0))
+        hints = await client.text_document_inlay_hint_async(
+            types.InlayHintParams(types.TextDocumentIdentifier(editor.uri), whole)
+        )
+        assert hints is not None
+        assert [(h.position.line, h.label) for h in hints] == [(2, "= 34mm")]
+
+    spoken(tmp_path, talk)
+
+
+def test_mistakes_are_told_and_mended(tmp_path: Path) -> None:
+    async def talk(editor: Editor) -> None:
+        client = editor.client
+        text = PROGRAM.replace("gyroid(w)", "gyroyd(w)")
+        (wrong,) = await editor.open(text)
+        assert (wrong.code, wrong.severity, wrong.range.start) == (
+            "E030",
+            types.DiagnosticSeverity.Error,
+            types.Position(5, 17),
+        )
+        assert "did you mean `gyroid`?" in wrong.message
+        actions = await client.text_document_code_action_async(
+            types.CodeActionParams(
+                types.TextDocumentIdentifier(editor.uri), wrong.range, types.CodeActionContext([wrong])
+            )
+        )
+        assert actions is not None
+        (action,) = actions
+        assert isinstance(action, types.CodeAction)
+        assert action.edit is not None
+        assert action.edit.changes is not None
+        (edit,) = action.edit.changes[editor.uri]
+        assert (edit.new_text, edit.range) == ("gyroid", wrong.range)
+
+        assert await editor.write(PROGRAM) == []
+        # a statement that cannot be read costs itself alone: names behind it are known, and completed
+        broken = PROGRAM + "let more = body |> offset("
+        assert [d.code for d in await editor.write(broken)] == ["E018", "E005"]
+        place = types.CompletionParams(**editor.at(broken, "offset(", 7))
+        found = await client.text_document_completion_async(place)
+        assert isinstance(found, types.CompletionList)
+        labels = [item.label for item in found.items]
+        assert labels[:1] == ["d="]
+        assert {"body", "thin", "walls", "gyroid"} <= set(labels)
+
+    spoken(tmp_path, talk)
+
+
+def test_what_samples_show_follows_when_nobody_types(tmp_path: Path) -> None:
+    async def talk(editor: Editor) -> None:
+        text = "sphere(3) \\ translate(sphere(1), [9, 0, 0])\n"
+        assert await editor.open(text) == []
+        (doubt,) = await editor.diagnostics(0)
+        assert doubt.severity == types.DiagnosticSeverity.Warning
+        # it stays while its text does, and goes where that goes
+        (moved,) = await editor.write("# above\n" + text)
+        assert (moved.code, moved.range.start.line) == (doubt.code, 1)
+
+    spoken(tmp_path, talk)
+
+
+def test_an_edit_of_a_used_file_is_told_in_those_that_use_it(tmp_path: Path) -> None:
+    (tmp_path / "plates.pore").write_text("let t = 2mm\n")
+
+    async def talk(editor: Editor) -> None:
+        assert await editor.open('use "plates.pore" as plates\nsphere(plates.t)\n') == []
+        lib = Editor(editor.client, (tmp_path / "plates.pore").as_uri())
+        item = types.TextDocumentItem(lib.uri, "pore", 0, "let u = 2mm\n")
+        lib.client.text_document_did_open(types.DidOpenTextDocumentParams(item))
+        while not (said := await asyncio.wait_for(editor.told.get(), 60)).diagnostics or said.uri != editor.uri:
+            pass
+        assert [d.code for d in said.diagnostics] == ["E036"]
+
+    spoken(tmp_path, talk)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-32"])
+def test_columns_are_counted_as_agreed(encoding: str) -> None:
+    text = "# \u00e4\u20ac\U0001d70b x\nlet a = 1 # \U0001d70b\n"
+    source = Source("a.pore", text)
+    for at in range(len(text)):
+        assert offset(source, position(source, at, encoding), encoding) == at
+    wanted = {"utf-8": 12, "utf-16": 7, "utf-32": 6}[encoding]
+    assert position(source, text.index("x"), encoding) == types.Position(0, wanted)
+    assert offset(source, types.Position(0, 99), encoding) == text.index("\n")
+    assert offset(source, types.Position(99, 0), encoding) == len(text)
