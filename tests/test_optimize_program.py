@@ -269,6 +269,21 @@ def test_what_is_nearly_uniform_needs_no_finer_elements() -> None:
         assert ("finer" in (told.hint or "")) == (code == "W270")
 
 
+def test_what_the_uniform_part_makes_unsure_is_told() -> None:
+    """A start whose elements are joined otherwise, and a best step that is not so: no word where both stray alike."""
+    from porelang.optimize import loop
+    from porelang.optimize.doubts import doubts
+
+    coarse = ("W284", "elements are joined otherwise", "its stiffness may be off", "take finer elements")
+    start = record.Step(0, 16.0, 0.24, 1, 1, 1, 0.5, None, 0.6, 0.03, doubts=(coarse,), apart=0.12)
+    best = replace(start, number=1, compliance=10.3, change=-0.36, doubts=(), apart=0.022)
+    what = adapting(design())
+    for apart, told in ((0.12, 1), (0.05, 0)):
+        steps = (replace(start, apart=apart), best)
+        found = doubts(what, loop.Outcome(steps, 1, np.ones(1), "most"), 8, 0.005, False)
+        assert [d.message.startswith("in step 0, which all is compared with") for d in found] == [True] * told
+
+
 def test_a_loop_that_is_stopped_leaves_the_best_so_far(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

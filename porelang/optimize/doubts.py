@@ -6,6 +6,9 @@ from porelang.diagnostics import Diagnostic
 from porelang.optimize import loop
 from porelang.optimize.adapting import Adapting
 
+#: What all is compared with is doubted where its mesh strays by more than this share, and by so many times that of the
+#: best step: its elements are joined otherwise, and those of the best are not.
+STRAYS, TIMES = 0.06, 2.0
 #: What varies by less than this over cells is nearly uniform: of columns of P and gyroid between frictionless platens,
 #: uniform but for their few cells, it is .019 and .041, and a step gains .02 and .4 %.
 NEARLY = 0.05
@@ -14,7 +17,12 @@ NEARLY = 0.05
 def doubts(what: Adapting, found: loop.Outcome, cell: float, until: float, optimal: bool) -> list[Diagnostic]:
     """Of a loop that averaged over a cell in mm, and was to end where a step changed less than `until`; `optimal` where
     it began with the optimum of the homogenised part."""
-    return [*_gained(what, found, cell, until, optimal), *_ended(what, found), *_of_the_best(what, found)]
+    return [
+        *_gained(what, found, cell, until, optimal),
+        *_ended(what, found),
+        *_of_the_best(what, found),
+        *_of_the_start(what, found),
+    ]
 
 
 def _gained(what: Adapting, found: loop.Outcome, cell: float, until: float, optimal: bool) -> list[Diagnostic]:
@@ -74,4 +82,17 @@ def _of_the_best(what: Adapting, found: loop.Outcome) -> list[Diagnostic]:
     return [
         Diagnostic(code, f"in step {found.best}, which is kept: {said}", place, label, hint=hint, severity="warning")
         for code, said, label, hint in found.steps[found.best].doubts
+    ]
+
+
+def _of_the_start(what: Adapting, found: loop.Outcome) -> list[Diagnostic]:
+    """What of the uniform part makes the ratio to it unsure, where the best step is known far better."""
+    first, best = found.steps[0], found.steps[found.best]
+    if found.best == 0 or (first.apart or 0.0) <= max(STRAYS, TIMES * (best.apart or 0.0)):
+        return []
+    place = what.design.program.places.get(what.design.program.studies[what.study])
+    return [
+        Diagnostic(code, f"in step 0, which all is compared with: {said}", place, label, hint=hint, severity="warning")
+        for code, said, label, hint in first.doubts
+        if code == "W284"
     ]
