@@ -124,6 +124,29 @@ def test_a_size_that_does_not_reach_the_limits_is_told_as_densities(monkeypatch:
     assert law.limits[0] <= float(low) < float(high) <= law.limits[1]
 
 
+def test_limits_that_are_proposed_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A density that falls back a little on its way, too little for the ladder to see: limits that end above that are
+    proposed at once, and not first those that are refused for it."""
+    text = TEXT.replace("param t: field = 0", "param t: field = 20mm").replace("0.1 * t", "9mm")
+    found = adapting(design(text.replace("gyroid(20mm) - t", "gyroid(phase=phase(t, bar)) |> shell(24mm / t)")))
+
+    def share(self: Any, value: float) -> float:
+        if value <= 0:
+            raise fail("E147", f"the period that is asked for is {value:g} mm")
+        return float(0.22 + 0.78 / (1 + (value / 20) ** 2) + 0.1 * np.exp(-(((value - 70) / 5) ** 2)))
+
+    monkeypatch.setattr(type(found), "_share", share)
+    monkeypatch.setattr(type(found), "as_it_stands", lambda self: share(self, 20.0))
+    with pytest.raises(
+        PoreError, match=r"`t` takes the density of `part` from 0\.2\d+ to .*, which is not all"
+    ) as caught:
+        found.law(0.2, 0.8)
+    low, high = (float(x) for x in re.search(r"limits[ =]\"?([\d.]+)\.\.([\d.]+)", str(caught.value)).groups())
+    law, _ = found.law(low, high)
+    assert low > share(found, 70.0) - 0.1  # above what falls back
+    assert law.limits[0] <= low < high <= law.limits[1]
+
+
 @pytest.mark.parametrize(
     ("mean", "limits"), [(0.193, (0.2, 0.8)), (0.97, (0.2, 0.8)), (0.5, (0, 1)), (0.5, (0.8, 0.2))]
 )
