@@ -5,10 +5,14 @@ from __future__ import annotations
 from porelang.diagnostics import Diagnostic
 from porelang.optimize import loop
 from porelang.optimize.adapting import Adapting
+from porelang.source import Span
 
 #: What all is compared with is doubted where its mesh strays by more than this share, and by so many times that of the
 #: best step: its elements are joined otherwise, and those of the best are not.
 STRAYS, TIMES = 0.06, 2.0
+#: What rises by more than these shares, and by so many times what was gained, is told: a greatest displacement, and a
+#: greatest stress, which another mesh alone moves by some ten per cent.
+MOVES, STRESSES, MUCH = 0.1, 0.5, 2.0
 #: What varies by less than this over cells is nearly uniform: of columns of P and gyroid between frictionless platens,
 #: uniform but for their few cells, it is .019 and .041, and a step gains .02 and .4 %.
 NEARLY = 0.05
@@ -53,8 +57,29 @@ def _gained(what: Adapting, found: loop.Outcome, cell: float, until: float, opti
         return [Diagnostic(
             "W269", f"no step was stiffer than the uniform `{what.output}`", place, "the start is kept",
             severity="warning",
-            hint="take less of each change, as in --damping 0.5, or wider limits")]  # fmt: skip
-    return []
+            hint="begin with --rule energy on the lattice itself: it sees the cells as they are, which the homogenised "
+            "lattice does not" if optimal else
+            "take less of each change, as in --damping 0.5, or wider limits")]  # fmt: skip
+    return _worse(found, 1 - found.gain, place)
+
+
+def _worse(found: loop.Outcome, gained: float, place: Span | None) -> list[Diagnostic]:
+    """What became much more while the compliance became little less: the rules look at that alone."""
+    first, best = found.steps[0], found.steps[found.best]
+    if found.best == 0 or first.under != "forces":  # under displacements that are prescribed both are of other forces
+        return []
+    moved, stressed = (getattr(best, key) / getattr(first, key) - 1 for key in ("max_displacement", "max_von_mises"))
+    said = [
+        f"the greatest {name} rises by {rise:.0%}"
+        for name, rise, least in (("displacement", moved, MOVES), ("von Mises' stress", stressed, STRESSES))
+        if rise > max(least, MUCH * gained)
+    ]
+    if not said:
+        return []
+    return [Diagnostic(
+        "W290", f"{' and '.join(said)} in step {best.number}, where the compliance falls by {gained:.1%}", place,
+        "the rules make the work of the loads less, and nothing else", severity="warning",
+        hint="look at it before it is made, `pore fea` of the part; narrower limits change less")]  # fmt: skip
 
 
 def _ended(what: Adapting, found: loop.Outcome) -> list[Diagnostic]:

@@ -49,7 +49,8 @@ CUBIC = 0.05
 class Promise:
     """A density (m,) of the voxels of a grid, found on the homogenised lattice by `rule` in so many `steps`.
 
-    `path` are the compliances (N mm) of all steps of the run that found it, from the density where it began. `uniform`
+    `path` are the compliances (N mm) of all steps of the run that found it, from the density where it began; `voxel` is
+    the side (mm) of the voxels. `uniform`
     and `best` are compliances with their relative errors: what the voxels and the law err by, and what is not known of
     so few cells, `few`, as there are `across` the part.
     """
@@ -65,6 +66,7 @@ class Promise:
     steps: int
     path: tuple[float, ...]
     doubts: tuple[Diagnostic, ...]
+    voxel: float = 0.0
 
     @property
     def gain(self) -> float:
@@ -93,16 +95,22 @@ class Promise:
                         "nu": self.law.nu}}  # fmt: skip
 
     def __str__(self) -> str:
-        first, last = (_known(c, e) for c, e in zip((self.uniform, self.best), self.errors, strict=True))
+        first, last = (
+            f"{c:.5g}{f' +- {e:.1%}' if np.isfinite(e) else ''}"
+            for c, e in zip((self.uniform, self.best), self.errors, strict=True)
+        )
+        begun = f"homogenised, {self.rule}, {self.steps} steps: "
+        known = f" +- {self.gain_error:.2g}" if np.isfinite(self.errors).all() else ""
+        text = f"from {first} to {last} N mm, {self.gain:.3f}{known} of the uniform compliance"
+        if self.is_uniform:
+            text = f"{first} N mm, and no density is stiffer than the uniform one"
+        if not known:
+            return (f"{begun}{text}; how far that is off cannot be judged: what is held or loaded is too small for "
+                    f"voxels of {2 * self.voxel:.3g} mm, which would tell")  # fmt: skip
         where = "" if self.few == SIDES / self.across else " what is loaded"
         many = (LOADED if where else SIDES) / self.few
         of = f"{self.few:.0%} for the {many:.2g} cell{'s' * (f'{many:.2g}' != '1')} across{where}"
-        return (f"homogenised, {self.rule}, {self.steps} steps: from {first} to {last} N mm, {self.gain:.3f} "
-                f"+- {self.gain_error:.2g} of the uniform compliance; each error has {of}")  # fmt: skip
-
-
-def _known(compliance: float, error: float) -> str:
-    return f"{compliance:.5g} {f'+- {error:.1%}' if np.isfinite(error) else '(how well that is known is not known)'}"
+        return f"{begun}{text}; each error has {of}"
 
 
 def promise(
@@ -141,7 +149,7 @@ def promise(
     few = max(SIDES / across, LOADED / loaded_across(problem, cell))
     errors = [abs(r / c - 1) + slack + few for r, c in zip(rough, (first, last), strict=True)]
     return Promise(rule.name, found, best.density, first, last, (errors[0], errors[1]), across, few, best.best,
-                   tuple(step.compliance for step in best.steps), tuple(doubts))  # fmt: skip
+                   tuple(step.compliance for step in best.steps), tuple(doubts), max(grid.spacing))  # fmt: skip
 
 
 def law_of(
@@ -225,8 +233,8 @@ def _refuse_pieces(what: Adapting, asked: Array, sound: NDArray[np.bool_]) -> No
         hint = (
             f"narrow the limits, as in --limits {np.ceil(100 * asked[first] - 1e-6) / 100:g}..{asked[-1]:g}, or {hint}"
         )
-    raise fail("E192", f"`{what.output}` is no material at the density {at.max():.3g}: there its cells are in pieces, or "
-               "hang together by necks that some strain does not feel", hint=hint)  # fmt: skip
+    raise fail("E192", f"`{what.output}` is no material at the density {at.max():.3g}: there its cells are in pieces, "
+               "or hang together by necks that some strain does not feel", hint=hint)  # fmt: skip
 
 
 def cells_across(grid: Grid, cell: float) -> float:
