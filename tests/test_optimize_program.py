@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import porelang
-from porelang.cli import main
+from porelang.cli import main, optimizing
 from porelang.diagnostics import PoreError, fail
 from porelang.optimize import record
 from porelang.optimize.adapting import adapting
@@ -122,6 +122,29 @@ def test_a_size_that_does_not_reach_the_limits_is_told_as_densities(monkeypatch:
     law, sign = found.law(float(low), float(high))
     assert sign == -1
     assert law.limits[0] <= float(low) < float(high) <= law.limits[1]
+
+
+def test_limits_that_are_proposed_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A density that falls back a little on its way, too little for the ladder to see: limits that end above that are
+    proposed at once, and not first those that are refused for it."""
+    text = TEXT.replace("param t: field = 0", "param t: field = 20mm").replace("0.1 * t", "9mm")
+    found = adapting(design(text.replace("gyroid(20mm) - t", "gyroid(phase=phase(t, bar)) |> shell(24mm / t)")))
+
+    def share(self: Any, value: float) -> float:
+        if value <= 0:
+            raise fail("E147", f"the period that is asked for is {value:g} mm")
+        return float(0.22 + 0.78 / (1 + (value / 20) ** 2) + 0.1 * np.exp(-(((value - 70) / 5) ** 2)))
+
+    monkeypatch.setattr(type(found), "_share", share)
+    monkeypatch.setattr(type(found), "as_it_stands", lambda self: share(self, 20.0))
+    with pytest.raises(
+        PoreError, match=r"`t` takes the density of `part` from 0\.2\d+ to .*, which is not all"
+    ) as caught:
+        found.law(0.2, 0.8)
+    low, high = (float(x) for x in re.search(r"limits[ =]\"?([\d.]+)\.\.([\d.]+)", str(caught.value)).groups())
+    law, _ = found.law(low, high)
+    assert low > share(found, 70.0) - 0.1  # above what falls back
+    assert law.limits[0] <= low < high <= law.limits[1]
 
 
 @pytest.mark.parametrize(
@@ -269,6 +292,48 @@ def test_what_is_nearly_uniform_needs_no_finer_elements() -> None:
         assert ("finer" in (told.hint or "")) == (code == "W270")
 
 
+def test_what_the_uniform_part_makes_unsure_is_told() -> None:
+    """A start whose elements are joined otherwise, and a best step that is not so: no word where both stray alike."""
+    from porelang.optimize import loop
+    from porelang.optimize.doubts import doubts
+
+    coarse = ("W284", "elements are joined otherwise", "its stiffness may be off", "take finer elements")
+    start = record.Step(0, 16.0, 0.24, 1, 1, 1, 0.5, None, 0.6, 0.03, doubts=(coarse,), apart=0.12)
+    best = replace(start, number=1, compliance=10.3, change=-0.36, doubts=(), apart=0.022)
+    what = adapting(design())
+    for apart, told in ((0.12, 1), (0.05, 0)):
+        steps = (replace(start, apart=apart), best)
+        found = doubts(what, loop.Outcome(steps, 1, np.ones(1), "most"), 8, 0.005, False)
+        assert [d.message.startswith("in step 0, which all is compared with") for d in found] == [True] * told
+
+
+def test_what_helps_is_proposed_and_what_a_gain_costs_is_told() -> None:
+    """Damping does nothing for an optimum. A displacement that rises by a third for a gain of 7 %, and a stress, are
+    told; for a gain of 35 % a greatest stress that moves by so much is not."""
+    from porelang.optimize import loop
+    from porelang.optimize.doubts import doubts
+
+    what = adapting(design())
+    start = record.Step(0, 10.0, 0.1, 4.8, 1, 0.0872, 0.5, None, 0.6, 0.03, apart=0.02)
+    softer = replace(start, number=1, compliance=10.4)
+    for optimal, proposed in ((True, "--rule energy"), (False, "--damping 0.5")):
+        (told,) = doubts(what, loop.Outcome((start, softer), 0, np.ones(1), "most"), 8, 0.005, optimal)
+        assert told.code == "W269"
+        assert proposed in (told.hint or "")
+    better = replace(start, number=1, compliance=9.34, max_displacement=0.1139, max_von_mises=7.9)
+    (told,) = doubts(what, loop.Outcome((start, better), 1, np.ones(1), "most"), 8, 0.005, True)
+    assert told.code == "W290"
+    assert "displacement rises by 31% and the greatest von Mises' stress rises by 65%" in told.message
+    assert "falls by 6.6%" in told.message
+    for fine in (
+        replace(better, compliance=6.5, max_displacement=0.06),
+        replace(better, max_displacement=0.09, max_von_mises=6),
+        replace(better, under="displacements", compliance=10.7),
+    ):
+        steps = (replace(start, under=fine.under), fine)
+        assert not doubts(what, loop.Outcome(steps, 1, np.ones(1), "most"), 8, 0.005, True)
+
+
 def test_a_loop_that_is_stopped_leaves_the_best_so_far(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -282,8 +347,12 @@ def test_a_loop_that_is_stopped_leaves_the_best_so_far(
         return whole(self, density, state)
 
     monkeypatch.setattr(Real, "solve", solve)
+    monkeypatch.setattr(optimizing, "A_WHILE", 0.0)
     assert main(["optimize", str(file), "--iterate", "part", "--limits", "0.3..0.7", "-o", str(folder)]) == 130
-    assert f"stopped after step 0: {folder} has the best so far; --resume goes on" in capsys.readouterr().err
+    err = capsys.readouterr().err
+    assert f"stopped after step 0: {folder} has the best so far; --resume goes on" in err
+    said = r"some [\d,]+ elements of 5 mm, [\d,]+ unknowns, to be solved 16 times at most: about \d+ s"
+    assert re.search(said, err.split("step 0:")[0])
     assert "not ended yet" in (folder / "history.md").read_text()
     with np.load(folder / "t.npz") as file_of_best, np.load(folder / "step-000.npz") as first:
         assert np.array_equal(file_of_best["t"], first["t"])

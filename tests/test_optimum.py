@@ -4,7 +4,9 @@ together with the solution in tetrahedra."""
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -128,7 +130,7 @@ def test_the_law_of_the_lattice_at_hand(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(promise, "VOXELS", 16)
     monkeypatch.setattr(promise, "DENSITIES", 3)
     what = adapting(porelang.compile(TEXT).design())
-    law, doubts = promise.law_of(what, *what.law(0.3, 0.7), 20.0, 0.3)
+    law, doubts = promise.law_of(what, *what.law(0.3, 0.7), 20.0, 0.3, 0.3, 0.7)
     fit = power(law.density, law.young(law.density))
     assert not doubts
     assert law.density == pytest.approx([0.3, 0.5, 0.7], abs=0.02)
@@ -137,7 +139,34 @@ def test_the_law_of_the_lattice_at_hand(monkeypatch: pytest.MonkeyPatch) -> None
     )
     turned = adapting(porelang.compile(TEXT.replace("gyroid(20mm)", "rotate(gyroid(20mm), [1, 0, 0], 20deg)")).design())
     with pytest.raises(PoreError, match=r"E181.*for the law of the lattice"):
-        promise.law_of(turned, *turned.law(0.3, 0.7), 20.0, 0.3)
+        promise.law_of(turned, *turned.law(0.3, 0.7), 20.0, 0.3, 0.3, 0.7)
+
+
+def test_a_law_is_of_densities_that_were_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A lattice that is in pieces below .21, as a network of P: limits above that have a law, though the thickness goes
+    on below; a limit below is refused, with others that are not. Whole cells may be denser than the part by `more`."""
+    asked: list[float] = []
+    more = 0.0
+
+    def at(self: Any, density: float) -> Any:
+        asked.append(density)
+        stiffness = density**2 * isotropic(0.3) * (1 if density > 0.21 else -1)
+        return SimpleNamespace(density=density + more, stiffness=stiffness, stiffness_error=0 * stiffness)
+
+    monkeypatch.setattr(promise._Cells, "at", at)
+    what = adapting(porelang.compile(TEXT).design())
+    thickness = laws.Thickness(np.linspace(0.15, 0.9, 6), np.linspace(-2, 2, 6))
+    with pytest.raises(PoreError, match=r"E192.*`part` is no material at the density 0\.2:") as caught:
+        promise.law_of(what, thickness, 1, 20.0, 0.3, 0.2, 0.8)
+    low, high = (float(x) for x in re.findall(r"limits[ =]\"?([\d.]+)\.\.([\d.]+)", str(caught.value))[0])
+    assert (low, high) == (0.3, 0.8)
+    for limit, off, beyond in ((low, 0.0, []), (0.22, 0.02, [0.15]), (low, -0.02, [0.9])):
+        more = off
+        asked.clear()
+        law, _ = promise.law_of(what, thickness, 1, 20.0, 0.3, limit, high)
+        assert asked == pytest.approx([*np.linspace(limit, high, promise.DENSITIES), *beyond])
+        assert laws.is_material(law.constants).all()  # what lies below, in pieces, is left out
+        assert law.range[1] >= high
 
 
 def test_the_law_is_found_where_the_part_lies(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -150,7 +179,7 @@ def test_the_law_is_found_where_the_part_lies(monkeypatch: pytest.MonkeyPatch) -
     text = text.replace("gyroid(20mm) - t", "gyroid(phase=phase(t, bar)) |> shell(12mm / t)")
     what = adapting(porelang.compile(text.replace("-29.9mm", "170.1mm").replace("29.9mm", "229.9mm")).design())
     sizes = laws.Thickness(np.array([0.4, 0.6]), np.array([-12.0, -8.0]))
-    law, doubts = promise.law_of(what, sizes, -1, 10.0, 0.3)
+    law, doubts = promise.law_of(what, sizes, -1, 10.0, 0.3, 0.4, 0.6)
     assert not doubts
     # a sheet of raw half-thickness .5 and .75: shares of a cell on a grid of its own
     x, y, z = np.meshgrid(*[(np.arange(90) + 0.5) / 90 * 2 * np.pi] * 3, indexing="ij")
@@ -162,7 +191,7 @@ def test_what_is_not_cubic_is_doubted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(promise, "VOXELS", 10)
     monkeypatch.setattr(promise, "DENSITIES", 3)
     what = adapting(porelang.compile(TEXT.replace("gyroid(20mm)", "gyroid(phase=p / [10mm, 10mm, 20mm])")).design())
-    _, doubts = promise.law_of(what, *what.law(0.4, 0.6), 20.0, 0.3)
+    _, doubts = promise.law_of(what, *what.law(0.4, 0.6), 20.0, 0.3, 0.4, 0.6)
     assert [d.code for d in doubts] == ["W271"]
 
 
@@ -222,7 +251,7 @@ def test_a_given_density_is_step_one_even_where_stresses_are_uniform() -> None:
 
 def promised_of(density: Array, errors: tuple[float, float]) -> promise.Promise:
     made = law([0.3, 0.7], [0.1 * isotropic(0.3), 0.4 * isotropic(0.3)], nu=0.3)
-    return promise.Promise("x", made, density, 2.0, 1.5, errors, 3.0, 0.65 / 3, 4, (2.0, 1.5), ())
+    return promise.Promise("x", made, density, 2.0, 1.5, errors, 3.0, 0.65 / 3, 4, (2.0, 1.5), (), 2.5)
 
 
 def test_a_promise_states_the_error_of_its_ratio_or_that_it_is_not_known() -> None:
@@ -230,7 +259,10 @@ def test_a_promise_states_the_error_of_its_ratio_or_that_it_is_not_known() -> No
     assert "from 2 +- 27.4% to 1.5 +- 26.7% N mm, 0.750 +- 0.16 of the uniform compliance" in str(known)
     unknown = str(promised_of(np.array([0.4, 0.6]), (np.inf, np.inf)))
     assert "inf" not in unknown
-    assert "is not known" in unknown
+    assert "+-" not in unknown
+    assert unknown.count("cannot be judged: what is held or loaded is too small for voxels of 5 mm") == 1
+    even = str(promised_of(np.array([0.5, 0.5]), (0.274, 0.267)))
+    assert "2 +- 27.4% N mm, and no density is stiffer than the uniform one; each error has 22%" in even
 
 
 def test_an_optimum_that_is_uniform_is_not_solved_twice(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -330,6 +330,25 @@ def test_what_elements_miss_of_a_part_is_counted_by_place() -> None:
     assert (two.lacking, two.off) == (0, pytest.approx(27 / 2400, rel=0.2))
 
 
+def test_a_crack_without_width_is_counted_though_no_grid_sees_it() -> None:
+    """A bar whose elements are not joined over three quarters of a section: nothing is lacking, and a hole is there."""
+    mesh = block((12, 8, 4), (30.0, 20.0, 4.0))
+    at = mesh.vertices - [15.0, 10.0, 2.0]
+    beyond = at[mesh.tets].mean(axis=1)[:, 0] > 0
+    open_ = np.flatnonzero((np.abs(at[:, 0]) < 1e-9) & (np.abs(at[:, 1]) < 7.4))
+    twin = np.arange(len(at))
+    twin[open_] = len(at) + np.arange(len(open_))
+    tets = np.where(beyond[:, None], twin[mesh.tets], mesh.tets).astype(np.int32)
+    found = missed(
+        solid("box([30mm, 20mm, 4mm])"), replace(mesh, vertices=np.concatenate([at, at[open_]]), tets=tets), 2.5
+    )
+    assert (found.lacking, found.beyond, found.handles, found.of) == (0, 0, 1, 1)
+    assert found.necks == pytest.approx(15 * 4 * 30 / 2400)  # the section that is open, times the length
+    assert form_error(found) == pytest.approx(0.25)  # half of what hangs on one of two: the other is joined
+    assert abs(found.at[0]) < 1e-6
+    assert np.abs(found.lost[:, 1]).max() < 7.5
+
+
 @pytest.mark.slow
 def test_a_bar_that_elements_lose_is_in_the_error_and_comes_back_with_refinement() -> None:
     """A frame of which one side is much thinner than elements: pulled, it bears what it has of the area."""

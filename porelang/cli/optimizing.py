@@ -10,6 +10,10 @@ from porelang.cli import report
 from porelang.cli.loading import bound
 from porelang.diagnostics import PoreError, to_lists
 from porelang.optimize.record import Step
+from porelang.tasks.study.sized import Sized, duration, many
+
+#: Seconds from which on it is said how long all takes.
+A_WHILE = 5.0
 
 
 def optimize(options: Namespace) -> int:
@@ -34,7 +38,7 @@ def optimize(options: Namespace) -> int:
         found = run(
             design, options.iterate, options.until, options.most, options.rule, options.limits, options.porosity,
             options.adapt, options.study, options.within, options.cell, options.damping, folder, options.resume,
-            options.early, seen, options.force,
+            options.early, seen, options.force, None if options.quiet else _begun,
         )  # fmt: skip
     except KeyboardInterrupt:
         if steps and not options.quiet:
@@ -52,6 +56,17 @@ def optimize(options: Namespace) -> int:
         name = f"{found.param}={folder / found.param}.npz:{found.param}"
         print(f"the part: pore mesh {options.file} --out {found.output} --bind {name} -o {found.output}.stl")
     return report.status(found.failed)
+
+
+def _begun(found: Sized, solves: int) -> None:
+    """Say what is to be solved, how often, and about how long that takes, where it takes a while."""
+    seconds = found.seconds * solves
+    if seconds < A_WHILE:
+        return
+    often = f"{solves} times at most" if solves > 1 else "once"
+    rims = f", up to {found.rims:g} times that with smaller elements at rims" if found.rims else ""
+    report.note(f"some {many(found.elements)} elements of {found.size:.3g} mm, {many(found.unknowns)} unknowns, to be "
+                f"solved {often}: about {duration(seconds)}{rims} (Ctrl-C ends it; --resume goes on)")  # fmt: skip
 
 
 def _tell(step: Step) -> None:

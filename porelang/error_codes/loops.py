@@ -1,4 +1,4 @@
-"""E190-E195, W268-W272, W277, W278: the loop from stress back to geometry."""
+"""E190-E195, W268-W272, W277, W278, W290: the loop from stress back to geometry."""
 
 from __future__ import annotations
 
@@ -86,7 +86,9 @@ LOOPS = (
         "W269",
         "a loop that gained nothing",
         "Every step was softer than the uniform part, which is kept. The rule takes too much of each change, or the\n"
-        "param thins where it should thicken; or there is nothing to be had between these limits.",
+        "param thins where it should thicken; or there is nothing to be had between these limits. An optimum of the\n"
+        "homogenised lattice is one of many cells: where few bear the load, the energy rule on the lattice itself\n"
+        "sees them as they are.",
         "",
         "",
     ),
@@ -124,6 +126,16 @@ LOOPS = (
         "After each step the thickness is moved until the part has the porosity that is to be kept. It could not be\n"
         "reached within the limits of the density, so that this step is heavier or lighter than the start, and what\n"
         "it gains is not at equal mass. Widen the limits, or ask for a porosity farther from them.",
+        "",
+        "",
+    ),
+    Code(
+        "W290",
+        "a gain that costs displacement or stress",
+        "The rules of the loop make the work of the loads less, which is the mean of where these act. What moves or\n"
+        "is stressed most may lie elsewhere, and become more: a corner of a lighter skin, the rim of a load. It is\n"
+        "told where the greatest displacement of the best step is more than that of the uniform part by a tenth, or\n"
+        "its greatest von Mises' stress by half, and by twice the share that was gained.",
         "",
         "",
     ),

@@ -18,7 +18,7 @@ from porelang.diagnostics import PoreError, fail, suggest
 from porelang.formula import Formula
 from porelang.ir import TASKS, Node, node, order, within
 from porelang.measure import envelope_of
-from porelang.optimize.climb import about, climb
+from porelang.optimize.climb import Refused, about, climb, within_limits
 from porelang.optimize.laws import Thickness
 from porelang.optimize.record import Under
 from porelang.program import Design, Program
@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 PLACES = 200_000
 #: How many thicknesses make the table of a lattice; the least that is tried, and how often it is made four times that.
 _TABLE, _LEAST, _STEPS, _TIMES = 13, 0.01, 7, 4.0
+#: Limits are proposed that have been tried: so many times narrower ones.
+_TRIALS = 4
 #: A param whose default is not 0 is a size first: so many times a factor either way.
 _OUTWARD, _APART = 9, 1.4
 #: Of the places, every so many make the table: thickness is moved after it until all of them have the porosity.
@@ -62,8 +64,14 @@ class Adapting:
         """The share of the envelope that is solid with samples for the param."""
         return _solid(self.part(samples), self.places)
 
+    @cached_property
+    def _shares(self) -> dict[float, float]:
+        return {}
+
     def _share(self, value: float) -> float:
-        return _solid(self.part(self.same_all_over(value)), self.places[::_FEW])
+        if value not in self._shares:
+            self._shares[value] = _solid(self.part(self.same_all_over(value)), self.places[::_FEW])
+        return self._shares[value]
 
     def part(self, samples: SampledField) -> Formula:
         """The output as a formula with samples for the param."""
@@ -114,8 +122,27 @@ class Adapting:
         """The thickness that gives each density between two, of what the part has with that thickness all over.
 
         With it comes 1, or -1 where more of the param is less of the solid: then the thickness is minus the param.
-        Errors: E193 where these densities are not reached, E192 where the density does not rise all along.
+        Errors: E193 where these densities are not reached, E192 where the density does not rise all along; what is
+        proposed in their place has been tried.
         """
+        found = self._tried(low, high)
+        if not isinstance(found, Refused):
+            return found
+        near = found.near
+        for _ in range(_TRIALS):
+            if near is None:
+                break
+            other = self._tried(*near)
+            if not isinstance(other, Refused):
+                break
+            near = other.near
+        else:
+            near = None
+        narrow = f"narrow the limits, as in --limits {near[0]:g}..{near[1]:g}, or " if near else ""
+        raise fail(found.code, found.message, self.design.program.data[self.param].span,
+                   hint=f"{narrow}let `{self.param}` thicken the part all along and more")  # fmt: skip
+
+    def _tried(self, low: float, high: float) -> tuple[Thickness, float] | Refused:
         found, shares, values = self._outward(low, high)
         at = self._default
         if found is None and not (at and np.isnan(self._share_or_none(-at))):  # a size is never below 0
@@ -124,7 +151,7 @@ class Adapting:
             shares = np.array([self._share_or_none(v) for v in values])
             found = climb(values, shares, low, high)
         if found is None:
-            raise self._out_of_reach(values, shares, low, high)
+            return self._out_of_reach(values, shares, low, high)
         first, last, sign = found
         for _ in range(2):  # the ladder is coarse: first to where the limits are
             values = np.linspace(first, last, _TABLE)
@@ -135,10 +162,9 @@ class Adapting:
         used = slice(max(0, inside[0] - 1), inside[-1] + 2)
         flat = np.flatnonzero(np.diff(shares[used]) <= 0)
         if len(flat):
-            near = _within(*about(values[used], shares[used], sign * at or float(values[used].mean())), low, high)
-            raise fail("E192", f"the density of `{self.output}` does not rise at `{self.param}` = "
-                       f"{sign * float(values[used][flat[0]]):.4g}",
-                       hint=f"narrow the limits to where it does, as in --limits {near or '0.3..0.6'}")  # fmt: skip
+            near = within_limits(*about(values[used], shares[used], sign * at or float(values[used].mean())), low, high)
+            return Refused("E192", f"the density of `{self.output}` does not rise at `{self.param}` = "
+                            f"{sign * float(values[used][flat[0]]):.4g}", near)  # fmt: skip
         return Thickness(shares[used], values[used]), sign
 
     def _share_or_none(self, value: float) -> float:
@@ -154,16 +180,12 @@ class Adapting:
         root = self.design.program.data[self.param].default[0]
         return 0.0 if root.axes else float(self.design.formula(*flatten(root)).numbers[0])
 
-    def _out_of_reach(self, values: Array, shares: Array, low: float, high: float) -> PoreError:
+    def _out_of_reach(self, values: Array, shares: Array, low: float, high: float) -> Refused:
         """That no way up goes from one limit to the other, where values have these `shares` of solid."""
         there = np.isfinite(shares)
         least, most = about(values[there], shares[there], self._default)
-        hint = "let it thicken more, or narrow the limits"
-        if near := _within(least, most, low, high):
-            hint = f"narrow the limits, as in --limits {near}, or let it thicken more"
-        where = self.design.program.data[self.param].span
-        return fail("E193", f"`{self.param}` takes the density of `{self.output}` from {least:.3f} to {most:.3f}, and "
-                    f"nowhere from {low:g} to {high:g}", where, hint=hint)  # fmt: skip
+        return Refused("E193", f"`{self.param}` takes the density of `{self.output}` from {least:.3f} to {most:.3f}, "
+                        f"which is not all of {low:g} to {high:g}", within_limits(least, most, low, high))  # fmt: skip
 
     def _outward(self, low: float, high: float) -> tuple[tuple[float, float, float] | None, Array, Array]:
         """The way up among multiples of the default of the param, as of a size, which is never 0: up and down from that
@@ -182,12 +204,6 @@ class Adapting:
         known = np.array([shares[k] for k in sorted(shares)])
         rising = np.argsort(values)
         return climb(values[rising], known[rising], low, high), known[rising], values[rising]
-
-
-def _within(least: float, most: float, low: float, high: float) -> str:
-    """Limits of the density, a little within those that were found, as values have steps; empty where they are none."""
-    some, more = max(low, np.ceil(100 * least + 1) / 100), min(high, np.floor(100 * most - 1) / 100)
-    return f"{some:g}..{more:g}" if some < more and (some, more) != (low, high) else ""
 
 
 def _solid(part: Formula, places: Array) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,3 +37,18 @@ def climb(values: Array, shares: Array, low: float, high: float) -> tuple[float,
             if y[j] >= high:
                 ways.append((float(x[j] - x[i]), float(x[i]), float(x[j]), sign))
     return None if not ways else min(ways)[1:]
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """Why limits of the density are none, and others within them, if there are any."""
+
+    code: str
+    message: str
+    near: tuple[float, float] | None
+
+
+def within_limits(least: float, most: float, low: float, high: float) -> tuple[float, float] | None:
+    """Limits of the density, a little within those that were found, as values have steps; None where they are none."""
+    some, more = max(low, np.ceil(100 * least + 1) / 100), min(high, np.floor(100 * most - 1) / 100)
+    return (float(some), float(more)) if some < more and (some, more) != (low, high) else None

@@ -5,7 +5,14 @@ from __future__ import annotations
 from porelang.diagnostics import Diagnostic
 from porelang.optimize import loop
 from porelang.optimize.adapting import Adapting
+from porelang.source import Span
 
+#: What all is compared with is doubted where its mesh strays by more than this share, and by so many times that of the
+#: best step: its elements are joined otherwise, and those of the best are not.
+STRAYS, TIMES = 0.06, 2.0
+#: What rises by more than these shares, and by so many times what was gained, is told: a greatest displacement, and a
+#: greatest stress, which another mesh alone moves by some ten per cent.
+MOVES, STRESSES, MUCH = 0.1, 0.5, 2.0
 #: What varies by less than this over cells is nearly uniform: of columns of P and gyroid between frictionless platens,
 #: uniform but for their few cells, it is .019 and .041, and a step gains .02 and .4 %.
 NEARLY = 0.05
@@ -14,7 +21,12 @@ NEARLY = 0.05
 def doubts(what: Adapting, found: loop.Outcome, cell: float, until: float, optimal: bool) -> list[Diagnostic]:
     """Of a loop that averaged over a cell in mm, and was to end where a step changed less than `until`; `optimal` where
     it began with the optimum of the homogenised part."""
-    return [*_gained(what, found, cell, until, optimal), *_ended(what, found), *_of_the_best(what, found)]
+    return [
+        *_gained(what, found, cell, until, optimal),
+        *_ended(what, found),
+        *_of_the_best(what, found),
+        *_of_the_start(what, found),
+    ]
 
 
 def _gained(what: Adapting, found: loop.Outcome, cell: float, until: float, optimal: bool) -> list[Diagnostic]:
@@ -45,8 +57,29 @@ def _gained(what: Adapting, found: loop.Outcome, cell: float, until: float, opti
         return [Diagnostic(
             "W269", f"no step was stiffer than the uniform `{what.output}`", place, "the start is kept",
             severity="warning",
-            hint="take less of each change, as in --damping 0.5, or wider limits")]  # fmt: skip
-    return []
+            hint="begin with --rule energy on the lattice itself: it sees the cells as they are, which the homogenised "
+            "lattice does not" if optimal else
+            "take less of each change, as in --damping 0.5, or wider limits")]  # fmt: skip
+    return _worse(found, 1 - found.gain, place)
+
+
+def _worse(found: loop.Outcome, gained: float, place: Span | None) -> list[Diagnostic]:
+    """What became much more while the compliance became little less: the rules look at that alone."""
+    first, best = found.steps[0], found.steps[found.best]
+    if found.best == 0 or first.under != "forces":  # under displacements that are prescribed both are of other forces
+        return []
+    moved, stressed = (getattr(best, key) / getattr(first, key) - 1 for key in ("max_displacement", "max_von_mises"))
+    said = [
+        f"the greatest {name} rises by {rise:.0%}"
+        for name, rise, least in (("displacement", moved, MOVES), ("von Mises' stress", stressed, STRESSES))
+        if rise > max(least, MUCH * gained)
+    ]
+    if not said:
+        return []
+    return [Diagnostic(
+        "W290", f"{' and '.join(said)} in step {best.number}, where the compliance falls by {gained:.1%}", place,
+        "the rules make the work of the loads less, and nothing else", severity="warning",
+        hint="look at it before it is made, `pore fea` of the part; narrower limits change less")]  # fmt: skip
 
 
 def _ended(what: Adapting, found: loop.Outcome) -> list[Diagnostic]:
@@ -74,4 +107,17 @@ def _of_the_best(what: Adapting, found: loop.Outcome) -> list[Diagnostic]:
     return [
         Diagnostic(code, f"in step {found.best}, which is kept: {said}", place, label, hint=hint, severity="warning")
         for code, said, label, hint in found.steps[found.best].doubts
+    ]
+
+
+def _of_the_start(what: Adapting, found: loop.Outcome) -> list[Diagnostic]:
+    """What of the uniform part makes the ratio to it unsure, where the best step is known far better."""
+    first, best = found.steps[0], found.steps[found.best]
+    if found.best == 0 or (first.apart or 0.0) <= max(STRAYS, TIMES * (best.apart or 0.0)):
+        return []
+    place = what.design.program.places.get(what.design.program.studies[what.study])
+    return [
+        Diagnostic(code, f"in step 0, which all is compared with: {said}", place, label, hint=hint, severity="warning")
+        for code, said, label, hint in first.doubts
+        if code == "W284"
     ]

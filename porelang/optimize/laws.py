@@ -74,8 +74,7 @@ class Lattice:
     turn: Array | None = None
 
     def __post_init__(self) -> None:
-        c11, c12, c44 = self.law.constants.T
-        sound = (c11 > np.abs(c12)) & (c11 + 2 * c12 > 0) & (c44 > 0) & (self.law.density > 0)
+        sound = is_material(self.law.constants) & (self.law.density > 0)
         if not sound.all():
             at = float(self.law.density[~sound][0])
             raise fail("E192", f"the stiffness at the density {at:.4g} is that of no material: c11 > |c12|, "
@@ -96,6 +95,12 @@ class Lattice:
 
     def slopes(self, density: Array) -> Array:
         return np.reshape(self.young, (-1, 1)) * self.law.slope(density)
+
+
+def is_material(constants: Array) -> NDArray[np.bool_]:
+    """Which of C11, C12, C44 (k, 3) are those of a material: every strain takes energy."""
+    c11, c12, c44 = constants.T
+    return np.asarray((c11 > np.abs(c12)) & (c11 + 2 * c12 > 0) & (c44 > 0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ begin twice: from the uniform density and from a dense core.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,22 +15,25 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from porelang.diagnostics import Diagnostic, PoreError, fail
-from porelang.homogenize import material
+from porelang.homogenize import Homogenized, material
 from porelang.homogenize.cell import lattice_of
 from porelang.optimize import loop
 from porelang.optimize.adapting import Adapting
 from porelang.optimize.grid import Grid, Problem
-from porelang.optimize.laws import Lattice, Thickness
+from porelang.optimize.laws import Lattice, Thickness, is_material
 from porelang.optimize.posed import posed
 from porelang.optimize.rules import Optimum, Rule
 from porelang.optimize.spread import averaged, restored
 from porelang.progress import activity, tell
 from porelang.tasks.study.asked import POISSON, YOUNG, Question, question, valued
 from porelang.unitcell.law import Law, law
+from porelang.unitcell.moduli import cubic
 
 Array = NDArray[np.float64]
 #: How many densities of the lattice are homogenised, and the voxels along its cell.
 DENSITIES, VOXELS = 7, 32
+#: A lower limit that the density of whole cells misses by no more is reached: below its first sample a law goes to 0.
+NEAR = 0.005
 #: When optimality criteria end: they leave the uniform density by less than a percent a step.
 UNTIL, MOST = 3e-4, 60
 #: What a lattice of few cells differs by from one of many, times the cells across, and times those across what is
@@ -45,7 +49,8 @@ CUBIC = 0.05
 class Promise:
     """A density (m,) of the voxels of a grid, found on the homogenised lattice by `rule` in so many `steps`.
 
-    `path` are the compliances (N mm) of all steps of the run that found it, from the density where it began. `uniform`
+    `path` are the compliances (N mm) of all steps of the run that found it, from the density where it began; `voxel` is
+    the side (mm) of the voxels. `uniform`
     and `best` are compliances with their relative errors: what the voxels and the law err by, and what is not known of
     so few cells, `few`, as there are `across` the part.
     """
@@ -61,6 +66,7 @@ class Promise:
     steps: int
     path: tuple[float, ...]
     doubts: tuple[Diagnostic, ...]
+    voxel: float = 0.0
 
     @property
     def gain(self) -> float:
@@ -89,16 +95,22 @@ class Promise:
                         "nu": self.law.nu}}  # fmt: skip
 
     def __str__(self) -> str:
-        first, last = (_known(c, e) for c, e in zip((self.uniform, self.best), self.errors, strict=True))
+        first, last = (
+            f"{c:.5g}{f' +- {e:.1%}' if np.isfinite(e) else ''}"
+            for c, e in zip((self.uniform, self.best), self.errors, strict=True)
+        )
+        begun = f"homogenised, {self.rule}, {self.steps} steps: "
+        known = f" +- {self.gain_error:.2g}" if np.isfinite(self.errors).all() else ""
+        text = f"from {first} to {last} N mm, {self.gain:.3f}{known} of the uniform compliance"
+        if self.is_uniform:
+            text = f"{first} N mm, and no density is stiffer than the uniform one"
+        if not known:
+            return (f"{begun}{text}; how far that is off cannot be judged: what is held or loaded is too small for "
+                    f"voxels of {2 * self.voxel:.3g} mm, which would tell")  # fmt: skip
         where = "" if self.few == SIDES / self.across else " what is loaded"
         many = (LOADED if where else SIDES) / self.few
         of = f"{self.few:.0%} for the {many:.2g} cell{'s' * (f'{many:.2g}' != '1')} across{where}"
-        return (f"homogenised, {self.rule}, {self.steps} steps: from {first} to {last} N mm, {self.gain:.3f} "
-                f"+- {self.gain_error:.2g} of the uniform compliance; each error has {of}")  # fmt: skip
-
-
-def _known(compliance: float, error: float) -> str:
-    return f"{compliance:.5g} {f'+- {error:.1%}' if np.isfinite(error) else '(how well that is known is not known)'}"
+        return f"{begun}{text}; each error has {of}"
 
 
 def promise(
@@ -110,7 +122,13 @@ def promise(
     """
     asked = question(what.design.formula(*what.design.program.studies[what.study].args).taken)
     nu = _poisson(asked, grid)
-    found, doubts = law_of(what, thickness, sign, cell, nu)
+    found, doubts = law_of(what, thickness, sign, cell, nu, plan.low, plan.high)
+    if found.range[1] < plan.high:
+        reached = np.floor(100 * found.range[1] - 1e-6) / 100
+        raise fail("E192", f"whole cells of `{what.output}` reach a density of {found.range[1]:.3f}, and not the "
+                   f"{plan.high:g} that the part has with the same `{what.param}`",
+                   hint=f"narrow the limits, as in --limits {plan.low:g}..{reached:g}" if reached > plan.mean else
+                   "take the rule `energy`, which solves the lattice alone")  # fmt: skip
     problem = posed(asked, grid)
     analysis = loop.Homogenised(problem, _lattice(found, asked, grid))
     optimal = isinstance(rule, Optimum)
@@ -131,30 +149,31 @@ def promise(
     few = max(SIDES / across, LOADED / loaded_across(problem, cell))
     errors = [abs(r / c - 1) + slack + few for r, c in zip(rough, (first, last), strict=True)]
     return Promise(rule.name, found, best.density, first, last, (errors[0], errors[1]), across, few, best.best,
-                   tuple(step.compliance for step in best.steps), tuple(doubts))  # fmt: skip
+                   tuple(step.compliance for step in best.steps), tuple(doubts), max(grid.spacing))  # fmt: skip
 
 
 def law_of(
-    what: Adapting, thickness: Thickness, sign: float, cell: float, nu: float
+    what: Adapting, thickness: Thickness, sign: float, cell: float, nu: float, low: float, high: float
 ) -> tuple[Law, list[Diagnostic]]:  # fmt: skip
-    """The law of a design's lattice between the limits of its density, and what is doubtful of it."""
-    low, high = thickness.limits
-    found = []
-    middle = np.mean([what.box.lo, what.box.hi], axis=0).tolist()  # a phase is known there, and not everywhere
-    own = abs(what.cell() / cell - 1) < 1e-6
+    """The law of a design's lattice between two limits of its density, and what is doubtful of it.
+
+    Whole cells have another density than a part that cuts them: where those of a limit do not reach it, the next that
+    the thickness has beyond is taken too; below the lower one only if it is a material. Errors: those of the cell,
+    E192 for a density within the limits at which it is none.
+    """
+    asked = np.linspace(low, high, DENSITIES)
+    least, most = thickness.limits
+    cells = _Cells(what, thickness, sign, cell, nu)
     with activity("homogenising the lattice"):
-        for i, value in enumerate(thickness.thickness(np.linspace(low, high, DENSITIES))):
+        found = []
+        for i, density in enumerate(asked):
             tell(i, DENSITIES)
-            part = what.part(what.same_all_over(sign * float(value)))
-            # where the param is the size of the cells, each has its own
-            period = what.cell(part) if own else cell
-            try:
-                sides = np.full(3, period)
-                found.append(material(lattice_of(part), what.output, sides, nu, VOXELS, middle=middle, reach=what.box))
-            except PoreError as error:
-                told = f"with {what.param} = {sign * float(value):.4g}, for the law of the lattice"
-                told += ", whose cells are as long as its waves are" if own else ", whose cells are said to be so long"
-                raise PoreError([replace(d, message=f"{d.message}, {told}") for d in error.diagnostics]) from None
+            found.append(cells.at(float(density)))
+        _refuse_pieces(what, asked, is_material(np.array([cubic(f.stiffness) for f in found])))
+        if found[-1].density < high and most > high:
+            found.append(cells.at(most))
+        if found[0].density > low + NEAR and least < low:
+            found = [*cells.sound(least), *found]
     made = law([f.density for f in found], [f.stiffness for f in found], [f.stiffness_error for f in found], nu)
     doubts = []
     if made.away > CUBIC:
@@ -162,6 +181,60 @@ def law_of(
             "W271", f"the cell of `{what.output}` is {made.away:.0%} away from a cubic one", severity="warning",
             hint="what is promised is of the cubic lattice that is nearest: trust what elements say"))  # fmt: skip
     return made, doubts
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """The lattice of a design, homogenised with the thickness that gives a density, for a solid of Poisson's ratio
+    `nu`."""
+
+    what: Adapting
+    thickness: Thickness
+    sign: float
+    cell: float
+    nu: float
+
+    @cached_property
+    def _own(self) -> bool:
+        """Whether the cell is the period of the lattice itself."""
+        return abs(self.what.cell() / self.cell - 1) < 1e-6
+
+    def at(self, density: float) -> Homogenized:
+        """Errors: those of the cell, with the value of the param."""
+        what, value = self.what, self.sign * float(self.thickness.thickness(np.array([density]))[0])
+        middle = np.mean([what.box.lo, what.box.hi], axis=0).tolist()  # a phase is known there, and not everywhere
+        part = what.part(what.same_all_over(value))
+        # where the param is the size of the cells, each has its own
+        sides = np.full(3, what.cell(part) if self._own else self.cell)
+        try:
+            return material(lattice_of(part), what.output, sides, self.nu, VOXELS, middle=middle, reach=what.box)
+        except PoreError as error:
+            told = f"with {what.param} = {value:.4g}, for the law of the lattice, whose cells are "
+            told += "as long as its waves are" if self._own else "said to be so long"
+            raise PoreError([replace(d, message=f"{d.message}, {told}") for d in error.diagnostics]) from None
+
+    def sound(self, density: float) -> list[Homogenized]:
+        """The same at a density that nobody asked for: nothing where it is no material, as a law goes on to 0 there."""
+        try:
+            found = self.at(density)
+        except PoreError:
+            return []
+        return [found] if is_material(np.array([cubic(found.stiffness)])).all() else []
+
+
+def _refuse_pieces(what: Adapting, asked: Array, sound: NDArray[np.bool_]) -> None:
+    """Errors: E192 where the lattice is no material at one of the densities, with limits within which it is."""
+    if sound.all():
+        return
+    at = asked[~sound]
+    first = int(np.flatnonzero(~sound).max()) + 1
+    hint = "take a lattice that holds together there, or the rule `energy`"
+    if first < len(asked) - 1:
+        hint = (
+            f"narrow the limits, as in --limits {np.ceil(100 * asked[first] - 1e-6) / 100:g}..{asked[-1]:g}, or {hint}"
+        )
+    raise fail("E192", f"`{what.output}` is no material at the density {at.max():.3g}: there its cells are in pieces, "
+               "or hang together by necks that some strain does not feel", hint=hint)  # fmt: skip
 
 
 def cells_across(grid: Grid, cell: float) -> float:

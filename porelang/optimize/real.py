@@ -25,6 +25,7 @@ from porelang.tasks.resolve import named
 from porelang.tasks.study.asked import question
 from porelang.tasks.study.found import doubts_of
 from porelang.tasks.study.numbers import form_error
+from porelang.tasks.study.sized import Sized
 from porelang.tasks.study.solved import Solved, solved
 from porelang.tasks.told import Doubt
 
@@ -41,11 +42,14 @@ _OF_THE_SOLVER = frozenset({"W258", "W259"})
 
 class Real:
     """A study in tetrahedra, for densities (m,) of the voxels of a grid: `thickness` makes these, `sign` times the
-    param of the program. `cell` (mm) is what is averaged over, `mean` the density to be kept."""
+    param of the program. `cell` (mm) is what is averaged over, `mean` the density to be kept; `begun` is told of the
+    elements of the first that is solved, before they are made."""
 
     def __init__(
-        self, adapting: Adapting, grid: Grid, thickness: Thickness, sign: float, cell: float, mean: float
-    ) -> None:
+        self, adapting: Adapting, grid: Grid, thickness: Thickness, sign: float, cell: float, mean: float,
+        begun: Callable[[Sized], None] | None = None,
+    ) -> None:  # fmt: skip
+        self._begun = begun
         self.adapting, self._grid, self._thickness, self._sign = adapting, grid, thickness, sign
         self._mean, self._cell = mean, cell
         self._average: Callable[[Array], Array] = averaged(grid, cell)
@@ -70,7 +74,8 @@ class Real:
     def solve(self, density: Array, state: Array | None) -> Answer:
         """Errors: those of the study."""
         samples, share = self.samples(density)
-        found = study_of(self.adapting.with_samples(samples), self.adapting.study)
+        begun, self._begun = self._begun, None
+        found = study_of(self.adapting.with_samples(samples), self.adapting.study, begun)
         return self._answer(density, found, samples, share)
 
     def samples(self, density: Array) -> tuple[SampledField, float]:
@@ -148,10 +153,10 @@ def sampled(grid: Grid, values: Array) -> SampledField:
     return SampledField.from_array(whole, origin.tolist(), grid.spacing)
 
 
-def study_of(design: Design, study: str) -> Solved:
-    """A study of a design that a `let` names, solved."""
+def study_of(design: Design, study: str, begun: Callable[[Sized], None] | None = None) -> Solved:
+    """A study of a design that a `let` names, solved; `begun` is as `solved` has it."""
     task = design.program.studies[study]
-    return solved(question(design.formula(*task.args).taken))
+    return solved(question(design.formula(*task.args).taken), begun)
 
 
 def _gathered(there: NDArray[np.intp], values: Array, grid: Grid) -> Array:

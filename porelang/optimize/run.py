@@ -29,6 +29,7 @@ from porelang.optimize.real import Real, sampled
 from porelang.optimize.record import ARRAYS, Step, refuse_others
 from porelang.optimize.rules import Answer, Energy, Given, Optimum, Rule, VonMises
 from porelang.program import Design
+from porelang.tasks.study.sized import Sized
 
 RULES: dict[str, Callable[[], Rule]] = {"energy": Energy, "von_mises": VonMises, "optimum": Optimum}
 #: Voxels of the density: so many to a cell. A lattice follows nothing finer.
@@ -140,6 +141,7 @@ def optimize(
     early: str | None = None,
     told: Callable[[Step], None] | None = None,
     force: bool = False,
+    begun: Callable[[Sized, int], None] | None = None,
 ) -> Optimized:
     """Solve the study of an output, map what is borne to its thickness, restore its porosity, and again.
 
@@ -150,6 +152,9 @@ def optimize(
 
     The rule "optimum", and any other that is `early` "homogenised", first goes its steps on voxels of the homogenised
     lattice. What it finds there is step 1; the optimum ends with that, the others go on from it.
+
+    `begun` is told, before anything is solved in tetrahedra, of the size of the elements, about how many there are, and
+    of how many solves there will be at most.
 
     Errors: those of `adapting`, of the study, and of the loop (E190-E195).
     """
@@ -188,7 +193,8 @@ def optimize(
             plan = replace(plan, most=0)
     else:
         grid = _grid(what, size)
-    analysis = Real(what, grid, thickness, sign, size, mean)
+    many = None if begun is None else lambda elements: begun(elements, plan.most + 1)
+    analysis = Real(what, grid, thickness, sign, size, mean, many)
     shown = f"{what.output}: {what.study}, {made.name}, {what.param}"
 
     def keep(steps: Sequence[Step], best: int, answer: Answer, density: NDArray[np.float64]) -> None:

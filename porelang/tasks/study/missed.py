@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from porelang.compiled import compiled
 from porelang.progress import tell
 from porelang.solid import Solid
-from porelang.tet.tetmesh import TetMesh, volumes
+from porelang.tet.tetmesh import TetMesh, boundary, volumes
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -32,6 +32,8 @@ _BESIDE = np.array([0.381966, 0.271828, 0.577216])
 _ON = 1e-12
 #: So many standard deviations of a count are its error.
 _SIGMAS = 3.0
+#: So many of the elements that are nearest to a place before a face are asked whether they hold it.
+_BESIDE_A_FACE = 16
 #: What is wrong deeper than this share of an element, and deeper than so many steps, is no sag of a face.
 _DEEP, _STEPS = 0.1, 1.5
 
@@ -42,8 +44,10 @@ class Missed:
     `volume`; what they lack of `crumbs`, which hang on nothing, is counted by itself.
 
     `handles` is how many more or fewer holes run through the elements than through the part, whose own are `of`: as
-    far as the grid can tell, and 0 where it cannot. `lost` (n, 3) mm are places that are wrong by more than the sag of
-    a face, `deep` (mm3) is what hangs together with them; `at` is the middle of what is wrong most deeply.
+    far as the grid can tell, and 0 where it cannot. `necks` are the sections that make them so, times the length of the
+    part, as a share of its volume: of necks that the grid sees, and of cracks without width, which it does not. `lost`
+    (n, 3) mm are places that are wrong by more than the sag of a face, or cracked, `deep` (mm3) is what hangs together
+    with them; `at` is the middle of what is wrong most deeply.
     """
 
     lacking: float
@@ -98,18 +102,22 @@ def missed(part: Solid, mesh: TetMesh, size: float) -> Missed:
     lacking, beyond = piece & ~held, held & ~solid
     handles, of = _handles(mesh, piece)
     cut, area = _necks(piece, lacking | beyond, spacing) if handles else (np.zeros_like(piece), 0.0)
+    open_, crack = _cracks(mesh, float(spacing.min()) / 8) if handles else (np.zeros((0, 3)), 0.0)
     deep = max(_DEEP * size, _STEPS * float(spacing.max()))
     lost, at, deepest = _deepest((lacking, beyond), deep, spacing, cut)
+    lost, at = origin + lost * spacing, origin + at * spacing
+    if crack > area:
+        at = open_[0]
     cell, few, many = float(np.prod(spacing)), int(lacking.sum()), int(beyond.sum())
     crumbs = int((solid & ~held).sum()) - few
     # a web that lies along the axes has a step more or less; of what is bent that evens out
     unsure = _SIGMAS * cell * (few + many) ** 0.5 + area * float(spacing.max())
-    x, y, z = (float(c) for c in origin + at * spacing)
+    x, y, z = (float(c) for c in at)
     volume = float(volumes(mesh).sum())
     return Missed(
         lacking=few * cell, crumbs=crumbs * cell, beyond=many * cell, unsure=unsure,
-        volume=volume, handles=handles, of=of, necks=area * float((most - least).max()) / volume,
-        lost=origin + lost * spacing, deep=deepest * cell, at=(x, y, z),
+        volume=volume, handles=handles, of=of, necks=(area + crack) * float((most - least).max()) / volume,
+        lost=np.concatenate([lost, open_]), deep=deepest * cell, at=(x, y, z),
     )  # fmt: skip
 
 
@@ -167,6 +175,29 @@ def _necks(piece: Flags, wrong: Flags, spacing: Floats) -> tuple[Flags, float]:
             cut[around] |= mine
             area += float(np.prod(spacing)) * int(mine.sum()) / (2 * float(depth[around][mine].max()))
     return cut, area
+
+
+def _cracks(mesh: TetMesh, width: float) -> tuple[Floats, float]:
+    """Where elements touch, or nearly (a width in mm), that are not joined: middles (n, 3) mm of the faces that look at
+    another element, and the area (mm2) of one side of all. Where two shapes of a union end in one plane of cubes a mesh
+    may be open, and no node of a grid lies in what has no width."""
+    from scipy.spatial import cKDTree
+
+    faces, _ = boundary(mesh)
+    a, b, c = (mesh.vertices[faces[:, i]] for i in range(3))
+    normal = np.cross(b - a, c - a)
+    twice = np.linalg.norm(normal, axis=1)
+    middle = (a + b + c) / 3
+    before = middle + width * normal / np.maximum(twice, 1e-300)[:, None]
+    corners = mesh.vertices[mesh.tets]
+    _, near = cKDTree(corners.mean(axis=1)).query(before, k=min(_BESIDE_A_FACE, len(corners)))
+    facing = np.zeros(len(faces), np.bool_)
+    for some in np.atleast_2d(near.T):  # each in turn is little to hold
+        first = corners[some, 0]
+        sides = np.swapaxes(corners[some, 1:] - first[:, None], 1, 2)
+        share = np.linalg.solve(sides, (before - first)[..., None])[..., 0]
+        facing |= (share.min(axis=1) >= 0) & (share.sum(axis=1) <= 1)
+    return middle[facing], float(twice[facing].sum()) / 4
 
 
 def _largest(solid: Flags) -> Flags:
