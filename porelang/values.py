@@ -33,7 +33,7 @@ def length(text: str) -> float:
         raise Unreadable(f"`{text}` is no length", hint)
     value = float(match[1]) * unit.scale
     if not (math.isfinite(value) and value > 0):
-        raise Unreadable(f"{text} is no length to sample at", "it must be above 0")
+        raise Unreadable(f"{text} is no length above 0", "as in 1mm or 0.5")
     if not SHORTEST <= value <= LONGEST:
         hint = "it is in mm" if text.strip()[-1].isdigit() else "lengths are from 1e-9mm to 1e9mm"
         raise Unreadable(f"{text} is {'longer than any part' if value > 1 else 'shorter than an atom'}", hint)

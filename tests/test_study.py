@@ -466,6 +466,8 @@ def test_a_disk_that_fills_loses_no_result(monkeypatch: pytest.MonkeyPatch, tmp_
 MISTAKES = {
     "no face": ("sphere(9mm)", "compress(part_, 1kN, MATERIAL)", "E189", "no face at its end z = -9"),
     "too fine": ("cube(9mm)", "compress(part_, 1kN, MATERIAL, size=0.02mm)", "E187", "unknowns"),
+    "too large": ("box([40mm, 20mm, 10mm])", "bend(part_, 1kN, axis=x, MATERIAL, size=300mm)", "E187",
+                  "elements of 300 mm are larger than the part, which has 40 x 20 x 10 mm"),
     "two pieces": ("cube(9mm) | cube(9mm) @ [x - 30, y, z]", "compress(part_, 1kN, MATERIAL, size=3mm)", "E188", "50%"),
     "nothing held": ("cube(9mm)", "study(part_, z < -6mm, force(z > 4mm, [0, 0, 1N]), MATERIAL, size=3mm)", "E170",
                      "nearest"),

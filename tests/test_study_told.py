@@ -159,6 +159,8 @@ def test_a_part_under_pressure_on_all_sides_needs_no_support() -> None:
     np.testing.assert_allclose(fields.stress, np.tile([-3.0, -3, -3, 0, 0, 0], (len(fields.stress), 1)), atol=1e-5)
     strain = -3 * (1 - 2 * 0.3) / 2000
     np.testing.assert_allclose(fields.displacement, strain * fields.mesh.vertices, atol=1e-7)
+    for name in ("max_von_mises", "von_mises_99"):  # 0 in truth
+        assert free.numbers[name].value < free.numbers[name].error < 1e-4
 
 
 def test_what_only_seems_to_balance_is_refused() -> None:
@@ -218,7 +220,7 @@ def test_what_is_doubtful_of_the_text_is_in_json_too(
 
 def test_the_size_that_is_proposed_mends_what_is_too_coarse() -> None:
     """One warning, with one size, and about how many unknowns that makes."""
-    call = f"study(body, fix={HELD}, load={PUSH}, {MATERIAL}, size=50mm)"
+    call = f"study(body, fix={HELD}, load={PUSH}, {MATERIAL}, size=40mm)"
     coarse = found(call)
     assert codes(coarse) == {"W284"}
     told = said(coarse, "W284")
@@ -226,15 +228,40 @@ def test_the_size_that_is_proposed_mends_what_is_too_coarse() -> None:
     assert told.count("size=") == 1
     size, count = re.findall(r"`size=([\d.]+)mm` makes some ([\d,]+) unknowns, about \d+ s$", told)[0]
     assert float(size) <= 4
-    fine = found(call.replace("50mm", f"{size}mm"))
+    fine = found(call.replace("40mm", f"{size}mm"))
     assert not codes(fine)
     assert 0.5 < int(count.replace(",", "")) / fine.solved.unknowns < 2
+
+
+@pytest.mark.parametrize(
+    ("part", "call"),
+    [
+        ("box([200mm, 200mm, 2mm])", "compress(body, force=1kN, axis=z, {}, size=200mm)"),
+        ("box([200mm, 1mm, 1mm])", "study(body, fix=x < -99mm, load=force(x > 99.9mm, [1N, 0N, 0N]), {}, size=200mm)"),
+    ],
+)
+def test_elements_as_large_as_the_part_are_taken(part: str, call: str) -> None:
+    """k = E A / L of a plate and of a needle, to what is held across: a platen is no deeper than a plate is thick."""
+    found_ = found(call.format("E=2GPa, nu=0"), before=f"let body = {part}\n")
+    sides = np.array([float(s) for s in re.findall(r"([\d.]+)mm", part)])
+    axis = 2 if "compress" in call else 0
+    stiffness = 2000 * np.delete(sides, axis).prod() / sides[axis]
+    assert found_.numbers["stiffness"].value == pytest.approx(stiffness, rel=0.02)
+
+
+def test_stress_beside_a_jump_of_the_material_is_said_to_jump() -> None:
+    """Elements of 4 mm are no finer than their samples: the reason why lookups miss is another."""
+    call = f"study(body, fix={HELD}, load={PUSH}, E=if body > -2mm then 2.4GPa else 0.9GPa, nu=0.38, size=4mm)"
+    told = said(found(call), "W267")
+    assert "stress jumps where the material does" in told
+    assert "finer than" not in told
 
 
 KNOWN = Got(
     elements=20_000, unknowns=100_000, iterations=60, residual=1e-9, order=2, size=1.2, finest=0, beside=1.2,
     wall=4.33, wall_x=1, wall_y=2, wall_z=3, area=1200, moved=0.01, strain=0.001, stiffest=0, densest=0, yields=0,
-    lost=0, pieces=0, voxel=0.3, off=0, form=0, lacking=7.6, beyond=6.5, handles=1, holes=8, form_x=-3, form_y=6,
+    lost=0, pieces=0, voxel=0.3, off=0, jumps=0, form=0,
+    lacking=7.6, beyond=6.5, handles=1, holes=8, form_x=-3, form_y=6,
     form_z=1, shared=0, seam_x=0, seam_y=0, seam_z=0, numbers=tuple(1150.0 * (n == "volume") for n in NUMBERS),
     errors=(0.0,) * len(NUMBERS),
 )  # fmt: skip

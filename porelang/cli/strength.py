@@ -92,7 +92,8 @@ def _text(path: str, found: Strength, seconds: float) -> str:
     if found.effective_modulus is not None:
         lines["modulus"] = f"{_shown(found.effective_modulus)} MPa, of {found.envelope}"
     acting = [*solved.loads, *solved.supports]
-    lines |= {of.name: _acting(of, acting) for of in acting}
+    lines |= {of.name: _acting(of, acting, of.area > 0) for of in solved.loads}
+    lines |= {of.name: _acting(of, acting, True) for of in solved.supports}
     if solved.sized.wall is not None:
         lines["thinnest walls"] = f"{solved.sized.wall.wall:.3g} mm, as at ({coordinates(solved.sized.wall.at)})"
     lines["elements miss"] = _missed(solved.missed)
@@ -109,14 +110,15 @@ def _missed(found: Missed) -> str:
     return said
 
 
-def _acting(of: Resultant, among: Sequence[Resultant]) -> str:
-    """The force of a load or a support, on which area; and the moment about its middle, if it turns the part."""
+def _acting(of: Resultant, among: Sequence[Resultant], on_surface: bool) -> str:
+    """The force of a load or a support, on which area if on one; and the moment about its middle, if it turns the
+    part."""
     arm = max(float(np.ptp([r.centre for r in among], axis=0).max()), of.area**0.5)
     most = max(max(float(np.abs(r.force).max()), float(np.abs(r.couple).max()) / arm) for r in among)
     said = f"{_vector(of.force, most)} N"
     if np.abs(of.couple).max() > _TURNS * most * arm:
         said += f" and {_vector(of.couple, most * arm)} N mm"
-    return said + (f" on {of.area:.5g} mm2" if of.area else "")
+    return said + (f" on {of.area:.5g} mm2" if on_surface else "")
 
 
 def _vector(values: NDArray[np.float64], largest: float) -> str:

@@ -94,7 +94,8 @@ class _Given:
         known = None if n is None else self.ctx.constant(n)
         if known is not None and not known > 0:
             what = f"`{parameter}` of `{self.name}` is a length above 0"
-            self.ctx.error("E187", what, self.of[parameter][1], label=f"this is {known:g} mm")
+            hint = f"as in `{parameter}=5mm`, or leave it out"
+            self.ctx.error("E187", what, self.of[parameter][1], label=f"this is {known:g} mm", hint=hint)
             return None
         return n
 

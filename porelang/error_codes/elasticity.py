@@ -1,4 +1,4 @@
-"""E170-E178, W255-W259, W280-W281, W286, W288: parts under load."""
+"""E170-E178, W255-W259, W280-W281, W286, W288-W289: parts under load."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ ELASTICITY = (
         "a support or a load that selects nothing",
         "Supports act on the nodes of the boundary that are selected, loads on its area. Nothing was selected, and\n"
         "a load on nothing would be no load. The message says how near the boundary comes to what is selected in\n"
-        "twice the part's box. Leave some room: a face at z = -150 mm is `z < -149mm`.",
+        "twice the part's box. Leave some room: a face at z = -150 mm is `z < -149mm`. What is small beside elements\n"
+        "is looked at more closely, a load to about a sixtieth of an element. A support that holds no node is smaller\n"
+        "than an element, and a load of which only some could be seen is refused: make it wider, or take finer\n"
+        "elements.",
         "",
         "",
     ),
@@ -21,7 +24,8 @@ ELASTICITY = (
         "such motion: translations, rotations about an axis through a point, and rotations with a shift along\n"
         "their axis. Add a support against it. Where loads do not drive the motion, as between frictionless\n"
         "platens, the problem may be balanced, `balanced=true`: then the motion is taken out of the result, with\n"
-        "no mean displacement along it. Loads that do drive it are refused all the same.",
+        "no mean displacement along it. Loads that do drive it are refused all the same: those motions are named\n"
+        "which they drive by more than what elements make of the areas that they are on (W289).",
         "",
         "",
     ),
@@ -162,7 +166,21 @@ ELASTICITY = (
         "Supports hold nodes. Where one ends within an element, what it holds reaches to its last node and no\n"
         "further: a strip of 3 mm in elements of 2.5 mm is one row of them, or two. The area that its nodes have\n"
         "is another by more than a quarter than the one that the condition holds of the surface, which is how much\n"
-        "the stiffness of what is held depends on the elements.",
+        "the stiffness of what is held depends on the elements. Where no more than a line of nodes is left, or a\n"
+        "point, that is said too, unless the condition selects less than a twentieth of the elements there: then a\n"
+        "line is meant (W258). With the size that is proposed it is a quarter at most.",
+        "",
+        "",
+    ),
+    Code(
+        "W289",
+        "loads that do not quite balance in elements",
+        "With `balanced=true` loads are to do no work on what is free to move. In elements an area, and its middle,\n"
+        "are not quite those of the part: two forces along one line are then a little aside of each other. Up to a\n"
+        "tenth of an element aside, and a hundredth of a pressure or a weight, that rest is taken by a force on all\n"
+        "of the volume, which varies as the rigid motion does that it answers (inertia relief); the message says what\n"
+        "it comes to, and its share of the loads is in the errors of displacements, stiffness and compliance. Forces\n"
+        "and couples are given, and have no such error: where these do not add up to 0 the loads are refused (E171).",
         "",
         "",
     ),

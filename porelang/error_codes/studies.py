@@ -40,9 +40,9 @@ STUDIES = (
         "What holds a part (`fix`) is a condition, true where it is held, `held(...)` or `moved(...)`; what loads it\n"
         "(`load`) is `force(...)`, `pressure(...)`, `torque(...)`, `weight(...)` or `moved(...)`: or a list of them.\n"
         "Axes are x, y and z; platens are frictionless or bonded. A beam's pads have to fit under it. Elements have a\n"
-        "size above 0, and not so small a one that there are four million unknowns: these take some 5 GB. Without\n"
-        "`size` elements are found from the walls of a part, as fine as about a minute allows, or finer where they\n"
-        "would be larger than the walls.",
+        "size above 0, no larger than the part is long, and not so small a one that there are four million unknowns:\n"
+        "these take some 5 GB. Without `size` elements are found from the walls of a part, as fine as about a\n"
+        "minute allows, or finer where they would be larger than the walls.",
         'let s = study(cube(9mm), fix=z < -4mm, load=[0, 0, -1kN], material="PA12")\n'
         "sphere(s.max_von_mises / 1MPa * 1mm)",
         'let s = study(cube(9mm), fix=z < -4mm, load=force(z > 4mm, [0, 0, -1kN]), material="PA12")\n'
@@ -104,7 +104,9 @@ STUDIES = (
         "samples too coarse for the stress in the elements",
         "What a study gives a program is sampled on a grid that follows its elements, of 800 000 nodes at most.\n"
         "Where elements are finer than that can show, a lookup in twenty misses the stress by a tenth of the greatest\n"
-        "or more. `pore fea` writes the elements themselves.",
+        "or more; or where the material jumps, for a sample there lies between the stresses of both sides; or where\n"
+        "elements are so large that stress changes much within them. The hint says which. `pore fea` writes the\n"
+        "elements themselves.",
         "",
         "",
     ),

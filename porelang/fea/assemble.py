@@ -56,6 +56,16 @@ class Blocks:
         """Take held components (n, 3) out: their rows and columns are 0, the diagonal stays as it was."""
         over_rows(len(held), lambda r: hold(r[0], r[1], self.indptr, self.indices, self.data, held))
 
+    def diagonal(self, rows: Longs) -> Floats:
+        """The blocks (n, 3, 3) of some rows (n,) on the diagonal."""
+        out = np.empty((len(rows), 3, 3))
+        pick_diagonal(rows.astype(np.int64), self.indptr, self.indices, self.data, out)
+        return out
+
+    def add(self, rows: Ints, columns: Ints, values: Floats) -> None:
+        """Add values (n, 3) to the diagonals of blocks that are there: pairs (n,), (n,) may come more than once."""
+        add_to(rows, columns, values, self.indptr, self.indices, self.data)
+
     def to_scipy(self) -> Any:
         from scipy.sparse import bsr_matrix
 
@@ -197,6 +207,27 @@ def multiply(first: int, last: int, indptr: Longs, indices: Ints, data: Floats, 
             b += data[at, 1, 0] * u + data[at, 1, 1] * v + data[at, 1, 2] * w
             c += data[at, 2, 0] * u + data[at, 2, 1] * v + data[at, 2, 2] * w
         out[row, 0], out[row, 1], out[row, 2] = a, b, c
+
+
+@compiled
+def pick_diagonal(rows: Longs, indptr: Longs, indices: Ints, data: Floats, out: Floats) -> None:
+    """The blocks (n, 3, 3) of some rows on the diagonal."""
+    for n in range(len(rows)):
+        for at in range(indptr[rows[n]], indptr[rows[n] + 1]):
+            if indices[at] == rows[n]:
+                for i in range(3):
+                    for j in range(3):
+                        out[n, i, j] = data[at, i, j]
+
+
+@compiled
+def add_to(rows: Ints, columns: Ints, values: Floats, indptr: Longs, indices: Ints, data: Floats) -> None:
+    """Add values (n, 3) to the diagonals of the blocks of rows and columns (n,)."""
+    for n in range(len(rows)):
+        for at in range(indptr[rows[n]], indptr[rows[n] + 1]):
+            if indices[at] == columns[n]:
+                for i in range(3):
+                    data[at, i, i] += values[n, i]
 
 
 @compiled

@@ -23,8 +23,11 @@ _DEGREE = 3
 #: Points on each side of a triangle that is looked at, at first and where it was quartered: a strip so much narrower
 #: than a triangle is seen in all of it.
 _FIRST, _THEN = 8, 4
-#: Triangles are quartered so often, unless there are then more than that.
-_QUARTERED, _MOST = 3, 20_000
+#: Triangles are quartered so often, unless there are then more than that; and more often as long as they are few.
+_QUARTERED, _MOST, _ONCE_MORE, _FEW = 3, 20_000, 5, 1000
+#: What covers less of the triangles that it reaches, and none of them whole, is looked at again in quarters of these,
+#: so often, as long as there are no more than that, in no more rounds.
+_NARROW, _DEEPEST, _QUARTERS, _ROUNDS = 0.15, 5, 40_000, 20
 #: Halvings of a side; what is left of it at an end is none; and points so near to a line may lie on either side of it.
 _BISECTIONS, _END, _NEAR = 30, 1e-6, 1e-3
 #: An end that leaves the line between its places on two sides by this share of how far that is from their corner is
@@ -41,7 +44,8 @@ class Patch:
     """What is covered, in pieces: of which triangle of the boundary each is (`faces`, (c,)), points of quadrature
     (c, q, 3) mm on it with the area (c, q) mm2 and the shape functions (c, q, w) of each, outward normals (c, 3).
 
-    `chosen` (f, q) are the points of the boundary's own quadrature that lie in the selection.
+    `chosen` (f, q) are the points of the boundary's own quadrature that lie in the selection; `all_seen` says that it
+    is not so narrow that there may be more of it between the points that are looked at.
     """
 
     faces: Longs
@@ -50,6 +54,7 @@ class Patch:
     shapes: Floats
     normals: Floats
     chosen: Mask
+    all_seen: bool
 
     @property
     def area(self) -> float:
@@ -61,6 +66,14 @@ class Patch:
         """The middle (3,) mm of an area that is not 0."""
         return np.asarray(np.einsum("cq,cqd->d", self.areas, self.points) / self.areas.sum())
 
+    @property
+    def widths(self) -> tuple[float, float]:
+        """How narrow and how wide (mm) an area that is not 0 is: of what is evenly w wide the variance is w^2 / 12."""
+        arms = (self.points - self.centre).reshape(-1, 3)
+        spread = np.einsum("n,ni,nj->ij", self.areas.ravel(), arms, arms) / self.area
+        _, narrow, wide = np.sqrt(12 * np.maximum(np.linalg.eigvalsh(spread), 0.0))
+        return float(narrow), float(wide)
+
     def of_nodes(self, nodes: Nodes, values: Floats) -> Floats:
         """Values (k, 3) of nodes at its points, (c, q, 3)."""
         return np.asarray(np.einsum("cqw,cwd->cqd", self.shapes, values[nodes.faces[self.faces]]))
@@ -68,7 +81,7 @@ class Patch:
 
 def covered(where: Where, nodes: Nodes, boundary: Surface, what: str) -> Patch:
     """What a selection covers of the boundary, but for what of it reaches over a rim (`porelang.fea.rims`); nothing,
-    where that is smaller than an eighth of a triangle and lies between the points that are looked at. Errors: E174."""
+    where that lies between the points that are looked at (`seen`). Errors: E174."""
     corners = nodes.points[nodes.faces[:, :3]]
     chosen, within = _first_seen(where, corners, boundary, what)
     at_corners = asked(where, within.reshape(-1, 3), what).reshape(-1, 3)
@@ -84,16 +97,21 @@ def covered(where: Where, nodes: Nodes, boundary: Surface, what: str) -> Patch:
     if not any_.any():
         close = looks
     whole = np.flatnonzero(all_ & ~close)
-    cut, pieces = _pieces(where, within, np.flatnonzero(close), what)
+    of_triangles = boundary.areas.sum(axis=1)
+    if all_.any():  # larger than triangles are
+        cut, pieces = _pieces(where, within[close], np.broadcast_to(np.eye(3), (close.sum(), 3, 3)), what)
+        cut, all_seen = np.flatnonzero(close)[cut], True
+    else:
+        cut, pieces, all_seen = _small(where, within, close, looks, nodes, of_triangles, what)
     faces = np.concatenate([whole, cut])
     parts = np.concatenate([np.broadcast_to(np.eye(3), (len(whole), 3, 3)), pieces])
     rule, weights = triangle_rule(_DEGREE)
     inside = np.einsum("qk,ckj->cqj", rule, parts)
     share = np.abs(np.linalg.det(parts)) if len(parts) else np.zeros(0)
-    areas = share * boundary.areas[faces].sum(axis=1)
+    areas = share * of_triangles[faces]
     if not isinstance(where, Facing):
         held: Floats = np.bincount(faces, areas, len(corners)).astype(np.float64)
-        kept = ~over_rims(nodes, boundary.normals, boundary.areas.sum(axis=1), held)[faces]
+        kept = ~over_rims(nodes, boundary.normals, of_triangles, held)[faces]
         faces, inside, areas = faces[kept], inside[kept], areas[kept]
     shapes = shape_values(inside.reshape(-1, 3), None if nodes.order == 1 else TRIANGLE_EDGES)
     return Patch(
@@ -103,7 +121,44 @@ def covered(where: Where, nodes: Nodes, boundary: Surface, what: str) -> Patch:
         shapes=shapes.reshape(*inside.shape[:2], shapes.shape[-1]),
         normals=boundary.normals[faces],
         chosen=chosen,
+        all_seen=all_seen,
     )
+
+
+def seen(nodes: Nodes) -> float:
+    """How far apart (mm) the points of a boundary are, at most, that a selection is asked at."""
+    corners = nodes.points[nodes.faces[:, :3]]
+    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()) / _FIRST
+
+
+def _small(
+    where: Where, corners: Floats, first: Mask, looks: Mask, nodes: Nodes, areas: Floats, what: str
+) -> tuple[Longs, Floats, bool]:
+    """What is selected of triangles of `areas` (f,) of which none is selected whole, as `_pieces` has it, from the
+    `first` (f,) on to those beside them; and whether that is all of it.
+
+    What is narrow beside triangles, or not seen at all, is looked at in quarters of these.
+    """
+    close, parts, depth = np.flatnonzero(first), np.eye(3)[None], 0
+    for _ in range(_ROUNDS):
+        of, started = np.repeat(close, len(parts)), np.tile(parts, (len(close), 1, 1))
+        which, pieces = _pieces(where, corners[of], started, what)
+        cut = of[which]
+        area = float((np.abs(np.linalg.det(pieces)) * areas[cut]).sum()) if len(cut) else 0.0
+        seen_all = area > _NARROW * float(areas[of[np.unique(which)]].sum()) / len(parts)
+        last = close
+        if len(cut):  # it may go on beside them
+            near = np.zeros(len(nodes.points), bool)
+            near[nodes.faces[np.unique(cut), :3]] = True
+            close = np.flatnonzero(looks & near[nodes.faces[:, :3]].any(axis=1))
+        more = not np.isin(close, last).all()
+        if seen_all and not more:
+            return cut, pieces, True
+        depth += not seen_all
+        if depth > _DEEPEST or 4**depth * len(close) > _QUARTERS:
+            break
+        parts = parts if seen_all else _quartered(parts)
+    return cut, pieces, False
 
 
 def _first_seen(where: Where, corners: Floats, boundary: Surface, what: str) -> tuple[Mask, Floats]:
@@ -121,13 +176,13 @@ def _first_seen(where: Where, corners: Floats, boundary: Surface, what: str) -> 
     return chosen, np.where(facets[:, None, None], middle + (1 - _WITHIN) * (corners - middle), corners)
 
 
-def _pieces(where: Where, corners: Floats, faces: Longs, what: str) -> tuple[Longs, Floats]:
-    """Triangles (c, 3, 3), a corner a row in barycentric coordinates of the face (c,) that each is a piece of, which
-    together are what is selected of some faces."""
+def _pieces(where: Where, corners: Floats, parts: Floats, what: str) -> tuple[Longs, Floats]:
+    """Triangles (c, 3, 3), a corner a row in barycentric coordinates of a face, and of which of some `parts` (n, 3, 3)
+    of faces with `corners` (n, 3, 3) each is a piece (c,), that together are what is selected of these."""
+    faces = np.arange(len(parts))
     found: list[tuple[Longs, Floats]] = []
-    parts = np.broadcast_to(np.eye(3), (len(faces), 3, 3))
-    for level in range(_QUARTERED + 1):
-        lattice = _lattice(_FIRST if level == 0 and len(faces) <= _MOST else _THEN)
+    for level in range(_ONCE_MORE + 1):
+        lattice = _lattice(_FIRST if level == 0 and len(faces) <= _QUARTERS else _THEN)
         points = np.einsum("lk,nkj,njd->nld", lattice, parts, corners[faces], optimize=True)
         held = asked(where, points.reshape(-1, 3), what).reshape(points.shape[:2])
         all_ = held.all(axis=1)
@@ -137,7 +192,8 @@ def _pieces(where: Where, corners: Floats, faces: Longs, what: str) -> tuple[Lon
         if not len(faces):
             break
         lone, cuts, straight = _parted(where, corners[faces], parts, held, lattice, what)
-        last = level == _QUARTERED or 4 * len(faces) > _MOST
+        most_of = _MOST if level < _QUARTERED else _FEW if level < _ONCE_MORE else 0
+        last = 4 * len(faces) > most_of
         if last:  # what no line parts is taken for what most of its points are
             most = ~straight & (lone < 0) & (held.mean(axis=1) > 0.5)
             found.append((faces[most], parts[most]))

@@ -9,7 +9,7 @@ import numpy as np
 
 from porelang.diagnostics import PoreError, fail
 from porelang.fea import iterate, rigid
-from porelang.fea.assemble import stiffness
+from porelang.fea.assemble import Blocks, stiffness
 from porelang.fea.means import weighed
 from porelang.fea.nodes import EDGES
 from porelang.fea.problem import Floats
@@ -81,9 +81,27 @@ def _preconditioner(system: System) -> Callable[[Floats], Floats]:
     if nodes.order == 1:
         return iterate.aggregated(system.matrix, modes * ~corners[..., None])
     small = stiffness(nodes, system.constants, order=1)
+    _hold_middles(system, small)
     small.hold(corners)
     coarse = iterate.aggregated(small, modes * ~corners[..., None])
     return iterate.nested(system.matrix, nodes, system.still, coarse)
+
+
+def _hold_middles(system: System, small: Blocks) -> None:
+    """Add to the stiffness of vertices what resists that held middles of edges move, which are the means of both ends.
+
+    Else a support whose nodes are middles but for one or two leaves vertices free to turn: the matrix that
+    preconditions is then singular where the system is not, and the iterations make no progress.
+    """
+    nodes = system.nodes
+    held = system.still[nodes.vertices :]
+    edges = np.flatnonzero(held.any(axis=1))
+    ends = nodes.edges[edges]
+    blocks = system.matrix.diagonal(edges + nodes.vertices)
+    share = np.einsum("nii->ni", blocks) * held[edges] / 4
+    for one in range(2):
+        for other in range(2):
+            small.add(ends[:, one], ends[:, other], share)
 
 
 def _seen(system: System, weights: Floats, outcome: iterate.Outcome, iterations: int) -> Equilibrium:

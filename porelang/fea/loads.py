@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from porelang.diagnostics import fail
-from porelang.fea.covered import Patch, covered
+from porelang.fea.covered import Patch, covered, seen
 from porelang.fea.elements import shape_values, tet_rule
 from porelang.fea.nodes import EDGES, Nodes
 from porelang.fea.problem import BodyForce, Floats, Force, Ints, Load, Moment, Pressure, Weight
-from porelang.fea.surface import Surface, nothing, vectors
+from porelang.fea.surface import Surface, nothing, place, vectors
 
 #: g/cm3 times mm/s2, in N/mm3.
 GRAM = 1e-9
@@ -81,7 +81,15 @@ def _selected(load: Force | Pressure | Moment, name: str, nodes: Nodes, boundary
     if not on.area > 0:
         corners = nodes.points[: nodes.vertices]
         points = boundary.points.reshape(-1, 3)
-        raise nothing(name, "area", load.where, points, np.stack([corners.min(0), corners.max(0)]))
+        raise nothing(name, "area", load.where, points, np.stack([corners.min(0), corners.max(0)]),
+                      seen(nodes))  # fmt: skip
+    if not on.all_seen:
+        raise fail(
+            "E170",
+            f"{name} is on so narrow an area, at {place(on.centre)}, that all of it cannot be seen: "
+            f"{on.area:.3g} mm2 of it are, by points {seen(nodes):.2g} mm apart and finer ones round it",
+            hint="make it wider, or take finer elements",
+        )
     return on
 
 

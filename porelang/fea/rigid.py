@@ -64,17 +64,21 @@ def pieces(nodes: Nodes) -> Pieces:
 
 @dataclass(frozen=True, slots=True)
 class Free:
-    """What supports leave free: `fields` (r, k, 3) are orthonormal displacements of all nodes, `words` what they
-    are."""
+    """What supports leave free: `fields` (r, k, 3) are orthonormal displacements of all nodes. `named` (r, k, 3), of no
+    component above 1, are motions that span the same, `words` what each is called, `turns` (r,) 1/mm by how much it
+    turns."""
 
     fields: Floats
+    named: Floats
     words: tuple[str, ...]
+    turns: Floats
 
 
 def free(nodes: Nodes, parts: Pieces, held: Mask) -> Free:
     """The rigid motions of all bodies that the held components (k, 3) do not hold."""
-    fields: list[Floats] = []
+    named: list[Floats] = []
     words: list[str] = []
+    turns: list[float] = []
     body_of = parts.body[parts.of]
     for body in range(parts.bodies):
         mine = body_of == body
@@ -86,14 +90,18 @@ def free(nodes: Nodes, parts: Pieces, held: Mask) -> Free:
         kernel = _kernel(nodes, parts, local, points, held, centre, size)
         if not kernel.shape[1]:
             continue
-        modes = _moved(nodes, parts, local, kernel, centre, size)
-        fields.extend(modes)
         whose = "" if parts.bodies == 1 else f"the piece round {place(centre)}: "
-        words.extend(whose + word for word in _named(kernel, len(local), centre, size))
-    if not fields:
-        return Free(np.zeros((0, len(nodes.points), 3)), ())
-    flat = np.stack([f.ravel() for f in fields])
-    return Free(np.linalg.qr(flat.T)[0].T.reshape(-1, len(nodes.points), 3), tuple(words))
+        for word, motion in _named(kernel, len(local), centre, size):
+            field = _moved(nodes, parts, local, motion, centre, size)
+            most = float(np.abs(field).max())
+            named.append(field / most)
+            words.append(whose + word)
+            turns.append(float(np.linalg.norm(motion.reshape(-1, 6)[:, 3:], axis=1).max()) / size / most)
+    if not named:
+        none = np.zeros((0, len(nodes.points), 3))
+        return Free(none, none, (), np.zeros(0))
+    fields = np.linalg.qr(np.stack([f.ravel() for f in named]).T)[0].T
+    return Free(fields.reshape(-1, len(nodes.points), 3), np.stack(named), tuple(words), np.array(turns))
 
 
 def unheld(nodes: Nodes, parts: Pieces, held: Mask) -> str:
@@ -147,22 +155,23 @@ def _kernel(nodes: Nodes, parts: Pieces, local: Ints, points: Ints, held: Mask, 
     return vectors[:, values <= max(limit, values[-1] * 1e-13)]
 
 
-def _moved(nodes: Nodes, parts: Pieces, local: Ints, kernel: Floats, centre: Floats, size: float) -> list[Floats]:
-    out = np.zeros((kernel.shape[1], len(nodes.points), 3))
+def _moved(nodes: Nodes, parts: Pieces, local: Ints, motion: Floats, centre: Floats, size: float) -> Floats:
+    """The displacement (k, 3) of all nodes in a motion (6 p,) of the pieces of a body."""
+    out = np.zeros((len(nodes.points), 3))
     for i, piece in enumerate(local):
         mine = np.unique(nodes.elements[parts.of == piece])
-        out[:, mine] = np.einsum("ndk,kr->rnd", motions(nodes.points[mine], centre, size), kernel[6 * i : 6 * i + 6])
-    return list(out)
+        out[mine] = motions(nodes.points[mine], centre, size) @ motion[6 * i : 6 * i + 6]
+    return out
 
 
-def _named(kernel: Floats, count: int, centre: Floats, size: float) -> list[str]:
-    """What the motions in a kernel (6 p, r) are called, the simplest first."""
+def _named(kernel: Floats, count: int, centre: Floats, size: float) -> list[tuple[str, Floats]]:
+    """Motions (6 p,) that span a kernel (6 p, r), the simplest first, and what they are called."""
     first = kernel[:6]
     whole = all(np.allclose(kernel[6 * i : 6 * i + 6], first, atol=1e-6) for i in range(1, count))
     if not whole:
-        return ["parts that meet only in an edge or a vertex turn about it"]
+        return [("parts that meet only in an edge or a vertex turn about it", motion) for motion in kernel.T]
     slides = _span(_without(first, slice(3, 6))[:3])
-    words = [f"translation along {direction(v)}" for v in slides]
+    found = [(f"translation along {direction(v)}", np.tile([*v, 0.0, 0.0, 0.0], count)) for v in slides]
     basis = np.array(slides).reshape(-1, 3)
     turns = _span(first[3:])
     for turn in turns:
@@ -174,8 +183,8 @@ def _named(kernel: Floats, count: int, centre: Floats, size: float) -> list[str]
         text = f"rotation about {direction(spin)} through {place(through)}"
         if abs(pitch) > 1e-6 * size:
             text += f", with a shift of {2 * np.pi * pitch:.3g} mm a turn along it"
-        words.append(text)
-    return words
+        found.append((text, np.tile([*shift / size, *spin], count)))
+    return found
 
 
 def _without(vectors: Floats, rows: slice) -> Floats:

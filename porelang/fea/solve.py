@@ -72,7 +72,7 @@ def _recovered(problem: Problem, system: System, found: Equilibrium) -> Solution
         applied=system.forces,
         compliance=found.compliance,
         residual=found.residual,
-        unsure=found.unsure,
+        unsure=found.unsure + (0.0 if system.rest is None else system.rest.share),
         iterations=found.iterations,
         unknowns=3 * len(nodes.points) - int(system.still.sum()),
         sites=where,

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from porelang.diagnostics import fail
+from porelang.diagnostics import PoreError, fail
+from porelang.fea.covered import covered
 from porelang.fea.nodes import Nodes
 from porelang.fea.problem import Floats, Ints, Mask, Support
-from porelang.fea.surface import asked, nothing, place, vectors
+from porelang.fea.surface import asked, nothing, place, surface, vectors
 
 #: Two supports agree if what they prescribe differs by less than this of the part's size.
 _AGREE = 1e-12
@@ -55,7 +56,7 @@ def hold_all(supports: tuple[Support, ...], nodes: Nodes) -> Held:
             )
         found = asked(support.where, points, name)
         if not found.any():
-            raise nothing(name, "node", support.where, points, box)
+            raise _none(support, name, nodes, points, box)
         mine = boundary[found]
         wanted = _prescribed(support, points[found], name)
         for axis in np.flatnonzero(axes):
@@ -76,6 +77,21 @@ def hold_all(supports: tuple[Support, ...], nodes: Nodes) -> Held:
             count[mine, axis] += 1
         chosen.append(mine.astype(np.int32))
     return Held(components, displacement, count, tuple(chosen), tuple(support.axes for support in supports))
+
+
+def _none(support: Support, name: str, nodes: Nodes, points: Floats, box: Floats) -> PoreError:
+    """E170 for a support that holds no node: it is smaller than elements, or elsewhere."""
+    on = covered(support.where, nodes, surface(nodes), name)
+    corners = nodes.points[nodes.faces[:, :3]]
+    edge = float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).mean())
+    if not on.area > 0:
+        return nothing(name, "node", support.where, points, box, edge / nodes.order)
+    return fail(
+        "E170",
+        f"{name} selects {on.area:.3g} mm2 of the boundary, at {place(on.centre)}, and no node there: it is smaller "
+        f"than an element, of some {edge:.2g} mm",
+        hint=f"hold more of the part, or take elements of some {on.widths[0] / 4:.1g} mm there",
+    )
 
 
 def _prescribed(support: Support, points: Floats, name: str) -> Floats:

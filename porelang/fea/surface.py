@@ -118,8 +118,8 @@ def interleaved(chosen: Mask) -> Mask:
     return out
 
 
-def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats) -> PoreError:
-    """E170: a selection that holds no point of the boundary, with how near it comes.
+def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats, apart: float) -> PoreError:
+    """E170: a selection that holds no point of the boundary, with how near it comes; these were `apart` (mm).
 
     The selection is asked on a grid of points in twice the part's box, and if it holds none of them in larger ones.
     From the points of the boundary nearest to what it holds there, its end is bisected; round the nearest of these,
@@ -136,9 +136,10 @@ def nothing(what: str, kind: str, where: Where, points: Floats, box: Floats) -> 
     if not len(held):
         return fail(
             "E170",
-            f"{what} selects no {kind} of the boundary, nor anything near: {extent}",
-            hint="select a region that the boundary runs through, with some room, as in "
-            f"{_room(low, high, int(np.argmax(high - low)), high)}; if it is small, take elements no larger than it",
+            f"{what} selects no {kind} of the boundary, which is looked at every {apart:.2g} mm, nor anything near: "
+            f"{extent}",
+            hint="if it is small, make it wider than that, or take finer elements; if not, select a region that the "
+            f"boundary runs through, with some room, as in {_room(low, high, int(np.argmax(high - low)), high)}",
         )
     from scipy.spatial import cKDTree
 

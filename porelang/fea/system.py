@@ -7,18 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from porelang.diagnostics import fail
-from porelang.fea import checks, loads, rigid, supports
+from porelang.fea import balance, checks, loads, rigid, supports
 from porelang.fea.assemble import Blocks, internal, lame, stiffness
 from porelang.fea.elements import TET_1, TET_4, slopes_at, terms
 from porelang.fea.loads import Applied
 from porelang.fea.nodes import Nodes, number
 from porelang.fea.problem import Floats, Mask, Problem
 from porelang.fea.supports import Held
-from porelang.fea.surface import Surface, place, surface, vector
+from porelang.fea.surface import Surface, surface
 from porelang.progress import checkpoint
-
-#: Loads that drive a free motion with less than this of their size are taken to do no work on it.
-_BALANCED = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +24,7 @@ class System:
 
     `still` (k, 3) are the components of nodes that are held: by supports (`held`), and as many more as keep those
     motions still which are `free` and which loads do not drive. `matrix` has them taken out, `forces` (k, 3) N are
-    those of all `loads`.
+    those of all `loads`, and those that take what is left of these where they are to balance (`rest`).
     """
 
     nodes: Nodes
@@ -41,6 +38,7 @@ class System:
     forces: Floats
     bodies: int
     free: rigid.Free
+    rest: balance.Rest | None
     still: Mask
     matrix: Blocks
 
@@ -67,23 +65,26 @@ def assembled(problem: Problem) -> System:
     forces = np.sum([load.forces for load in acting], axis=0) if acting else np.zeros(nodes.points.shape)
     pieces = rigid.pieces(nodes)
     free = rigid.free(nodes, pieces, held.components)
-    still = _held_still(problem, nodes, pieces, free, forces, held.components)
+    _held_enough(problem, nodes, pieces, free, held.components)
+    rest = balance.rest_of(problem.loads, acting, nodes, free) if free.words else None
+    if rest is not None:
+        forces = forces + rest.forces
+    still = held.components.copy()
+    if free.words:
+        still.reshape(-1)[supports.hold_still(free.fields, nodes.vertices)] = True
     checkpoint()
     matrix = stiffness(nodes, constants)
     matrix.hold(still)
     return System(
         nodes=nodes, boundary=boundary, young=young, poisson=poisson, density=density, constants=constants, held=held,
-        loads=acting, forces=forces, bodies=pieces.bodies, free=free, still=still, matrix=matrix,
+        loads=acting, forces=forces, bodies=pieces.bodies, free=free, rest=rest, still=still, matrix=matrix,
     )  # fmt: skip
 
 
-def _held_still(
-    problem: Problem, nodes: Nodes, pieces: rigid.Pieces, free: rigid.Free, forces: Floats, held: Mask
-) -> Mask:
-    """The components to be held: also those that keep motions still which are free and not driven. Errors: E171,
-    E178."""
+def _held_enough(problem: Problem, nodes: Nodes, pieces: rigid.Pieces, free: rigid.Free, held: Mask) -> None:
+    """Errors: E171 for free motions, unless loads are said not to drive them; E178."""
     if not free.words:
-        return held
+        return
     alone = rigid.unheld(nodes, pieces, held)
     if alone:
         raise fail(
@@ -94,24 +95,7 @@ def _held_still(
     if not problem.balanced:
         raise fail(
             "E171",
-            f"nothing holds the part against {_listed(free.words)}",
+            f"nothing holds the part against {balance.listed(free.words)}",
             hint="add a support there; or say `balanced=true` if the loads do not drive it, as between frictionless "
             "platens",
         )
-    works = np.einsum("rkd,kd->r", free.fields, forces) / np.abs(free.fields).max(axis=(1, 2))
-    if (np.abs(works) > _BALANCED * np.abs(forces).sum()).any():
-        centre = (nodes.points.min(axis=0) + nodes.points.max(axis=0)) / 2
-        force, moment = forces.sum(axis=0), np.cross(nodes.points - centre, forces).sum(axis=0)
-        raise fail(
-            "E171",
-            f"the loads drive a motion that nothing holds ({_listed(free.words)}): they add up to "
-            f"{vector(force)} N and {vector(moment)} N mm about {place(centre)}",
-            hint="add a support against it, or a load that balances it",
-        )
-    still = held.copy()
-    still.reshape(-1)[supports.hold_still(free.fields, nodes.vertices)] = True
-    return still
-
-
-def _listed(words: tuple[str, ...]) -> str:
-    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]

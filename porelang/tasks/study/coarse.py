@@ -93,7 +93,7 @@ def _unknowns(got: Got, size: float) -> float:
     """About how many unknowns there are at another size (mm). Estimates do not know of what is halved at rims, which
     is less of finer elements: measured, of lattices in cylinders, unknowns go by the inverse of the size at least."""
     volume = got.number("volume").value
-    now = unknowns(got.size, volume, got.area, int(got.order))
+    now = max(unknowns(got.size, volume, got.area, int(got.order)), 1)
     halved = min(max(got.unknowns / now, 1.0), HALVED)
     estimated = unknowns(size, volume, got.area, int(got.order)) * halved**0.5
     return float(max(estimated, got.unknowns * got.size / size))

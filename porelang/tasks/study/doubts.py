@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import prod
+
 from porelang.data import SampledField, coordinates, figures
 from porelang.materials import DENSEST, STIFFEST
 from porelang.tasks.study.coarse import coarse, finer
@@ -16,6 +18,10 @@ _LOST = 0.001
 _SHARED = 0.01
 #: Lookups that miss the elements by so much of the greatest stress are doubted, where one in twenty does.
 _COARSE = 0.1
+#: More than this share of lookups that miss are the reason why.
+_HALF = 0.5
+#: Samples of more than this share of the nodes that there may be are as fine as they can be.
+_FULL = 0.8
 
 
 def told(found: SampledField) -> Told:
@@ -36,9 +42,22 @@ def told(found: SampledField) -> Told:
     most = got.number("max_von_mises").value
     if got.off > _COARSE * most:
         said = f"a lookup in twenty misses the stress in the elements by {got.off / most:.0%} of the greatest or more"
-        hint = "elements are finer than its samples can be: take a part of it, or `pore fea` for the elements"
-        doubts.append(Doubt("W267", said, f"sampled every {got.voxel:.3g} mm", hint))
+        doubts.append(Doubt("W267", said, f"sampled every {got.voxel:.3g} mm", _why_missed(got, found)))
     return Told(note, (*doubts, *_beyond(got)))
+
+
+def _why_missed(got: Got, found: SampledField) -> str:
+    """What to do where lookups miss the stress in the elements, by what the reason is."""
+    if got.jumps > _HALF:
+        return (
+            "stress jumps where the material does, and a sample beside that lies between both sides: read none there, "
+            "or let the material change over a width, as with `mix`; `pore fea` writes the elements"
+        )
+    from porelang.tasks.study.samples import NODES
+
+    if prod(found.shape) > _FULL * NODES:
+        return "elements are finer than its samples can be: take a part of it, or `pore fea` for the elements"
+    return f"stress changes much within an element: {finer(got)}"
 
 
 def _of_materials(got: Got) -> list[Doubt]:

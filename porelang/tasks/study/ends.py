@@ -115,10 +115,11 @@ class Ends:
 
     def __init__(self, mesh: TetMesh, size: float) -> None:
         triangles, _ = boundary(mesh)
-        self.mesh, self.size = mesh, size
+        self.mesh = mesh
         self.corners = mesh.vertices[triangles]
         points = mesh.vertices[np.unique(triangles)]
         self.lo, self.hi = points.min(axis=0), points.max(axis=0)
+        self.size = min(size, float((self.hi - self.lo).min()))  # of a plate that is thinner than that
         self.areas = np.linalg.norm(
             np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0]), axis=1
         ) / 2  # fmt: skip

@@ -34,17 +34,17 @@ def kept(study: Solved) -> SampledField:
     fields = study.fields
     values = np.column_stack([fields.von_mises, fields.energy, fields.displacement, fields.stress, fields.strain])
     with activity("sampling a study"):
-        samples, voxel, off = sampled(fields.mesh, values)
-    return _known(study, samples, voxel, off)
+        samples, voxel, *off = sampled(fields.mesh, values)
+    return _known(study, samples, voxel, *off)
 
 
 def doubts_of(study: Solved) -> tuple[Doubt, ...]:
     """What is doubtful of a study that is solved, whoever reads it: of its samples nothing is said."""
     none = SampledField.from_array(np.zeros((2, 2, 2)), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
-    return told(_known(study, none, 0.0, 0.0)).doubts
+    return told(_known(study, none, 0.0, 0.0, 0.0)).doubts
 
 
-def _known(study: Solved, samples: SampledField, voxel: float, off: float) -> SampledField:
+def _known(study: Solved, samples: SampledField, voxel: float, off: float, jumps: float) -> SampledField:
     """Samples, with what is known of their study."""
     wall, missed = study.sized.wall, study.missed
     x, y, z = (0.0, 0.0, 0.0) if wall is None else map(float, wall.at)
@@ -52,7 +52,7 @@ def _known(study: Solved, samples: SampledField, voxel: float, off: float) -> Sa
         len(study.mesh.tets), study.unknowns, study.iterations, study.residual, study.sized.order, study.sized.size,
         study.sized.finest, _beside(study), 0.0 if wall is None else wall.wall, x, y, z, study.sized.area,
         *_beyond(study),
-        study.asked.yields, study.lost, study.pieces, voxel, off,
+        study.asked.yields, study.lost, study.pieces, voxel, off, jumps,
         form_error(missed), missed.lacking, missed.beyond, missed.handles, missed.of, *missed.at,
         shared_error(study.shared), *study.seam,
         tuple(study.numbers[name].value for name in NUMBERS), tuple(study.numbers[name].error for name in NUMBERS),

@@ -22,7 +22,8 @@ class Got:
     and density (g/cm3) of those that the text does not show (0: it does); where the material yields (MPa, 0: it is not
     known); which
     share of the volume was left out, in how many pieces; the spacing of samples, in mm; by how much lookups of von
-    Mises' stress miss the elements, 95 % of them by less; by which share numbers of stiffness err for what elements
+    Mises' stress miss the elements, 95 % of them by less, and which share of the others lies at jumps of the material;
+    by which share numbers of stiffness err for what elements
     miss of the part: what they lack of it and hold beyond it in mm3, by how many holes they differ from how many, and
     where it is worst; by which share they err for two materials in one element, and where; then the numbers of
     `porelang.ops.studies`, and their errors.
@@ -50,6 +51,7 @@ class Got:
     pieces: int
     voxel: float
     off: float
+    jumps: float
     form: float
     lacking: float
     beyond: float

@@ -112,11 +112,18 @@ def duration(seconds: float) -> str:
 
 
 def sized(part: Solid, size: float, order: int) -> Sized:
-    """The size of elements: the one that is given (mm), or found (0). Errors: E187 for one that makes too many."""
+    """The size of elements: the one that is given (mm), or found (0). Errors: E187 for one that makes too many, or
+    none that has to do with the part."""
+    sides = part.hi - part.lo
+    if size > float(sides.max()) * (1 + 1e-9):
+        reach = " x ".join(f"{s:.4g}" for s in sides)
+        raise fail("E187", f"elements of {size:.4g} mm are larger than the part, which has {reach} mm",
+                   hint=f"give a size in mm, such as `size={rounded(float(sides.min()) / ACROSS)}mm`, or leave it out: "
+                   "one is found")  # fmt: skip
     volume = part.guess[0]
     # what is found by itself is finer where a shape cuts a lattice to feathers: a minute's elements are affordable
     narrow, wall = walls_of(part)
-    least = float((part.hi - part.lo).min()) / ACROSS
+    least = float(sides.min()) / ACROSS
     wanted = least if narrow is None else min(least, narrow.wall / THROUGH)
     area = triangles(part, wanted / 2) / _TRIANGLES
     enough = _edge(_UNKNOWNS[order], MOST, volume, area)

@@ -142,6 +142,7 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
         most=greatest(solution.nodes, moved, OnPart(part, found.size).nearest),
         mean=mean_length(solution.nodes, moved),
         von_mises=fields.von_mises,
+        largest=float(np.abs(fields.stress).max()),
         work=work,
         stiffness=stiffness,
         error=solution.error.relative,

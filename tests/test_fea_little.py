@@ -1,0 +1,145 @@
+"""Little things under load: supports of a few nodes, areas that are narrow beside elements, what is left of balance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from boxes import Floats, box
+
+from porelang.diagnostics import PoreError
+from porelang.fea import Force, Pressure, Problem, Support, Weight, solve
+from porelang.fea.assemble import lame, stiffness
+from porelang.fea.covered import covered
+from porelang.fea.loads import applied
+from porelang.fea.nodes import number
+from porelang.fea.surface import surface
+
+CUBE = box((4, 4, 4), (20.0, 20.0, 20.0))
+FOOT = Support(lambda p: p[:, 2] < 1e-9, name="foot")
+TOP = Force(lambda p: p[:, 2] > 20 - 1e-9, (0.0, 0.0, 1.0), name="top")
+
+
+def said(problem: Problem) -> dict[str, str]:
+    return {d.code or "": f"{d.message}; {d.hint}" for d in solve(problem).doubts}
+
+
+# ---- supports
+
+
+def test_a_support_of_a_corner_and_middles_of_edges_holds() -> None:
+    """Without such middles the corners alone could turn. The reference is elimination."""
+    mesh = box((2, 2, 2), (10.0, 10.0, 10.0))
+    spot = Support(lambda p: (p[:, 0] < 1e-9) & (np.hypot(p[:, 1] - 6.25, p[:, 2] - 6.25) < 2))
+    load = Force(lambda p: p[:, 0] > 10 - 1e-9, (0.0, 1.0, 1.0))
+    found = solve(Problem(mesh, 2000.0, 0.3, supports=(spot,), loads=(load,)), 1e-10)
+    (held,) = found.held
+    assert sorted(held < found.nodes.vertices) == [False, False, False, True]
+    nodes = found.nodes
+    constants = lame(np.full(len(mesh.tets), 2000.0), np.full(len(mesh.tets), 0.3))
+    matrix = stiffness(nodes, constants).to_scipy().toarray()
+    forces = applied(load, 0, nodes, surface(nodes), np.ones(len(mesh.tets))).forces.ravel()
+    free = np.ones(nodes.points.shape, bool)
+    free[held] = False
+    moved = np.zeros(free.size)
+    some = np.flatnonzero(free.ravel())
+    moved[some] = np.linalg.solve(matrix[np.ix_(some, some)], forces[some])
+    np.testing.assert_allclose(found.displacement.ravel(), moved, atol=1e-7 * np.abs(moved).max())
+    assert found.iterations < 60
+
+
+def test_a_support_without_area_is_doubted_unless_it_is_meant_as_a_line() -> None:
+    """A strip of 2 mm in elements of 5 holds one row of nodes."""
+    row = Support(lambda p: (p[:, 2] < 1e-9) & (np.abs(p[:, 0] - 10) < 1), name="strip")
+    far = Support(lambda p: p[:, 2] > 20 - 1e-9, name="top")
+    problem = Problem(CUBE, 2000.0, 0.3, supports=(row, far), loads=(Weight((0, 0, -9810.0)),))
+    told = said(problem)["W288"]
+    assert "the support `strip` holds nodes of a line or a point, no area, where 40 mm2 are selected" in told
+    assert "take elements of some 0.3 mm there" in told
+    line = replace(row, where=lambda p: (p[:, 2] < 1e-9) & (np.abs(p[:, 0] - 10) < 0.01))
+    assert "W288" not in said(replace(problem, supports=(line, far)))
+
+
+def test_a_support_that_is_smaller_than_elements_is_refused_as_such() -> None:
+    spot = Support(lambda p: (p[:, 2] < 1e-9) & (np.hypot(p[:, 0] - 11.3, p[:, 1] - 12.1) < 0.3), name="pin")
+    with pytest.raises(PoreError, match="E170") as caught:
+        solve(Problem(CUBE, 2000.0, 0.3, supports=(spot,), loads=(TOP,)))
+    (told,) = caught.value.diagnostics
+    assert "the support `pin` selects 0.282 mm2 of the boundary, at (11.3, 12.1, 0) mm, and no node" in told.message
+    assert "take elements of some 0.1 mm" in (told.hint or "")
+
+
+# ---- areas
+
+NARROW: dict[str, tuple[Callable[[Floats], Floats], float]] = {
+    "spot": (lambda p: np.hypot(p[:, 0] - 11.3, p[:, 1] - 12.1) < 0.1, np.pi * 0.01),
+    "disc": (lambda p: np.hypot(p[:, 0] - 11.3, p[:, 1] - 12.1) < 0.5, np.pi * 0.25),
+    "strip": (lambda p: np.abs(p[:, 0] - 11.3) < 0.05, 2.0),
+    "slanted strip": (lambda p: np.abs(p[:, 0] - 11.3 + 0.3 * (p[:, 1] - 10)) < 0.05, 2.0),
+}
+
+
+@pytest.mark.parametrize("which", NARROW)
+def test_the_area_of_what_is_narrow_beside_elements_is_its_own(which: str) -> None:
+    """In elements of 5 mm, to what they have of the sides beside the top."""
+    where, area = NARROW[which]
+    nodes = number(CUBE.vertices, CUBE.tets, 2)
+    on = covered(lambda p: (p[:, 2] > 20 - 1e-6) & where(p), nodes, surface(nodes), "it")
+    assert on.area == pytest.approx(area, rel=5e-3)
+    assert on.all_seen
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.3])
+def test_a_load_of_which_only_some_can_be_seen_is_refused(slope: float) -> None:
+    thin = Pressure(lambda p: (p[:, 2] > 20 - 1e-6) & (np.abs(p[:, 0] - 11.3 + slope * (p[:, 1] - 10)) < 0.005), 1.0)
+    with pytest.raises(PoreError, match="E170") as caught:
+        solve(Problem(CUBE, 2000.0, 0.3, supports=(FOOT,), loads=(thin,)))
+    (told,) = caught.value.diagnostics
+    assert ("cannot be seen" if slope else "is looked at every 0.88 mm") in told.message
+    assert "make it wider" in (told.hint or "")
+
+
+# ---- balance
+
+
+def pulled(reach: float, force: float = 1.0) -> Problem:
+    """A cube that two forces pull on, of which the lower one is on what lies below x = `reach` alone."""
+    low = Force(lambda p: (p[:, 2] < 1e-9) & (p[:, 0] < reach), (0.0, 0.0, -force))
+    return Problem(CUBE, 2000.0, 0.3, loads=(TOP, low), balanced=True)
+
+
+def test_what_elements_make_of_areas_is_balanced_and_said() -> None:
+    """The middle of one area is .1 mm aside: what is left is .1 N mm, about y."""
+    found = solve(pulled(19.8))
+    (told,) = (d for d in found.doubts if d.code == "W289")
+    assert "they add up to (0, 0, 0) N and (0, -0.1, 0) N mm about (10, 10, 10) mm" in told.message
+    points = found.nodes.points - 10
+    np.testing.assert_allclose(found.applied.sum(axis=0), 0, atol=1e-12)
+    np.testing.assert_allclose(np.cross(points, found.applied).sum(axis=0), 0, atol=1e-10)
+    assert found.unsure > 0.1 / 10 / 4  # of 2 N, at 10 mm
+    whole = solve(pulled(20.1))
+    assert "W289" not in {d.code for d in whole.doubts}
+    np.testing.assert_allclose(found.displacement, whole.displacement, atol=0.1 * np.abs(whole.displacement).max())
+
+
+@pytest.mark.parametrize(
+    ("problem", "motion", "left"),
+    [
+        (pulled(16.0), "(rotation about y through (10, 10, 10) mm)", "(0, -2, 0) N mm"),
+        (pulled(20.1, 1.002), "(translation along z)", "(0, 0, -0.002) N and (0, 0, 0) N mm"),
+    ],
+)
+def test_what_loads_drive_is_named_and_no_other_motion(problem: Problem, motion: str, left: str) -> None:
+    """Forces are given, and have no error: a part in a thousand too much of one is more than elements make."""
+    with pytest.raises(PoreError, match="E171") as caught:
+        solve(problem)
+    (told,) = caught.value.diagnostics
+    assert f"the loads drive a motion that nothing holds {motion}: they add up to" in told.message
+    assert left in told.message
+
+
+def test_a_poisson_ratio_next_to_a_half_is_said_as_it_is() -> None:
+    told = said(Problem(box((2, 2, 2)), 2000.0, 0.499999, supports=(FOOT,), loads=(Weight((0, 0, -9810.0)),)))
+    assert "Poisson's ratio is 0.499999:" in told["W259"]
