@@ -224,6 +224,18 @@ def test_a_box_is_exact() -> None:
     assert facts["min_dihedral"] > 35  # 45 in cubes; here they are stretched by a tenth
 
 
+@pytest.mark.parametrize("text", [
+    "schwarz_p(8) & (box([8, 8, 8]) | translate(box([8, 8, 8]), [0, 0, 8]))",
+    "box([8, 6, 8]) | translate(box([6, 8, 4]), [0, 0, 6])",
+])  # fmt: skip
+def test_no_crack_runs_through_solids_that_share_a_face(text: str) -> None:
+    mesh, _ = meshed(text, 2)
+    triangles, _ = boundary(mesh)
+    _, count = np.unique(mesh.vertices[triangles].mean(axis=1).round(6), axis=0, return_counts=True)
+    assert count.max() == 1  # two in one place were the sides of a crack
+    assert components(mesh).max() == 0
+
+
 def test_a_cylinder_ends_flat_with_sharp_rims() -> None:
     """Where vertices stay on it, all that lacks are the segments of its circles, by the square of the size."""
     off = [meshed("cylinder(10, 30)", size, sharp=False)[1]["volume"] / (math.pi * 100 * 30) - 1 for size in (2.0, 1.0)]

@@ -35,6 +35,8 @@ Floats = NDArray[np.float64]
 #: Cubes of a frame, and so many of their edges round them.
 Around = tuple[Cells, Frame, float]
 
+#: What is nearer to 0 than this share of a coordinate (of 1 mm at least) is 0, but for rounding.
+TOUCH = 1e-9
 BESIDE = 1e-6  # cubes: a field is read as far before a plane in which the part ends, where it may be 0
 MESHED, MOVED = 2.0, 1.0  # cubes round those that are looked at: so far all is meshed, and rims are sharpened
 
@@ -149,7 +151,23 @@ def stood_on(lattice: Lattice, value: Value) -> Background:
             f"the field is not a number at ({x:.6g}, {y:.6g}, {z:.6g}) mm",
             hint="find what has no value there: a root of what is below 0, a division by 0",
         )
+    touching = unknown[np.abs(values[unknown]) <= TOUCH * np.maximum(1, np.abs(vertices[unknown]).max(axis=1))]
+    values[touching] = within_unions(vertices[touching], values[touching], value, lattice.cube_at(vertices[touching]))
     return Background(vertices, lattice.tets, values, lattice.kind, lattice.rank, lattice.held)
+
+
+def within_unions(points: Floats, values: Floats, value: Value, cube: Floats) -> Floats:
+    """The values (n,) of places where a field is 0, as if solids that share a face there were one: where both sides of
+    such a place are solid, it lies within them, and no crack without width runs through it. Solids that touch in a
+    point or along a line are not joined."""
+    steps = [cube[:, None] / 4 * axis for axis in np.eye(3)]
+    sides = np.array([[value(points + step), value(points - step)] for step in steps])  # (3, 2, n)
+    both, either = sides.max(axis=1), sides.min(axis=1) <= TOUCH * np.maximum(1, np.abs(points).max(axis=1))
+    joined = values.copy()
+    for axis in range(3):
+        face = either[(axis + 1) % 3] & either[(axis + 2) % 3]
+        joined = np.where((both[axis] < 0) & face, np.minimum(joined, both[axis]), joined)
+    return joined
 
 
 def unusable(size: float, what: str) -> PoreError:
