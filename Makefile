@@ -7,7 +7,7 @@ WORKERS ?= auto
 ENVIRONMENT := PYTHONUNBUFFERED=1 $(if $(filter Linux,$(shell uname)),PORELANG_TEST_GL=required)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo figures comparison test test-fast fuzz check gl bench bench-peers lint golden docs grammar clean
+.PHONY: help demo figures comparison test test-fast fuzz check gl bench bench-peers lint golden docs grammar editors clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -72,6 +72,9 @@ docs: $(READY)  ## write the generated parts of docs/language.md anew
 grammar: $(READY)  ## write grammar/pore.lalr.json, the tables of grammar/pore.lark, anew
 	@PYTHONHASHSEED=0 $(BIN)/python -c 'from porelang.syntax.parse import tables; print(tables(), end="")' > grammar/made
 	@mv grammar/made grammar/pore.lalr.json
+
+editors: $(READY)  ## write editors/vscode/pore.tmLanguage.json, by which editors colour, anew
+	@$(BIN)/python editors/generate.py
 
 clean:  ## remove the environment, caches and out/
 	rm -rf $(VENV) .peers out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -30,7 +30,7 @@ STOREYS = {
     "mesh": 6, "measure": 6, "pieces": 6, "render": 6, "slices": 6, "notation": 6,
     "tetrahedra": 6, "strength": 6, "homogenize": 6, "optimize": 6,
     "conformance": 6, "session": 6, "cli": 7, "lsp": 7, "__main__": 7,
-    "html": 0, "bound": 5, "values": 5, "picture": 5, "asked": 6, "jupyter": 6,
+    "html": 0, "highlight": 6, "bound": 5, "values": 5, "picture": 5, "asked": 6, "jupyter": 6,
 }  # fmt: skip
 PURE = 3
 #: What a pure storey does without: files, devices, other programs, and packages that take long to import.
