@@ -27,11 +27,7 @@ def test_patterns_agree_with_the_lexer(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     said = {at: (kind, value) for at, kind, value in PoreLexer().get_tokens_unprocessed(text)}
     for token in lexed(text, comments=True):
-        wanted = {"NUMBER": Number, "STRING": String.Double, "COMMENT": Comment.Single, "DOC": String.Doc}.get(
-            token.type
-        )
-        if token.type in WORDS:
-            wanted = Keyword
+        wanted = Keyword if token.type in WORDS else KINDS.get(token.type)
         if wanted is not None:
             kind, value = said[token.start]
             assert kind in wanted, (token, kind)
