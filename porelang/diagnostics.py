@@ -61,6 +61,11 @@ class Diagnostic:
     edit: Edit | None = None
     severity: Severity = "error"
 
+    @property
+    def told(self) -> tuple[str, Span | None]:
+        """What is said, and at which place of which file: the same for a program that was compiled twice."""
+        return self.code, None if self.span is None else self.span.in_file
+
     def __str__(self) -> str:
         return render(self)
 

@@ -230,7 +230,7 @@ def structural_faults(program: Program, all_values: bool = False) -> list[Diagno
     or 16 of more). Each thing is told once.
     """
     found: list[Diagnostic] = []
-    told = {(d.code, d.span) for d in program.warnings}
+    told = {d.told for d in program.warnings}
     for name in program.structure:
         for value in _tried(program.params[name], all_values):
             if any(d.code == "E070" for d in found):  # too big: what counts more is bigger, and takes as long
@@ -241,8 +241,8 @@ def structural_faults(program: Program, all_values: bool = False) -> list[Diagno
                 several = [replace(d, message=d.message + where) for d in made.warnings]
             except PoreError as error:
                 several = list(error.diagnostics)
-            found += [d for d in several if (d.code, d.span) not in told]
-            told |= {(d.code, d.span) for d in several}
+            found += [d for d in several if d.told not in told]
+            told |= {d.told for d in several}
     return found
 
 

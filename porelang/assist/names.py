@@ -171,23 +171,23 @@ def definition(snapshot: Snapshot, offset: int) -> Span | None:
 def renamed(snapshot: Snapshot, offset: int, name: str) -> list[Span]:
     """The places to be changed so that what is called by the name at a place is called `name`.
 
-    Errors: E048 where that is no name, is bound already where it would stand, or is the language's own.
+    Errors: E196 where that is no name, is bound already where it would stand, or is the language's own.
     """
     here = use_at(snapshot, offset)
     if here is None or here.bound is None:
-        raise fail("E048", "there is no name here that could be changed", hint="put the cursor on a name of the file")
+        raise fail("E196", "there is no name here that could be changed", hint="put the cursor on a name of the file")
     if here.bound.kind == "prelude":
-        raise fail("E048", f"`{here.name}` is the language's own", hint="a name of this file can be changed")
+        raise fail("E196", f"`{here.name}` is the language's own", hint="a name of this file can be changed")
     tokens = [t for t in lexed(name) if t.type != "NEWLINE"]
     if [t.type for t in tokens] != ["NAME"] or tokens[0].text != name:
-        raise fail("E048", f"`{name}` is no name", hint="a name is letters, digits and _, and begins with no digit")
+        raise fail("E196", f"`{name}` is no name", hint="a name is letters, digits and _, and begins with no digit")
     places = references(snapshot, offset)
     known = {u.name for u in uses(snapshot) if u.bound is not None and u.bound.kind != "prelude"} | {*COORDINATES}
     if name != here.name and name in known:
-        raise fail("E048", f"`{name}` stands for something else in this file", hint="choose another name")
+        raise fail("E196", f"`{name}` stands for something else in this file", hint="choose another name")
     used = {u.name for u in uses(snapshot) if u.bound is not None and u.bound.kind == "prelude"}
     if name in used:
-        raise fail("E048", f"`{name}` is used here as the language has it", hint="choose another name")
+        raise fail("E196", f"`{name}` is used here as the language has it", hint="choose another name")
     return places
 
 

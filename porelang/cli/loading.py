@@ -44,8 +44,8 @@ def bound(options: Namespace) -> Design:
     """The program of a command with its settings and its preset bound. Errors: all that is wrong with either."""
     program = load(options)
     design = program.design(dict(options.settings), preset=options.preset)
-    told = {(d.code, d.span) for d in program.warnings}
-    _say(options, [d for d in design.program.warnings if (d.code, d.span) not in told])
+    told = {d.told for d in program.warnings}
+    _say(options, [d for d in design.program.warnings if d.told not in told])
     _say(options, off_step(program.params, design.settings))
     return design
 

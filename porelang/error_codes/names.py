@@ -139,12 +139,4 @@ NAMES = (
         'use "part.stl" as part\npart & gyroid(10)',
         "",
     ),
-    Code(
-        "E048",
-        "a name that cannot be changed to that",
-        "An editor changes a name in all places where it stands for the same. The language's own names are in all\n"
-        "files; a new name is letters, digits and _, and is bound to nothing else in the file.",
-        "",
-        "",
-    ),
 )

@@ -1,4 +1,4 @@
-"""E100-E119: what is asked of a program: its outputs, bounds, points, meshes and files."""
+"""E100-E119, E196: what is asked of a program: its outputs, bounds, points, meshes and files, its names."""
 
 from __future__ import annotations
 
@@ -167,6 +167,14 @@ REQUESTS = (
         "Every mesh is closed, faces outward, has no triangle without area and no two vertices in one place; what\n"
         "broke that could not be mended. Such places come from fields that jump, or are flat where they are 0. Use\n"
         "another voxel, or leave out --sharp, --smooth or --simplify.",
+        "",
+        "",
+    ),
+    Code(
+        "E196",
+        "a name that cannot be changed to that",
+        "An editor changes a name in all places where it stands for the same. The language's own names are in all\n"
+        "files; a new name is letters, digits and _, and is bound to nothing else in the file.",
         "",
         "",
     ),
