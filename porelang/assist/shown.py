@@ -4,6 +4,7 @@ it takes."""
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,13 +78,16 @@ def number(n: Node, unit: str, bindings: Bindings) -> str | None:
     return f"{value:.6g}{unit}"
 
 
-def told(value: Value, program: Program | None, part: bool = True) -> list[str]:
+def told(
+    value: Value, program: Program | None, part: bool = True, settings: Mapping[str, float] | None = None
+) -> list[str]:
     """What a value is, a line each: what kind, its number with the params at their defaults, or how far a field reaches
-    and how steep it is, where samples see it. `program` has the params; `part` looks at fields within its part."""
-    bindings = _defaults(program)
+    and how steep it is, where samples see it. `program` has the params; `part` looks at fields within its part;
+    `settings` are the params that are set, in base units."""
+    bindings = {**_defaults(program), **{param(name): number for name, number in (settings or {}).items()}}
     match value:
         case Scalar():
-            return _scalar(value, program, bindings, part)
+            return _scalar(value, program, bindings, part, settings is not None)
         case Vector():
             unit = _unit(value)
             parts = [number(n, unit, bindings) for n in value.nodes]
@@ -109,11 +113,12 @@ def _unit(value: Scalar | Vector) -> str:
     return "" if dimension is None or dimension.unit == "1" else dimension.called
 
 
-def _scalar(value: Scalar, program: Program | None, bindings: Bindings, part: bool) -> list[str]:
+def _scalar(value: Scalar, program: Program | None, bindings: Bindings, part: bool, are_set: bool) -> list[str]:
     unit, what = _unit(value), describe(value)
     if value.node.stage is not Stage.FIELD:
         known = number(value.node, unit, bindings)
-        when = "" if value.node.stage is Stage.CONST else " with the params at their defaults"
+        how = "as they are set" if are_set else "at their defaults"
+        when = "" if value.node.stage is Stage.CONST else f" with the params {how}"
         return [f"{what}: found when it is asked for" if known is None else f"{what}: {known}{when}"]
     slopes = [node("d", value.node, value=axis) for axis in range(3)]
     at = sampler([value.node, *slopes], bindings)

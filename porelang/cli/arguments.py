@@ -180,6 +180,12 @@ COMMANDS: dict[str, Command] = {
             ("files", "keep", "quiet"),
             "pore fmt specimen.pore",
         ),
+        Command(
+            "repl",
+            "a program a line at a time: statements are kept, expressions are shown as what they are",
+            ("begun",),
+            "pore repl specimen.pore",
+        ),
         Command("lsp", "the language server, for editors: on standard input and output", (), "pore lsp"),
         Command(
             "explain",

@@ -39,6 +39,7 @@ RUN: dict[str, str] = {
     "render": "render.render",
     "watch": "watching.watch",
     "fmt": "formatting.fmt",
+    "repl": "talking.repl",
     "lsp": "serving.lsp",
     "explain": "explain.explain",
     "cache": "caching.cache",

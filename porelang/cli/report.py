@@ -37,7 +37,7 @@ def status(found: Iterable[Diagnostic]) -> int:
 
 def say(found: Iterable[Diagnostic]) -> None:
     """Write diagnostics to standard error, in colour on a terminal."""
-    coloured = _colourful(sys.stderr)
+    coloured = has_colours(sys.stderr)
     for d in found:
         text = render(d)
         tell(colour(text) if coloured else text, end="\n" if d.severity == "note" else "\n\n")
@@ -98,7 +98,8 @@ def colour(text: str) -> str:
     return "\n".join(lines)
 
 
-def _colourful(stream: TextIO) -> bool:
+def has_colours(stream: TextIO) -> bool:
+    """Whether a stream goes to a terminal that has colours, and nobody has asked for none."""
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 

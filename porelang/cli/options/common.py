@@ -10,6 +10,7 @@ COMMON: dict[str, Option] = {
         ("file",),
         {"metavar": "FILE", "required": True, "help": "the program, a .pore file; - reads standard input"},
     ),
+    "begun": (("file",), {"metavar": "FILE", "help": "a program whose statements are there at once"}),
     "files": (
         ("files",),
         {

@@ -1,0 +1,167 @@
+"""What a line that begins with a colon does: a table, a row each, in the order of `:help`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import BinaryIO
+
+from porelang.assist.hover import documented
+from porelang.assist.shown import signature
+from porelang.atomic import save
+from porelang.backends.glsl import shader
+from porelang.diagnostics import PoreError, fail, suggest
+from porelang.elaborate.prelude import prelude_scope
+from porelang.elaborate.values import Scalar, describe
+from porelang.ir import show
+from porelang.repl.shown import shown
+from porelang.repl.state import Said, State, said
+from porelang.source import Source
+from porelang.syntax.format import formatted
+
+#: What a command gives: the state from now on, and a text.
+Answer = tuple[State, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A command: its name, what stands behind it, what it does, and what does it."""
+
+    name: str
+    takes: str
+    doc: str
+    run: Callable[[State, str], Answer]
+
+
+def asked(state: State, words: str) -> Said:
+    """An expression, and what it came to. Errors: those of its text; E108 where it is none."""
+    found = said(state, words)
+    if any(d.severity == "error" for d in found.diagnostics):
+        raise PoreError([d for d in found.diagnostics if d.severity == "error"])
+    if found.value is None:
+        raise fail("E108", f"`{words}` is no expression", hint="as in `:type gyroid(10) & sphere(9)`")
+    return found
+
+
+def _help(state: State, _: str) -> Answer:
+    width = max(len(f"{c.name} {c.takes}") for c in COMMANDS.values())
+    lines = [f"  {f'{c.name} {c.takes}':<{width}}  {c.doc}" for c in COMMANDS.values()]
+    return state, "\n".join(["A statement is added to the program; an expression is asked for its value.", *lines])
+
+
+def _type(state: State, words: str) -> Answer:
+    value = asked(state, words).value
+    assert value is not None
+    return state, describe(value)
+
+
+def _ir(state: State, words: str) -> Answer:
+    value = asked(state, words).value
+    if not isinstance(value, Scalar):
+        raise fail("E108", "the graph is that of a number or a field", hint="as in `:ir gyroid(10)`")
+    return state, show({words: value.node})
+
+
+def _glsl(state: State, words: str) -> Answer:
+    found = asked(state, words)
+    program = found.design.program
+    return state, shader(program.field_roots(found.name), program.ranges, "grid").text.rstrip()
+
+
+def _set(state: State, words: str) -> Answer:
+    name, is_set, value = (part.strip() for part in words.partition("="))
+    if not name:
+        infos = state.design.program.params
+        lines = [f"{n} = {infos[n].shown(v)} in {infos[n].range}" for n, v in state.design.settings.items()]
+        return state, "\n".join(lines) or "there is no param yet: `param w = 10mm in 5mm..20mm`"
+    if not is_set:
+        raise fail("E108", f"`:set {name}` says no value", hint=f"write `:set {name} = 3mm`")
+    new = replace(state, settings={**state.settings, name: value})
+    return new, f"{name} = {new.design.program.params[name].shown(new.design.settings[name])}"
+
+
+def _doc(state: State, words: str) -> Answer:
+    value = prelude_scope().find(words) or asked(state, words).value
+    found = signature(value, words)
+    if found is None:
+        raise fail("E108", f"`{words}` is no function", hint=":type says what it is")
+    return state, f"{found}\n\n{documented(found).replace('```pore', '').replace('```', '').strip()}"
+
+
+def _slice(state: State, words: str) -> Answer:
+    found = asked(state, words or state.last)
+    return found.state, shown(found, True, state.colours)
+
+
+def _mesh(state: State, words: str) -> Answer:
+    path, _, expression = words.partition(" ")
+    if not path:
+        hint = "write `:mesh part.stl`, or `:mesh part.stl gyroid(10) & cube(20)`"
+        raise fail("E108", "`:mesh` names a file", hint=hint)
+    from porelang.mesh import write
+    from porelang.mesh.export import writer_of
+    from porelang.mesh.made import make
+
+    writer_of(path)
+    found = asked(state, expression.strip() or state.last)
+    made = make(found.design, found.name)
+    write(made.surface, path)
+    return found.state, f"{path}: {len(made.surface.faces):,} triangles, {made.surface.volume:.6g} mm3"
+
+
+def _save(state: State, words: str) -> Answer:
+    path = words.strip() or "part.pore"
+    text = formatted(Source(path, state.text))
+    if Path(path).exists():
+        raise fail("E113", f"`{path}` is there already", hint="name another file: nothing is written over here")
+    save(path, lambda file: _write(file, text))
+    return state, f"{path}: {len(state.statements)} statements"
+
+
+def _write(file: BinaryIO, text: str) -> None:
+    file.write(text.encode())
+
+
+def _time(state: State, words: str) -> Answer:
+    begun = time.perf_counter()
+    found = asked(state, words)
+    compiled = time.perf_counter() - begun
+    begun = time.perf_counter()
+    text = shown(found, False)
+    looked = time.perf_counter() - begun
+    return state, f"{text}\ncompiled in {1e3 * compiled:.1f} ms, looked at in {1e3 * looked:.0f} ms"
+
+
+def _program(state: State, _: str) -> Answer:
+    return state, state.text.rstrip() or "nothing has been written yet"
+
+
+def _drop(state: State, words: str) -> Answer:
+    if words not in state.statements:
+        near = suggest(words, state.statements)
+        hint = f"did you mean `{near}`?" if near else ":program shows all"
+        raise fail("E108", f"nothing is called `{words}`", hint=hint)
+    rest = {k: v for k, v in state.statements.items() if k != words}
+    return said(replace(state, statements=rest), "").state, f"`{words}` is gone"
+
+
+COMMANDS: dict[str, Command] = {
+    c.name: c
+    for c in (
+        Command(":help", "", "these lines", _help),
+        Command(":type", "EXPR", "what kind of thing it is", _type),
+        Command(":doc", "NAME", "what a function does, and what it takes", _doc),
+        Command(":set", "[NAME = VALUE]", "set a param; without words, what is set", _set),
+        Command(":slice", "[EXPR]", "what was asked for last, or this, cut at z = 0", _slice),
+        Command(":time", "EXPR", "its value, and how long that took", _time),
+        Command(":ir", "EXPR", "the graph that it becomes", _ir),
+        Command(":glsl", "EXPR", "the shader that it becomes", _glsl),
+        Command(":mesh", "FILE [EXPR]", "write the surface of what was asked for last, or of this", _mesh),
+        Command(":program", "", "all statements so far", _program),
+        Command(":drop", "NAME", "take a statement back", _drop),
+        Command(":save", "[FILE]", "write the program as a file", _save),
+        Command(":quit", "", "end; so does Ctrl-D", lambda state, _: (state, "")),
+    )
+}

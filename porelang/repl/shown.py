@@ -1,0 +1,50 @@
+"""How the value of a line is shown: as what it is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from porelang.assist.shown import signature, told
+from porelang.diagnostics import PoreError
+from porelang.elaborate.values import Function, Scalar
+from porelang.ir import Stage
+from porelang.repl.picture import slice_of
+from porelang.repl.state import Said
+
+#: Places at which a solid is looked at for how much of its box it fills.
+_PLACES = 20_000
+
+
+def shown(found: Said, picture: bool = False, colours: bool = False, width: int = 60) -> str:
+    """The value of a line: a number with its unit, a field with how far it reaches and how steep it is, a solid with
+    its bounds and how much of them it fills; with a `picture`, a slice of it. Errors: those of what it reads."""
+    value, program = found.value, found.program
+    if value is None or program is None:
+        return ""
+    if isinstance(value, Function):
+        return str(signature(value, value.name))
+    lines = told(value, found.design.program, False, found.design.settings)
+    if not isinstance(value, Scalar) or value.node.stage is not Stage.FIELD:
+        return "\n".join(lines)
+    try:
+        lines += _as_a_solid(found)
+        if picture:
+            lines.append(slice_of(found.design, found.name, width, colours))
+    except PoreError as error:
+        if picture:
+            raise
+        if error.diagnostics[0].code not in ("E102", "E103"):
+            raise
+        lines.append(f"as a part: {error.diagnostics[0].message}")
+    return "\n".join(lines)
+
+
+def _as_a_solid(found: Said) -> list[str]:
+    design = found.design
+    box = design.bounds(found.name)
+    points = np.random.default_rng(1).uniform(box.lo, box.hi, (_PLACES, 3))
+    share = float((np.asarray(design.field(found.name)(points)) < 0).mean())
+    off = 2 * float(np.sqrt(max(share * (1 - share), 1 / _PLACES) / _PLACES))
+    corners = " to ".join(f"({', '.join(f'{v:.4g}' for v in corner)})" for corner in (box.lo, box.hi))
+    size = " x ".join(f"{v:.4g}" for v in box.size)
+    return [f"as a part: {size} mm, {corners}, of which it fills {share:.1%} +- {off:.1%}"]

@@ -1,0 +1,131 @@
+"""The program that a session of the REPL has written so far, and what a line adds to it or asks of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from porelang.diagnostics import Diagnostic, fail
+from porelang.elaborate.values import Poison, Scalar, Value
+from porelang.program import Design, Program
+from porelang.session import Session
+from porelang.source import Source
+from porelang.syntax import tree
+from porelang.syntax.parse import lexed, parse
+from porelang.syntax.tokens import CLOSING, CONTINUING, OPENING, UNFINISHED
+
+#: What the text of a session is called in messages.
+NAME = "<repl>"
+
+
+def is_incomplete(text: str) -> bool:
+    """Whether a text is to go on in a further line: a bracket is open, or it ends where the language goes on.
+
+    >>> is_incomplete("let a = sphere(3) |>"), is_incomplete("let a = {"), is_incomplete("let a = 1")
+    (True, True, False)
+    """
+    depth, last = 0, ""
+    for token in lexed(text):
+        if token.type not in ("NEWLINE", "DOC"):
+            depth += (token.type in OPENING) - (token.type in CLOSING)
+            last = token.type
+    return depth > 0 or last in UNFINISHED
+
+
+def goes_on(line: str) -> bool:
+    """Whether a line goes on with the one before it, by how it begins.
+
+    >>> goes_on("  |> shell(1)"), goes_on("let a = 1")
+    (True, False)
+    """
+    first = next((t.type for t in lexed(line) if t.type not in ("NEWLINE", "DOC")), "")
+    return first in CONTINUING and not line.lstrip().startswith(":")  # else it is a command
+
+
+@dataclass(frozen=True)
+class State:
+    """The statements so far, each its text by what it binds; what params are set to; the program that they make; the
+    expression that was asked for last, and whether pictures may have colours."""
+
+    session: Session
+    statements: dict[str, str] = field(default_factory=dict)
+    settings: dict[str, str] = field(default_factory=dict)
+    program: Program | None = None
+    last: str = "part"
+    colours: bool = False
+
+    @property
+    def text(self) -> str:
+        """The program as a file."""
+        return "".join(f"{s}\n" for s in self.statements.values())
+
+    @property
+    def design(self) -> Design:
+        """The program with its params set. Errors: those of settings; E100 where nothing was written yet."""
+        if self.program is None:
+            raise fail("E100", "nothing has been written yet", hint="write a statement, as in `let a = gyroid(10)`")
+        return self.program.design(self.settings)
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What a line came to: the state from now on, what is wrong or doubtful, and the value that it asks for, with the
+    program that has it, and its name there."""
+
+    state: State
+    diagnostics: tuple[Diagnostic, ...] = ()
+    value: Value | None = None
+    program: Program | None = None
+    name: str = ""
+
+    @property
+    def design(self) -> Design:
+        """The program that has the value, with its params set."""
+        assert self.program is not None
+        return self.program.design(self.state.settings)
+
+
+def said(state: State, line: str, part: bool = False) -> Said:
+    """A line that is no command: statements are added to the program, one that binds what is bound already takes its
+    place, and an expression is asked for its value; of a file it is its `part`. What is wrong changes nothing."""
+    file, wrong = parse(Source(NAME, line))
+    if wrong:
+        return Said(state, tuple(wrong))
+    statements, question = dict(state.statements), ""
+    for s in file.statements:
+        if isinstance(s, tree.Out) and not s.name_span.text and part:
+            statements["part"] = f"out part = {s.value.span.text}"
+        elif isinstance(s, tree.Out) and not s.name_span.text:
+            question = s.value.span.text
+        else:
+            statements[_key(s, statements)] = _with_doc(s)
+    text = "".join(f"{s}\n" for s in statements.values())
+    it = "it" if "it" not in statements else "it_"
+    asking = f"let {it} = {question}\n" if question else ""
+    snapshot = state.session.update(NAME, text + asking)
+    told = tuple(d for d in snapshot.diagnostics if d.code != "W220")
+    if snapshot.program is None:
+        return Said(state, told)
+    params = snapshot.program.params
+    settings = {name: value for name, value in state.settings.items() if name in params}
+    new = replace(state, statements=statements, settings=settings, program=snapshot.program)
+    last = snapshot.file.statements[-1] if question else None
+    value = snapshot.value(last.value) if isinstance(last, tree.Let) else None
+    if value is None or isinstance(value, Poison):
+        return Said(new, told)
+    program = snapshot.program
+    if isinstance(value, Scalar) and value.node.axes:  # a field may be a part
+        program = state.session.update(NAME, f"{text}out {it} = {question}\n").program or program
+    return Said(replace(new, last=question), told, value, program, it)
+
+
+def _key(s: tree.Statement, known: dict[str, str]) -> str:
+    """What a statement takes the place of."""
+    if isinstance(s, tree.Check):
+        return f"check {1 + sum(name.startswith('check ') for name in known)}"
+    return f"preset {s.name}" if isinstance(s, tree.Preset) else s.name
+
+
+def _with_doc(s: tree.Statement) -> str:
+    """The text of a statement, with the documentation above it."""
+    doc = s.doc if isinstance(s, tree.Def) else ""
+    return "".join(f"## {line}\n" for line in doc.split("\n") if doc) + s.span.text

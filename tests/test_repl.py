@@ -1,0 +1,168 @@
+"""The REPL: what a line comes to, through a pipe and at a terminal."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from prompt_toolkit.application import create_app_session
+from prompt_toolkit.completion import CompleteEvent
+from prompt_toolkit.document import Document
+from prompt_toolkit.input import create_pipe_input
+from prompt_toolkit.output import DummyOutput
+
+from porelang.repl.commands import COMMANDS
+from porelang.repl.loop import MORE, talk
+from porelang.repl.picture import SIGNS, slice_of
+from porelang.repl.state import State, is_incomplete, said
+from porelang.session import Session
+
+
+def spoken(*lines: str) -> list[str]:
+    """What is said to lines, one after the other; the prompts that they were read at are told too, as `?...`."""
+    out: list[str] = []
+    left = list(lines)
+
+    def read(prompt: str) -> str:
+        if prompt == MORE:
+            out.append("?more")
+        if not left:
+            raise EOFError
+        return left.pop(0)
+
+    talk(read, out.append, State(Session()))
+    return out
+
+
+def test_an_expression_is_shown_as_what_it_is() -> None:
+    assert spoken("let w = 12mm", "w * 2 + 1cm") == ["a length: 34mm"]
+    assert spoken("3 < 4") == ["a condition: true"]
+    assert spoken("[1, 2, 3] * 1mm") == ["a vector: [1, 2, 3]"]
+    assert spoken("def f(a, b: length = 2mm) = a * b", "f") == ["f(a, b: length = 2mm)"]
+    (text,) = spoken("sphere(9) & cube(30)")
+    kind, _, steep, part = text.split("\n")
+    assert (kind, steep) == ("a number that varies in space", "it rises by 1 in each mm, 1 at most")
+    assert part.startswith("as a part: 18 x 18 x 18 mm, (-9, -9, -9) to (9, 9, 9), of which it fills 5")
+    share, off = (float(word.strip("%")) for word in part.rsplit(" fills ", 1)[1].split(" +- "))
+    assert share == pytest.approx(52.36, abs=2 * off)  # pi / 6
+    assert "has no end along x, y, z" in spoken("gyroid(10)")[0]
+
+
+def test_statements_are_kept_and_take_the_place_of_others() -> None:
+    assert spoken("let a = 2mm", "let b = a * 3", "let a = 4mm", "b") == ["a length: 12mm"]
+    assert spoken("let a = 2mm", ":drop a", "let b = a")[1].startswith("error[E030]: unknown name `a`")
+    # what is wrong changes nothing
+    assert spoken("let a = 2mm", "let a = nothing", "a")[-1] == "a length: 2mm"
+
+
+def test_a_line_that_is_not_complete_goes_on() -> None:
+    for text in ("cube(", "let a =", "let a = 1 +", "{", "a |>", "[1,"):
+        assert is_incomplete(text), text
+    for text in ("cube(1)", "let a = 1", ":help", "", "# a (", 'let t = "("'):
+        assert not is_incomplete(text), text
+    assert spoken("let a = 2mm +", "1mm", "a") == ["?more", "a length: 3mm"]
+    told = spoken("let a = (", "1mm", "")  # an empty line says that it is meant so
+    assert told[:2] == ["?more", "?more"]
+    assert told[2].startswith("error[E005]: `(` is never closed")
+
+
+def test_params_are_set() -> None:
+    told = spoken(
+        "param r = 3mm in 1mm..5mm", "r * 2", ":set r = 4mm", "r * 2", ":set", ":set r = 9mm", ":set q = 1", "r"
+    )
+    assert told[0] == "a length: 6mm with the params as they are set"
+    assert told[1:4] == ["r = 4mm", "a length: 8mm with the params as they are set", "r = 4mm in 1mm..5mm"]
+    assert told[4].startswith("error[E085]")
+    assert "q" in told[5]
+    assert told[6] == "a length: 4mm with the params as they are set"
+
+
+def test_commands() -> None:
+    for name, command in COMMANDS.items():
+        assert f"{name} {command.takes}".strip() in spoken(":help")[0]
+    assert spoken(":type gyroid(10)") == ["a number that varies in space"]
+    assert spoken(":doc gyroid")[0].startswith("gyroid(w: period or phase: vector = p / w)\n\nSchoen's gyroid.")
+    assert spoken("let a = 2", ":ir a * x") == ["%0 = mul 2.0, x\na * x = %0"]
+    assert "float" in spoken(":glsl gyroid(10)")[0]
+    assert "did you mean `:program`?" in spoken(":prgram")[0]
+    assert spoken("let a = 1mm", ":program") == ["let a = 1mm"]
+    assert "compiled in" in spoken(":time 1 + 1")[0]
+    assert spoken(":quit", "1 + 1") == []
+
+
+def test_files_are_written_and_never_over_others(tmp_path: Path) -> None:
+    mesh, program = tmp_path / "a.stl", tmp_path / "a.pore"
+    told = spoken("let r = 5mm", "sphere(r)", f":mesh {mesh}", f":save {program}", f":save {program}")
+    assert "triangles" in told[1]
+    assert mesh.stat().st_size > 1000
+    assert program.read_text() == "let r = 5mm\n"
+    assert "is there already" in told[3]
+    assert "E112" in spoken("sphere(3)", f":mesh {tmp_path / 'a.doc'}")[1]
+
+
+def test_a_slice_is_drawn_in_signs_and_in_colours() -> None:
+    found = said(State(Session()), "sphere(5)")
+    text = slice_of(found.design, found.name, 20, False).split("\n")
+    assert text[-1] == "z = 0 mm, 10.5 x 10.5 mm"
+    rows = text[:-1]
+    assert [rows[i].rstrip() for i in range(len(rows))] == [rows[-1 - i].rstrip() for i in range(len(rows))]  # a ball
+    assert rows[len(rows) // 2][10] in SIGNS[:2]
+    assert rows[0][:1] in ("", " ", ".", ":", "-")
+    shown = slice_of(found.design, found.name, 20, True)
+    assert shown.count("\033[38;2;") == 20 * len(rows)
+
+
+def test_it_speaks_through_a_pipe(tmp_path: Path) -> None:
+    file = tmp_path / "part.pore"
+    file.write_text("param r = 4mm in 1mm..9mm\nlet ball = sphere(r)\nball & cube(20)\n")
+
+    def run(text: str) -> tuple[int, str]:
+        done = subprocess.run(
+            [sys.executable, "-m", "porelang", "repl", str(file)],
+            input=text,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.stderr == ""
+        return done.returncode, done.stdout
+
+    status, out = run("r * 2\ndef f(a) = a\n  |> offset(1mm)\nf(ball)\n")
+    assert status == 0
+    assert out.startswith("a length: 8mm")
+    assert "10 x 10 x 10 mm" in out
+    status, out = run("nothing + 1\n2 + 2\n")
+    assert (status, out.split("\n")[-2]) == (1, "a number: 4")
+
+
+@pytest.fixture
+def keys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], list[str]]:
+    """What is said at a terminal to keys."""
+    monkeypatch.setenv("PORELANG_CACHE", str(tmp_path))
+
+    def type_(text: str) -> list[str]:
+        out: list[str] = []
+        with create_pipe_input() as given, create_app_session(input=given, output=DummyOutput()):
+            from porelang.repl.terminal import reader
+
+            given.send_text(text)
+            program = [""]
+            talk(reader(program), out.append, State(Session()), lambda state: program.__setitem__(0, state.text))
+        return out
+
+    return type_
+
+
+def test_a_terminal_completes_names_and_remembers_lines(keys: Callable[[str], list[str]]) -> None:
+    from porelang.repl.terminal import Names
+
+    names = Names(["let wide = 3mm\n"])
+    offered = [c for c in names.get_completions(Document("wid"), CompleteEvent()) if c.text == "wide"]
+    assert [c.start_position for c in offered] == [-3]
+    assert [c.text for c in names.get_completions(Document(":hel"), CompleteEvent())] == [":help"]
+    assert [c.text for c in names.get_completions(Document("shell(wide, "), CompleteEvent())][:2] == ["side=", "t="]
+    assert keys("1 + 1\n\x1b[A\n\x04") == ["a number: 2", "a number: 2"]  # the line above, again
+    assert keys("let a = (\x03" + "2 + 2\n\x04") == ["a number: 4"]  # Ctrl-C leaves the line
