@@ -152,7 +152,9 @@ def stood_on(lattice: Lattice, value: Value) -> Background:
             hint="find what has no value there: a root of what is below 0, a division by 0",
         )
     touching = unknown[np.abs(values[unknown]) <= TOUCH * np.maximum(1, np.abs(vertices[unknown]).max(axis=1))]
-    values[touching] = within_unions(vertices[touching], values[touching], value, lattice.cube_at(vertices[touching]))
+    if len(touching):
+        at = vertices[touching]
+        values[touching] = within_unions(at, values[touching], value, lattice.cube_at(at))
     return Background(vertices, lattice.tets, values, lattice.kind, lattice.rank, lattice.held)
 
 
