@@ -124,6 +124,18 @@ def test_a_field_is_told_with_how_far_it_reaches() -> None:
     assert -0.2 < float(high) <= 0
 
 
+def test_a_number_found_from_a_field_is_told_with_its_error() -> None:
+    text = "let body = cube(20mm)\nlet share = porosity(sphere(8), body)\nsphere(8) & body\n"
+    found = hover(snapshot(text), text.index("share"))
+    assert found is not None
+    (line,) = found.lines
+    kind, _, number = line.partition(": ")
+    value, error = (float(part) for part in number.split(" +- "))
+    assert kind == "a ratio"
+    assert value == pytest.approx(1 - 4 / 3 * np.pi * 512 / 8000, abs=error)
+    assert 0 < error < 0.01
+
+
 def test_a_function_is_told_with_what_it_takes() -> None:
     text = said("walls(gyroid(w)", 2)
     assert "def walls(f, t: length where t > 0, more = t)" in text

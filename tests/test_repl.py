@@ -73,7 +73,7 @@ def test_params_are_set() -> None:
     told = spoken(
         "param r = 3mm in 1mm..5mm", "r * 2", ":set r = 4mm", "r * 2", ":set", ":set r = 9mm", ":set q = 1", "r"
     )
-    assert told[0] == "a length: 6mm with the params as they are set"
+    assert told[0] == "a length: 6mm with the params at their defaults"
     assert told[1:4] == ["r = 4mm", "a length: 8mm with the params as they are set", "r = 4mm in 1mm..5mm"]
     assert told[4].startswith("error[E085]")
     assert "q" in told[5]

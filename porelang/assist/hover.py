@@ -8,6 +8,7 @@ from porelang.assist.names import Bound, Use, use_at
 from porelang.assist.shown import Signature, signature, told
 from porelang.elaborate.kinds import KINDS
 from porelang.elaborate.values import Poison, Value
+from porelang.program import Design
 from porelang.session import Snapshot
 from porelang.source import Span
 from porelang.syntax import tree
@@ -30,6 +31,14 @@ class Hover:
         return "\n\n".join(part for part in parts if part)
 
 
+#: What is found from fields while a pointer rests may take so long.
+SECONDS = 2.0
+
+
+def _design(snapshot: Snapshot) -> Design | None:
+    return None if snapshot.good is None else snapshot.good.design()
+
+
 def hover(snapshot: Snapshot, offset: int) -> Hover | None:
     """What is said of the name, or else the number, at a place; None where there is neither."""
     use = use_at(snapshot, offset)
@@ -46,7 +55,9 @@ def hover(snapshot: Snapshot, offset: int) -> Hover | None:
     if isinstance(innermost, tree.Member):
         value = snapshot.value(innermost)
         if value is not None and not isinstance(value, Poison):
-            return Hover(innermost.span.in_file, innermost.span.text, tuple(told(value, snapshot.good)))
+            return Hover(
+                innermost.span.in_file, innermost.span.text, tuple(told(value, _design(snapshot), seconds=SECONDS))
+            )
     return None
 
 
@@ -67,7 +78,7 @@ def _of_name(snapshot: Snapshot, use: Use, bound: Bound) -> Hover:
     value = _value(snapshot, use, bound)
     word = {"let": "let", "out": "out", "preset": "preset"}.get(bound.kind, "")
     code = f"{word} {use.name}".strip() if by is None else " ".join(by.span.text.split())[:200]
-    return Hover(place, code, tuple(told(value, snapshot.good)) if value is not None else ())
+    return Hover(place, code, tuple(told(value, _design(snapshot), seconds=SECONDS)) if value is not None else ())
 
 
 def _value(snapshot: Snapshot, use: Use, bound: Bound) -> Value | None:

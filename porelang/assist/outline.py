@@ -138,9 +138,10 @@ def _name(snapshot: Snapshot, bound: Bound, binds: bool) -> tuple[Word, tuple[st
 
 def hints(snapshot: Snapshot) -> Iterator[tuple[int, str]]:
     """What may be shown behind a `let` that is one number and is not written as one: where, and `= 12.3MPa`."""
+    design = None if snapshot.good is None else snapshot.good.design()
     for s in snapshot.file.statements:
         if isinstance(s, tree.Let) and not isinstance(s.value, tree.Number):
             value = snapshot.compiled.elaborated.values.get(s.value.span)
-            said = number_of(value, snapshot.good)
+            said = number_of(value, design)
             if said is not None:
                 yield s.value.span.in_file.end, f"= {said}"

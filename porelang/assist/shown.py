@@ -4,17 +4,21 @@ it takes."""
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from porelang.analysis.sampled import Points, about_the_origin, inside_of, sampler
 from porelang.diagnostics import PoreError
-from porelang.elaborate.values import Bool, Builtin, Function, Record, Scalar, Text, Value, Vector, describe
+from porelang.elaborate.values import Bool, Builtin, Function, Record, Scalar, Value, Vector, describe
 from porelang.formula import Bindings
-from porelang.ir import Node, Stage, node, param
-from porelang.program import Program
+from porelang.ir import TASKS, Node, Stage, node, order, param
+from porelang.program import Design
+from porelang.progress import CancelledError, watching
+from porelang.rewrites import flatten
 from porelang.syntax import tree
 
 #: Lines of documentation that tools read; who writes a program is told what the call gives by the call.
@@ -69,43 +73,71 @@ def _signature(name: str, parameters: tuple[tree.Parameter, ...], doc: str) -> S
     return Signature(name, said, re.sub(r"\n{2,}", "\n", text).strip(), example[1].strip() if example else "")
 
 
-def number(n: Node, unit: str, bindings: Bindings) -> str | None:
-    """The value of a node that is the same everywhere, with its unit; None where tasks have yet to find it."""
-    at = None if n.axes else sampler([n], bindings)
-    if at is None:
-        return None
-    value = at(np.zeros((1, 3)))[0][0]
-    return f"{value:.6g}{unit}"
+def told(value: Value, design: Design | None, part: bool = True, seconds: float = 0.0) -> list[str]:
+    """What a value is, a line each: what kind, its number, with its error where it was found from fields; or how far a
+    field reaches and how steep it is, where samples see it.
 
-
-def told(
-    value: Value, program: Program | None, part: bool = True, settings: Mapping[str, float] | None = None
-) -> list[str]:
-    """What a value is, a line each: what kind, its number with the params at their defaults, or how far a field reaches
-    and how steep it is, where samples see it. `program` has the params; `part` looks at fields within its part;
-    `settings` are the params that are set, in base units."""
-    bindings = {**_defaults(program), **{param(name): number for name, number in (settings or {}).items()}}
+    `design` has the params, and `part` says to look at fields within its part. What tasks have to find may take so many
+    seconds; what takes longer is left to who asks for it.
+    """
     match value:
+        case Scalar() if value.node.stage is Stage.FIELD:
+            return _field(value, design, part, seconds)
         case Scalar():
-            return _scalar(value, program, bindings, part, settings is not None)
+            known = number_of(value, design, seconds)
+            if known is None:
+                return [f"{describe(value)}: found when it is asked for"]
+            return [f"{describe(value)}: {known}{_when(value.node, design)}"]
         case Vector():
-            unit = _unit(value)
-            parts = [number(n, unit, bindings) for n in value.nodes]
-            if all(p is not None for p in parts):
-                return [f"{describe(value)}: [{', '.join(p for p in parts if p is not None)}]"]
-            return [f"{describe(value)} that varies in space" if any(n.axes for n in value.nodes) else describe(value)]
+            if any(n.axes for n in value.nodes):
+                return [f"{describe(value)} that varies in space"]
+            parts = [number_of(Scalar(n, value.dimension), design, seconds) for n in value.nodes]
+            known = None if None in parts else f"[{', '.join(p for p in parts if p is not None)}]"
+            return [describe(value) if known is None else f"{describe(value)}: {known}"]
         case Bool():
-            known = number(value.node, "", bindings)
+            known = number_of(Scalar(value.node), design, seconds)
             return [describe(value) if known is None else f"a condition: {'true' if float(known) else 'false'}"]
-        case Text():
-            return [describe(value)]
         case Record():
             return [f"{describe(value)}: {', '.join(n for n in value.members if not n.startswith('_'))}"]
     return [describe(value)]
 
 
-def _defaults(program: Program | None) -> Bindings:
-    return {} if program is None else {param(name): info.default for name, info in program.params.items()}
+def number_of(value: Value | None, design: Design | None, seconds: float = 0.0) -> str | None:
+    """A value that is one number, with its unit and the error of what was found for it; None of what is none, and of
+    what tasks do not find in so many seconds."""
+    if not isinstance(value, Scalar) or value.node.axes:
+        return None
+    (flat,) = flatten(value.node)
+    unit = _unit(value)
+    if not any(n.op in TASKS for n in order([flat])):
+        at = sampler([flat], _settings(design))
+        return None if at is None else f"{at(np.zeros((1, 3)))[0][0]:.6g}{unit}"
+    if design is None or not seconds:
+        return None
+    with _within(seconds), suppress(CancelledError, PoreError):
+        found = design.valued(flat)
+        return f"{found.value:.6g}{unit}" + (f" +- {found.error:.2g}{unit}" if found.error else "")
+    return None
+
+
+def _when(n: Node, design: Design | None) -> str:
+    if n.stage is Stage.CONST or design is None or not design.settings:
+        return ""
+    infos = design.program.params
+    at_defaults = all(value == infos[name].default for name, value in design.settings.items())
+    return f" with the params {'at their defaults' if at_defaults else 'as they are set'}"
+
+
+def _settings(design: Design | None) -> Bindings:
+    return {} if design is None else {param(name): value for name, value in design.settings.items()}
+
+
+@contextmanager
+def _within(seconds: float) -> Iterator[None]:
+    """While this lasts, work ends itself after so many seconds."""
+    end = time.monotonic() + seconds
+    with watching(cancel=lambda: time.monotonic() > end):
+        yield
 
 
 def _unit(value: Scalar | Vector) -> str:
@@ -113,18 +145,17 @@ def _unit(value: Scalar | Vector) -> str:
     return "" if dimension is None or dimension.unit == "1" else dimension.called
 
 
-def _scalar(value: Scalar, program: Program | None, bindings: Bindings, part: bool, are_set: bool) -> list[str]:
+def _field(value: Scalar, design: Design | None, part: bool, seconds: float) -> list[str]:
     unit, what = _unit(value), describe(value)
-    if value.node.stage is not Stage.FIELD:
-        known = number(value.node, unit, bindings)
-        how = "as they are set" if are_set else "at their defaults"
-        when = "" if value.node.stage is Stage.CONST else f" with the params {how}"
-        return [f"{what}: found when it is asked for" if known is None else f"{what}: {known}{when}"]
-    slopes = [node("d", value.node, value=axis) for axis in range(3)]
-    at = sampler([value.node, *slopes], bindings)
+    roots = [value.node, *(node("d", value.node, value=axis) for axis in range(3))]
+    bindings: Bindings = _settings(design)
+    if design is not None and seconds:
+        with _within(seconds), suppress(CancelledError, PoreError):
+            bindings = design.formula(*flatten(*roots)).bindings
+    at = sampler(roots, bindings)
     if at is None:
         return [what, "what it reads is found when it is asked for"]
-    inside = _inside(program, bindings) if part else None
+    inside = _inside(design, bindings) if part else None
     points = about_the_origin() if inside is None else inside
     values, *rise = (np.asarray(v) for v in at(points))
     steep = np.sqrt(sum(s * s for s in rise))
@@ -138,20 +169,12 @@ def _scalar(value: Scalar, program: Program | None, bindings: Bindings, part: bo
     return lines
 
 
-def number_of(value: Value | None, program: Program | None) -> str | None:
-    """A value that is one number, with its unit, with the params at their defaults; None of what is none, and of what
-    tasks have yet to find."""
-    if not isinstance(value, Scalar) or value.node.axes:
-        return None
-    return number(value.node, _unit(value), _defaults(program))
-
-
-def _inside(program: Program | None, bindings: Bindings) -> Points | None:
-    """Points in the part of a program; None where samples find none."""
-    if program is None:
+def _inside(design: Design | None, bindings: Bindings) -> Points | None:
+    """Points in the part of a design; None where samples find none."""
+    if design is None:
         return None
     try:
-        root = program.solid(None)
+        root = design.program.solid(None)
     except PoreError:
         return None
     with np.errstate(all="ignore"):

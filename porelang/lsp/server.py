@@ -131,6 +131,7 @@ def server() -> Server:
         return types.CompletionList(False, made)
 
     @ls.feature(types.TEXT_DOCUMENT_HOVER)
+    @ls.thread()
     def hovers(params: types.HoverParams) -> types.Hover | None:
         snapshot, at = ls.at(params)
         found = hover(snapshot, at)

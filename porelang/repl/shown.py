@@ -11,6 +11,8 @@ from porelang.ir import Stage
 from porelang.repl.picture import slice_of
 from porelang.repl.state import Said
 
+#: What is found from fields may take as long as somebody waits: Ctrl-C ends it.
+SECONDS = 1e6
 #: Places at which a solid is looked at for how much of its box it fills.
 _PLACES = 20_000
 
@@ -23,7 +25,7 @@ def shown(found: Said, picture: bool = False, colours: bool = False, width: int 
         return ""
     if isinstance(value, Function):
         return str(signature(value, value.name))
-    lines = told(value, found.design.program, False, found.design.settings)
+    lines = told(value, found.design, False, SECONDS)
     if not isinstance(value, Scalar) or value.node.stage is not Stage.FIELD:
         return "\n".join(lines)
     try:
