@@ -77,6 +77,17 @@ def test_a_name_leads_to_where_it_is_bound() -> None:
     assert names.definition(one, at("30mm")) is None
 
 
+def test_names_of_a_used_file_are_known_by_their_dots() -> None:
+    text = 'use "plates.pore" as plates\nplates.ring(plates.t)\n'
+    one = snapshot(text, plates="let t = 2mm\ndef ring(r) = torus(9, r)\n")
+    where = names.definition(one, text.index("ring(") + 1)
+    assert where is not None
+    assert (where.source.name, where.line, where.column) == ("plates.pore", 2, 5)
+    assert told(names.uses_of(one, "plates.pore", "t")) == [(2, 20)]
+    with pytest.raises(PoreError, match="is bound in `plates"):
+        names.renamed(one, text.index("ring(") + 1, "annulus")
+
+
 def test_a_name_is_changed_where_it_stands_for_the_same() -> None:
     one = snapshot()
     text = PROGRAM
@@ -124,7 +135,8 @@ def test_a_field_is_told_with_how_far_it_reaches() -> None:
     assert -0.2 < float(high) <= 0
 
 
-def test_a_number_found_from_a_field_is_told_with_its_error() -> None:
+def test_a_number_found_from_a_field_is_told_with_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("porelang.assist.hover.SECONDS", 60.0)  # on a machine that has much else to do
     text = "let body = cube(20mm)\nlet share = porosity(sphere(8), body)\nsphere(8) & body\n"
     found = hover(snapshot(text), text.index("share"))
     assert found is not None
@@ -192,6 +204,7 @@ def test_a_word_that_was_begun_is_replaced() -> None:
 def test_what_fits_is_offered() -> None:
     assert labels(offered("let a = 3"))[:2] == ["um", "mm"]
     assert labels(offered("let a = 2.5m"))[:2] == ["um", "mm"]
+    assert "cell1" in labels(offered("let cell1 = 3mm\nlet a = cell1"))  # the digit is of a name
     assert labels(offered("let v = [1, 2, 3]\nlet a = v.")) == ["x", "y", "z"]
     assert labels(offered("let a = conventions.")) == ["axolotl"]
     assert "gyroid" in labels(offered("let a = conventions.axolotl."))

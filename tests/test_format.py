@@ -154,9 +154,12 @@ def test_files_are_written_anew(tmp_path: Path, capsys: pytest.CaptureFixture[st
     said = capsys.readouterr()
     assert "other.pore is not as `pore fmt` writes it, from line 1, where it would be `let a = 1`" in said.err
     assert (said.out, other.read_bytes()) == ("", b"let  a=1\r\nsphere( a )")
+    windows = tmp_path / "windows.pore"
+    windows.write_bytes(b"let a = 1\r\nsphere(a)\r\n")
+    assert run(["fmt", "--check", str(windows)]) == 0  # lines end as they did
     assert run(["fmt", str(well), str(broken), str(other)]) == 1
     assert "E005" in capsys.readouterr().err
-    assert (other.read_bytes(), broken.read_text()) == (b"let a = 1\nsphere(a)\n", "let a = (\n")
+    assert (other.read_bytes(), broken.read_text()) == (b"let a = 1\r\nsphere(a)\r\n", "let a = (\n")
     assert well.stat().st_mtime_ns == stamp
     assert run(["fmt", "--check", str(well), str(other)]) == 0
 

@@ -209,6 +209,10 @@ def test_an_expression_has_its_value() -> None:
     values = [snapshot.value(e) for e in (product, name)]
     assert [constant(flatten(v.node)[0]) for v in values if isinstance(v, Scalar)] == [5.0, 2.5]
     assert snapshot.expressions_at(17) == []  # an empty line
+    listed = session.update("b.pore", "[for i in range(3) if i > 0: sphere(i)]")
+    for at in range(len(listed.source.text)):
+        assert listed.expressions_at(at)
+    assert [e.span.text for e in listed.expressions_at(11)][-1] == "range"
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.pore")), ids=lambda p: p.stem)

@@ -40,7 +40,7 @@ class Item:
 
 WORDS = ("if", "then", "else", "for", "in", "where", "and", "or", "not", "true", "false")
 STATEMENTS = ("param", "let", "def", "out", "check", "use", "preset")
-_UNIT = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?([A-Za-z%]*)$")
+_UNIT = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?([A-Za-z%]*)$")
 _WORD = re.compile(r"[A-Za-z_]\w*$")
 _TEXT = re.compile(r'"([^"\n]*)$')
 #: What files a call or a statement reads, by their endings.
@@ -64,7 +64,7 @@ def completions(snapshot: Snapshot, offset: int, folder: str = "") -> list[Item]
     written = _TEXT.search(line)
     if written is not None and line.count('"') % 2:
         return list(_texts(snapshot, offset, written[1], folder))
-    if (unit := _UNIT.search(line)) is not None and not line[: unit.start()].endswith(("_", ".")):
+    if (unit := _UNIT.search(line)) is not None:
         start = offset - len(unit[1])
         return [Item(u.name, "unit", u.name, start, offset, str(u.dimension)) for u in UNITS.values()]
     word = _WORD.search(line)

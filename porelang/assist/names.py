@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -14,7 +14,7 @@ from porelang.elaborate.values import Builtin, Function, Value
 from porelang.session import Snapshot
 from porelang.source import Span
 from porelang.syntax import tree
-from porelang.syntax.parse import lexed
+from porelang.syntax.parse import lexed, parse
 
 Kind = Literal["param", "let", "def", "use", "out", "parameter", "item", "prelude", "preset"]
 
@@ -48,6 +48,10 @@ class Use:
 def uses(snapshot: Snapshot) -> tuple[Use, ...]:
     """All names of the statements that can be read, in the order of the text, those that are bound too."""
     file = snapshot.file
+
+    def members(use: tree.Use) -> Mapping[str, Bound]:
+        return _of_file(snapshot, use)
+
     own, _ = bindings(file.statements, frozenset(prelude_scope().visible()))
     outer = {name: Bound(name, _KINDS[type(b)], b.name_span, b) for name, b in own.items()}
     found: list[Use] = []
@@ -56,7 +60,7 @@ def uses(snapshot: Snapshot) -> tuple[Use, ...]:
             bound = outer.get(s.name)
             mine = bound if bound is not None and bound.by is s else Bound(s.name, _KINDS[type(s)], s.name_span, s)
             found.append(Use(s.name, s.name_span, mine, True))
-        found += _uses(s, outer)
+        found += _uses(s, outer, members)
     return tuple(sorted(found, key=lambda use: use.span.in_file.start))
 
 
@@ -72,7 +76,29 @@ def of_the_language(name: str) -> Bound | None:
     return Bound(name, "prelude", definition.name_span if definition is not None else None, None, value)
 
 
-def _uses(item: object, env: Mapping[str, Bound]) -> Iterator[Use]:
+#: What a used file binds, by name.
+Members = Callable[[tree.Use], Mapping[str, Bound]]
+
+
+def _of_file(snapshot: Snapshot, use: tree.Use) -> Mapping[str, Bound]:
+    source = snapshot.compiled.used.get(f"{snapshot.source.name}\n{use.path.value}")
+    if source is None:
+        return {}
+    own, _ = bindings(parse(source)[0].statements)
+    return {name: Bound(name, _KINDS[type(b)], b.name_span, b) for name, b in own.items()}
+
+
+def uses_of(snapshot: Snapshot, path: str, name: str) -> list[Span]:
+    """Where a file names what another one binds, as in `plates.ring`: `path` is that other file."""
+    return [
+        u.span.in_file
+        for u in uses(snapshot)
+        if u.name == name and u.bound is not None and u.bound.span is not None and u.bound.span.source.name == path
+        and snapshot.path != path
+    ]  # fmt: skip
+
+
+def _uses(item: object, env: Mapping[str, Bound], members: Members = lambda _: {}) -> Iterator[Use]:
     todo: list[tuple[object, Mapping[str, Bound]]] = [(item, env)]
     while todo:
         one, seen = todo.pop()
@@ -107,6 +133,9 @@ def _uses(item: object, env: Mapping[str, Bound]) -> Iterator[Use]:
                 todo.append((one.value, inner))
             case tree.Member():
                 todo.append((one.target, seen))
+                bound = seen.get(one.target.name) if isinstance(one.target, tree.Name) else None
+                if bound is not None and isinstance(bound.by, tree.Use):
+                    yield Use(one.name, one.name_span, members(bound.by).get(one.name))
             case tree.Preset():
                 for setting in one.settings:
                     if setting.name in seen:
@@ -178,6 +207,11 @@ def renamed(snapshot: Snapshot, offset: int, name: str) -> list[Span]:
         raise fail("E196", "there is no name here that could be changed", hint="put the cursor on a name of the file")
     if here.bound.kind == "prelude":
         raise fail("E196", f"`{here.name}` is the language's own", hint="a name of this file can be changed")
+    if here.bound.span is not None and here.bound.span.source.name != snapshot.source.name:
+        where = here.bound.span.source.name
+        raise fail(
+            "E196", f"`{here.name}` is bound in `{where}`", hint="change it there: open files that use it go along"
+        )
     tokens = [t for t in lexed(name) if t.type != "NEWLINE"]
     if [t.type for t in tokens] != ["NAME"] or tokens[0].text != name:
         raise fail("E196", f"`{name}` is no name", hint="a name is letters, digits and _, and begins with no digit")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import os
+import sys
+from contextlib import redirect_stdout
 from typing import Any
 
 from lsprotocol import types
@@ -44,6 +46,8 @@ class Server(LanguageServer):
 
     def opened(self, uri: str) -> Snapshot:
         """The snapshot of a document as it is now."""
+        if uri not in self.workspace.text_documents:
+            raise JsonRpcInvalidParams(message=f"{uri} is not open")
         path, text = path_of(uri), self.workspace.get_text_document(uri).source
         known = self.session.snapshot(path)
         return known if known is not None and known.source.text == text else self.session.update(path, text)
@@ -63,6 +67,13 @@ class Server(LanguageServer):
     def _version(self, path: str) -> int | None:
         document = self.workspace.text_documents.get(uri_of(path))
         return None if document is None else document.version
+
+    def again(self, paths: list[str]) -> None:
+        """Tell again what is wrong in open documents, as a file that they use is another now."""
+        for path in dict.fromkeys(paths):
+            if uri_of(path) in self.workspace.text_documents:
+                snapshot = self.session.update(path)
+                self.tell(snapshot, snapshot.diagnostics)
 
     async def changed(self, uri: str) -> None:
         """A document was opened or edited: it is compiled at once, as are the open ones that use it, and what samples
@@ -102,6 +113,12 @@ def server() -> Server:
     def initialized(_: types.InitializedParams) -> None:
         ls.folder = ls.workspace.root_path or os.getcwd()
         ls.session = Session(folder=ls.folder)
+        able = ls.client_capabilities.workspace
+        watching = able.did_change_watched_files if able is not None else None
+        if watching is not None and watching.dynamic_registration:
+            watched = types.DidChangeWatchedFilesRegistrationOptions([types.FileSystemWatcher("**/*.pore")])
+            asked = types.Registration("watched", types.WORKSPACE_DID_CHANGE_WATCHED_FILES, watched)
+            ls.client_register_capability(types.RegistrationParams([asked]))
 
     @ls.feature(types.TEXT_DOCUMENT_DID_OPEN)
     async def did_open(params: types.DidOpenTextDocumentParams) -> None:
@@ -118,10 +135,17 @@ def server() -> Server:
     @ls.feature(types.TEXT_DOCUMENT_DID_CLOSE)
     def did_close(params: types.DidCloseTextDocumentParams) -> None:
         path = path_of(params.text_document.uri)
+        users = ls.session.users(path)
         ls.session.jobs.cancel(("doubts", path))
         ls.session.forget(path)
         ls.doubts.pop(path, None)
         ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(params.text_document.uri, []))
+        ls.again(users)
+
+    @ls.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
+    def changed_on_disk(params: types.DidChangeWatchedFilesParams) -> None:
+        changed = {path_of(change.uri) for change in params.changes}
+        ls.again([user for path in changed for user in ls.session.users(path)])
 
     @ls.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[".", '"', "(", ","]))
     def completions(params: types.CompletionParams) -> types.CompletionList:
@@ -167,9 +191,15 @@ def server() -> Server:
         except PoreError as error:
             d = error.diagnostics[0]
             raise JsonRpcInvalidParams(message=f"{d.message}; {d.hint}") from None
-        return types.WorkspaceEdit(
-            {params.text_document.uri: [types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in places]}
-        )
+        edits = {params.text_document.uri: [types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in places]}
+        snapshot, at = ls.at(params)
+        here = names.use_at(snapshot, at)
+        for path in ls.session.users(snapshot.path) if here is not None else ():
+            user = ls.session.snapshot(path)
+            found = names.uses_of(user, snapshot.path, here.name) if user is not None and here is not None else []
+            if found:
+                edits[uri_of(path)] = [types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in found]
+        return types.WorkspaceEdit(edits)
 
     @ls.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     def symbols(params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
@@ -214,5 +244,6 @@ def server() -> Server:
 
 
 def serve() -> None:
-    """Answer on standard input and output until the client ends."""
-    server().start_io()
+    """Answer on standard input and output until the client ends; what else is printed goes to standard error."""
+    with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out, redirect_stdout(sys.stderr):
+        server().start_io(stdout=out)

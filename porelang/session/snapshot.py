@@ -103,15 +103,17 @@ def _holding(item: object, at: int) -> Iterator[object]:
     """The nodes of a tree that hold a character of its piece, the outermost first."""
     while item is not None:
         yield item
-        item = next((part for part in _parts(item) if part.span.start <= at <= part.span.end), None)  # type: ignore[attr-defined]  # nodes have places
+        item = next((part for part in _parts(item) if part.span.start <= at <= part.span.end), None)  # type: ignore[attr-defined]  # these have places
 
 
 def _parts(item: object) -> Iterator[object]:
-    """The nodes right below a node, in the order of the text."""
+    """The nodes right below a node that have places, in the order of the text."""
     assert is_dataclass(item)
     for f in fields(item):
         value = getattr(item, f.name)
         for part in value if isinstance(value, tuple) else (value,):
             for one in part if isinstance(part, tuple) else (part,):
-                if is_dataclass(one) and not isinstance(one, Span):
+                if isinstance(one, tree.Clause):  # it has no place of its own
+                    yield from _parts(one)
+                elif is_dataclass(one) and not isinstance(one, Span):
                     yield one

@@ -36,6 +36,8 @@ def formatted(source: Source) -> str:
     if found:
         raise PoreError(found)
     text = _text(source.text)
+    if "\r\n" in source.text:  # lines end as they did, on Windows
+        text = text.replace("\n", "\r\n")
     again, wrong = parse(Source(source.name, text))
     if wrong or not _same(file.statements, again.statements):
         raise AssertionError("formatting has changed what the text means")
