@@ -3,11 +3,12 @@ being written can seldom be parsed."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from porelang.assist.names import visible
+from porelang.assist.names import value_of, visible
 from porelang.assist.shown import Signature, signature
-from porelang.elaborate.values import Builtin, Function, ListValue, Record, Vector, as_vector
+from porelang.elaborate.values import Record, Value, as_vector
 from porelang.session import Snapshot
 from porelang.syntax import tree
 from porelang.syntax.tokens import CLOSING, OPENING, LexedToken
@@ -85,31 +86,19 @@ def signature_of(snapshot: Snapshot, offset: int, name: str) -> Signature | None
     if bound is None:
         return None
     if not members:
-        let = bound.by
-        value = snapshot.compiled.elaborated.values.get(let.value.span) if isinstance(let, tree.Let) else bound.value
-        return signature(bound.by if isinstance(bound.by, tree.Def) else value, name)
-    member = members_of(snapshot, offset, ".".join([first, *members[:-1]])).get(members[-1])
-    return signature(member, members[-1]) if isinstance(member, Function | Builtin) else None
+        return signature(bound.by if isinstance(bound.by, tree.Def) else value_of(snapshot, bound), name)
+    return signature(members_of(snapshot, offset, ".".join([first, *members[:-1]])).get(members[-1]), members[-1])
 
 
-def members_of(snapshot: Snapshot, offset: int, name: str) -> dict[str, object]:
+def members_of(snapshot: Snapshot, offset: int, name: str) -> Mapping[str, Value | None]:
     """What can stand behind the dot of a name, and what each is, as far as that is known."""
     first, *rest = name.split(".")
     bound = visible(snapshot, offset).get(first)
     if bound is None:
         return {}
-    value: object = bound.value
-    if isinstance(bound.by, tree.Let | tree.Out):
-        value = snapshot.compiled.elaborated.values.get(bound.by.value.span)
-    elif isinstance(bound.by, tree.Use):
-        value = snapshot.compiled.elaborated.files.get(bound.by.name)
+    value = value_of(snapshot, bound)
     for member in rest:
         value = value.members.get(member) if isinstance(value, Record) else None
-    return dict(value.members) if isinstance(value, Record) else _COORDINATES if _is_vector(value) else {}
-
-
-_COORDINATES: dict[str, object] = {"x": None, "y": None, "z": None}
-
-
-def _is_vector(value: object) -> bool:
-    return isinstance(value, Vector | ListValue) and as_vector(value) is not None
+    if isinstance(value, Record):
+        return value.members
+    return {} if value is None or as_vector(value) is None else {"x": None, "y": None, "z": None}

@@ -12,10 +12,11 @@ from porelang.assist.calls import before, call_around, members_of, signature_of
 from porelang.assist.names import Bound, is_function, visible
 from porelang.assist.shown import signature
 from porelang.elaborate.kinds import KINDS
-from porelang.elaborate.values import Builtin, Function, Record, describe
+from porelang.elaborate.values import Record, describe
 from porelang.materials import MATERIALS
 from porelang.session import Snapshot
 from porelang.syntax import tree
+from porelang.syntax.highlighting import STATEMENTS, TRUTHS, WORDS
 from porelang.syntax.tokens import STATEMENTS as HEADS
 from porelang.syntax.tokens import VALUE_END, LexedToken
 from porelang.units import UNITS
@@ -38,8 +39,6 @@ class Item:
     rank: int = 1
 
 
-WORDS = ("if", "then", "else", "for", "in", "where", "and", "or", "not", "true", "false")
-STATEMENTS = ("param", "let", "def", "out", "check", "use", "preset")
 _UNIT = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?([A-Za-z%]*)$")
 _WORD = re.compile(r"[A-Za-z_]\w*$")
 _TEXT = re.compile(r'"([^"\n]*)$')
@@ -78,7 +77,7 @@ def completions(snapshot: Snapshot, offset: int, folder: str = "") -> list[Item]
     begins = not line[: len(line) - (offset - start)].strip()
     items = [] if begins and last in VALUE_END else list(_arguments(snapshot, offset, start, last))
     items += _names(snapshot, offset, start)
-    words = (*STATEMENTS, *WORDS) if begins else WORDS
+    words = (*STATEMENTS, *WORDS, *TRUTHS) if begins else (*WORDS, *TRUTHS)
     items += [Item(w, "word", w, start, offset, rank=0 if begins and w in STATEMENTS else 3) for w in words]
     return sorted(items, key=lambda item: (item.rank, item.label))
 
@@ -162,10 +161,9 @@ def _members(snapshot: Snapshot, offset: int, tokens: list[LexedToken], start: i
     name = "".join(t.text for t in tokens[first + 1 : -1])
     for member, value in members_of(snapshot, offset, name).items():
         if not member.startswith("_"):
-            called = isinstance(value, Function | Builtin)
-            found = signature(value, member) if called else None  # type: ignore[arg-type]  # of functions it is
-            detail = str(found) if found is not None else describe(value) if value is not None else "a number"  # type: ignore[arg-type]  # a value
-            yield Item(member, "function" if called else "member", member, start, offset, detail)
+            found = signature(value, member)
+            detail = str(found) if found is not None else describe(value) if value is not None else "a number"
+            yield Item(member, "member" if found is None else "function", member, start, offset, detail)
 
 
 def _texts(snapshot: Snapshot, offset: int, written: str, folder: str) -> Iterator[Item]:

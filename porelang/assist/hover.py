@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from porelang.assist.names import Bound, Use, use_at
+from porelang.assist.names import Bound, Use, use_at, value_of
 from porelang.assist.shown import Signature, signature, told
 from porelang.elaborate.kinds import KINDS
-from porelang.elaborate.values import Poison, Value
+from porelang.elaborate.values import Poison
 from porelang.program import Design
 from porelang.session import Snapshot
 from porelang.source import Span
@@ -75,18 +75,11 @@ def _of_name(snapshot: Snapshot, use: Use, bound: Bound) -> Hover:
     found = signature(by if isinstance(by, tree.Def) else bound.value, use.name)
     if found is not None:
         return Hover(place, f"def {found}" if isinstance(by, tree.Def) else str(found), (), documented(found))
-    value = _value(snapshot, use, bound)
+    value = value_of(snapshot, bound) or snapshot.compiled.elaborated.values.get(use.span)
+    value = None if isinstance(value, Poison) else value
     word = {"let": "let", "out": "out", "preset": "preset"}.get(bound.kind, "")
     code = f"{word} {use.name}".strip() if by is None else " ".join(by.span.text.split())[:200]
     return Hover(place, code, tuple(told(value, _design(snapshot), seconds=SECONDS)) if value is not None else ())
-
-
-def _value(snapshot: Snapshot, use: Use, bound: Bound) -> Value | None:
-    if bound.value is not None:
-        return bound.value
-    by = bound.by
-    value = snapshot.compiled.elaborated.values.get(by.value.span if isinstance(by, tree.Let | tree.Out) else use.span)
-    return None if isinstance(value, Poison) else value
 
 
 def _declared(text: str, doc: str) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
-from porelang.diagnostics import fail, suggest
+from porelang.diagnostics import fail
 from porelang.elaborate.names import COORDINATES, Binding, bindings, children
 from porelang.elaborate.prelude import prelude_scope
 from porelang.elaborate.values import Builtin, Function, Value
@@ -52,8 +52,7 @@ def uses(snapshot: Snapshot) -> tuple[Use, ...]:
     def members(use: tree.Use) -> Mapping[str, Bound]:
         return _of_file(snapshot, use)
 
-    own, _ = bindings(file.statements, frozenset(prelude_scope().visible()))
-    outer = {name: Bound(name, _KINDS[type(b)], b.name_span, b) for name, b in own.items()}
+    outer = _bound_in(file)
     found: list[Use] = []
     for s in file.statements:
         if isinstance(s, tree.Param | tree.Let | tree.Def | tree.Use) or (isinstance(s, tree.Out) and s.name_span.text):
@@ -65,6 +64,20 @@ def uses(snapshot: Snapshot) -> tuple[Use, ...]:
 
 
 _KINDS: Mapping[type, Kind] = {tree.Param: "param", tree.Let: "let", tree.Def: "def", tree.Use: "use", tree.Out: "out"}
+
+
+def _bound_in(file: tree.File) -> dict[str, Bound]:
+    """What the statements of a file bind, by name."""
+    own, _ = bindings(file.statements, frozenset(prelude_scope().visible()))
+    return {name: Bound(name, _KINDS[type(b)], b.name_span, b) for name, b in own.items()}
+
+
+def value_of(snapshot: Snapshot, bound: Bound) -> Value | None:
+    """What a name came to: the language's own, a `let`, an `out` or a used file; None where that is not known."""
+    elaborated = snapshot.compiled.elaborated
+    if isinstance(bound.by, tree.Let | tree.Out):
+        return elaborated.values.get(bound.by.value.span)
+    return elaborated.files.get(bound.name) if isinstance(bound.by, tree.Use) else bound.value
 
 
 def of_the_language(name: str) -> Bound | None:
@@ -84,8 +97,7 @@ def _of_file(snapshot: Snapshot, use: tree.Use) -> Mapping[str, Bound]:
     source = snapshot.compiled.used.get(f"{snapshot.source.name}\n{use.path.value}")
     if source is None:
         return {}
-    own, _ = bindings(parse(source)[0].statements)
-    return {name: Bound(name, _KINDS[type(b)], b.name_span, b) for name, b in own.items()}
+    return _bound_in(parse(source)[0])
 
 
 def uses_of(snapshot: Snapshot, path: str, name: str) -> list[Span]:
@@ -227,8 +239,7 @@ def renamed(snapshot: Snapshot, offset: int, name: str) -> list[Span]:
 
 def visible(snapshot: Snapshot, offset: int) -> dict[str, Bound]:
     """What can be named at a place, nearest binding first: of the statement there, of the file, of the language."""
-    own, _ = bindings(snapshot.file.statements, frozenset(prelude_scope().visible()))
-    found = {name: Bound(name, _KINDS[type(b)], b.name_span, b) for name, b in own.items()}
+    found = _bound_in(snapshot.file)
     statement = snapshot.statement_at(offset)
     if statement is not None:
         at = offset - statement.span.source.begins
@@ -246,23 +257,16 @@ def visible(snapshot: Snapshot, offset: int) -> dict[str, Bound]:
 def _reaches(statement: tree.Statement, binder: Span, at: int) -> bool:
     """Whether what is bound within a statement is seen at a place: in the innermost node that holds both, after it."""
     todo: list[object] = [statement]
-    inner: object = statement
+    inner = statement.span
     while todo:
         one = todo.pop()
-        span = getattr(one, "span", None)
-        if span is not None and span.start <= binder.start and binder.end <= span.end and isinstance(one, _BINDERS):
-            inner = one
+        if isinstance(one, _BINDERS) and one.span.start <= binder.start and binder.end <= one.span.end:
+            inner = one.span
         todo += children(one)
-    span = inner.span  # type: ignore[attr-defined]  # all of them have places
-    return bool(span.start <= at <= span.end and binder.start <= at)
+    return inner.start <= at <= inner.end and binder.start <= at
 
 
 _BINDERS = (tree.Def, tree.Lambda, tree.Block, tree.Comprehension)
-
-
-def nearest(name: str, snapshot: Snapshot, offset: int) -> str | None:
-    """What was meant by a name that is not known there."""
-    return suggest(name, visible(snapshot, offset))
 
 
 def is_function(bound: Bound) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from porelang.assist.names import Bound, is_function, uses
+from porelang.assist.names import Bound, is_function, uses, value_of
 from porelang.assist.shown import number_of
 from porelang.elaborate.values import Poison, Record, stage
 from porelang.ir import Stage
@@ -130,8 +130,7 @@ def _name(snapshot: Snapshot, bound: Bound, binds: bool) -> tuple[Word, tuple[st
         return "parameter", more
     if bound.kind == "param":
         return "variable", (*more, "readonly")
-    let = isinstance(bound.by, tree.Let | tree.Out)
-    value = snapshot.compiled.elaborated.values.get(bound.by.value.span) if let else bound.value  # type: ignore[union-attr]  # a let
+    value = value_of(snapshot, bound)
     known = value is not None and not isinstance(value, Poison) and stage(value) is not Stage.FIELD
     return "variable", (*more, "readonly") if known else more
 

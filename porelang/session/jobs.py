@@ -7,7 +7,7 @@ from collections.abc import Callable, Hashable
 from contextvars import copy_context
 from typing import Any, Generic, TypeVar
 
-from porelang.progress import CancelledError, Report, checkpoint, watching
+from porelang.progress import Report, checkpoint, watching
 
 T = TypeVar("T")
 
@@ -91,6 +91,3 @@ class Jobs:
         for job in jobs:
             if job is not None:
                 job.cancel()
-
-
-__all__ = ["CancelledError", "Job", "Jobs"]

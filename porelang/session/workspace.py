@@ -32,10 +32,6 @@ class Workspace:
         with self._lock:
             self._texts.pop(os.path.normpath(path), None)
 
-    def is_open(self, path: str) -> bool:
-        """Whether a file has an unsaved text."""
-        return os.path.normpath(path) in self._texts
-
     def source(self, path: str) -> Source:
         """The text of a file as it is now. Errors: E105, E106, E028, as of any file that is read."""
         path = os.path.normpath(path)

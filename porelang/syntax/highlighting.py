@@ -13,7 +13,7 @@ from porelang import resources
 #: The words that begin a statement, those within one, and names that are values.
 STATEMENTS = ("param", "let", "def", "out", "check", "use", "preset")
 WORDS = ("if", "then", "else", "for", "in", "where", "and", "or", "not", "as", "step")
-VALUES = ("true", "false", "pi", "tau")
+TRUTHS = ("true", "false")
 _SIGNS = r"=>|\|>|==|!=|<=|>=|\.\.|[=<>|&\\+\-*/%^~@]"
 
 
@@ -37,7 +37,7 @@ def patterns() -> list[tuple[str, str]]:
         ("number", rf"(?<!\w){_terminal('NUMBER')}"),
         ("keyword.declaration", _words(STATEMENTS)),
         ("keyword", _words(WORDS)),
-        ("constant", _words(VALUES)),
+        ("constant", _words((*TRUTHS, "pi", "tau"))),
         ("variable.coordinate", r"(?<![\w.])[xyzp]\b(?!\s*[(=])"),
         ("function", r"\b[A-Za-z_]\w*(?=\s*\()"),
         ("operator", _SIGNS),
