@@ -64,6 +64,9 @@ def test_a_line_that_is_not_complete_goes_on() -> None:
     for text in ("cube(1)", "let a = 1", ":help", "", "# a (", 'let t = "("'):
         assert not is_incomplete(text), text
     assert spoken("let a = 2mm +", "1mm", "a") == ["?more", "a length: 3mm"]
+    told = spoken("sphere(3", ":type 1mm")  # a command ends what was begun
+    assert told[1].startswith("error[E005]")
+    assert told[2] == "a length"
     told = spoken("let a = (", "1mm", "")  # an empty line says that it is meant so
     assert told[:2] == ["?more", "?more"]
     assert told[2].startswith("error[E005]: `(` is never closed")

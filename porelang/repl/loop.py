@@ -65,8 +65,13 @@ def talk(read: Read, say: Callable[[str], None], state: State, heard: Callable[[
                 return wrong
             lines.append("")  # what was begun is told to be incomplete
         text = "\n".join(lines)
-        if not text.lstrip().startswith(":") and lines[-1].strip() and is_incomplete(text):
+        commanded = len(lines) > 1 and lines[-1].partition(" ")[0] in COMMANDS  # it ends what was begun
+        if not text.lstrip().startswith(":") and lines[-1].strip() and is_incomplete(text) and not commanded:
             continue
+        if commanded:
+            unfinished = answered(state, "\n".join(lines[:-1]))
+            say(unfinished.said)
+            text, wrong = lines[-1], wrong or unfinished.wrong
         lines = []
         if text.strip() in ENDS:
             return wrong
