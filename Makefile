@@ -35,7 +35,7 @@ demo: $(READY)  ## compile examples/specimen.pore to out/specimen.stl and out/sp
 figures: gl  ## draw every figure of the paper, examples/figures/*.pore, into docs/figures
 	@$(BIN)/python examples/figures/draw.py docs/figures
 
-comparison: $(READY)  ## solve the specimens of Figures 8 to 10 and write docs/comparison.md: hours, and may be interrupted
+comparison: $(READY)  ## write docs/comparison.md, the specimens of Figures 8 to 10 under load; solves what examples/figures/comparison.jsonl lacks
 	@$(BIN)/python examples/figures/compare.py docs/comparison.md
 
 gl: $(READY)

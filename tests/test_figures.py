@@ -364,8 +364,9 @@ def test_the_squares_of_figure_7_stand_upright_to_the_curve() -> None:
         assert squares(centres + 1.2 * half * way)[plain] == pytest.approx(0.2 * half, abs=1e-4)
 
 
-def draw() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("draw_figures", FOLDER / "draw.py")
+def script(name: str) -> ModuleType:
+    """One of the Python files beside the figures."""
+    spec = importlib.util.spec_from_file_location(f"{name}_figures", FOLDER / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -376,7 +377,7 @@ def draw() -> ModuleType:
 
 def test_grid_search_has_the_papers_samples() -> None:
     program = FIGURES["fig11_grid_search"]
-    steps_of = draw().steps_of
+    steps_of = script("draw").steps_of
     assert steps_of(program, "w") == [10, 15, 20, 25, 30, 35, 40]
     assert steps_of(program, "d") == pytest.approx([-0.7, -0.3, 0.1, 0.5, 0.9])
     points = cube(20_000, side=40)
@@ -388,7 +389,7 @@ def test_grid_search_has_the_papers_samples() -> None:
 @pytest.mark.slow
 @pytest.mark.usefixtures("gpu")
 def test_a_figure_is_drawn(tmp_path: Path) -> None:
-    draw().main(tmp_path, "fig05c*")
+    script("draw").main(tmp_path, "fig05c*")
     (path,) = tmp_path.glob("*.png")
     pixels = np.asarray(Image.open(path).convert("RGB")).reshape(-1, 3)
     assert len(np.unique(pixels, axis=0)) > 20
@@ -406,3 +407,14 @@ def test_the_page_shows_every_figure_with_its_measure() -> None:
         value, error = (float(v) for v in text.split(" ± "))
         porosity, deviation = void(name)
         assert abs(value - porosity) < error + 4 * deviation, name
+
+
+def test_the_comparison_is_what_was_solved() -> None:
+    compare = script("compare")
+    assert compare.page() == (ROOT / "docs" / "comparison.md").read_text(encoding="utf-8")
+    rows = [json.loads(line) for line in compare.KEPT.read_text(encoding="utf-8").splitlines()]
+    assert len(rows) == 6 * 8 + 2 * 8 + 4
+    solid = compare.DENSITY * math.pi * compare.RADIUS**2 * compare.HEIGHT / 1e6  # kg
+    for row in rows:
+        assert row["mass"] == pytest.approx(solid * (1 - row["porosity"]), rel=1e-9)
+        assert row["mean"] < row["max"]
