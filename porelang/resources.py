@@ -1,4 +1,4 @@
-"""Where the grammar, the shaders and the prelude lie: inside the installed package, or beside it in a checkout."""
+"""Where grammar, shaders, prelude and examples lie: inside the installed package, or beside it in a checkout."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ PACKAGE = Path(__file__).resolve().parent
 
 
 def folder(name: str) -> Path:
-    """The folder `grammar`, `shaders` or `prelude` of this installation."""
+    """The folder `grammar`, `shaders`, `prelude` or `examples` of this installation."""
     inside = PACKAGE / name
     return inside if inside.is_dir() else PACKAGE.parent / name
 

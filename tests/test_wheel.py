@@ -26,10 +26,10 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_wheel_holds_what_lies_beside_the_package_in_a_checkout(wheel: Path) -> None:
     inside = set(zipfile.ZipFile(wheel).namelist())
-    for folder in ("grammar", "shaders", "porelang/prelude"):
+    for folder in ("grammar", "shaders", "examples", "porelang/prelude", "porelang/cli"):
         for path in (ROOT / folder).rglob("*.*"):
             name = path.relative_to(ROOT).as_posix().removeprefix("porelang/")
-            assert f"porelang/{name}" in inside
+            assert f"porelang/{name}" in inside or path.suffix == ".pyc"
     assert not [name for name in inside if name.startswith(("tests", "examples"))]
 
 

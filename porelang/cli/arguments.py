@@ -174,6 +174,8 @@ COMMANDS: dict[str, Command] = {
             ("file", "words"),
             "pore watch specimen.pore -- mesh -o part.stl",
         ),
+        Command("new", "write a commented program to begin with", ("fresh",), "pore new bracket.pore"),
+        Command("examples", "list the examples, or copy some with the files they read", ("examples",), "pore examples"),
         Command(
             "fmt",
             "write programs in the one style: blanks, indentation, docs and remarks in columns; remarks and lines stay",
@@ -187,6 +189,12 @@ COMMANDS: dict[str, Command] = {
             "pore repl specimen.pore",
         ),
         Command("lsp", "the language server, for editors: on standard input and output", (), "pore lsp"),
+        Command(
+            "completion",
+            "what has bash, zsh or fish complete commands, options and the names of a program",
+            ("shell",),
+            'eval "$(pore completion bash)"',
+        ),
         Command(
             "explain",
             "what a diagnostic means, with an example; all of them without a code",

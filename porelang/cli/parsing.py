@@ -42,6 +42,8 @@ def parse(argv: Sequence[str]) -> Namespace:
     name = argv[0]
     if name == "watch":
         return _parse_watch(argv[1:])
+    if name == "completion" and argv[1:2] == ["--"]:
+        return Namespace(command=name, words=list(argv[2:]))  # words of another command line, whatever they are
     if name in COMMANDS:
         return _parse(COMMANDS[name], argv[1:])
     if name in ("-h", "--help"):

@@ -10,6 +10,15 @@ COMMON: dict[str, Option] = {
         ("file",),
         {"metavar": "FILE", "required": True, "help": "the program, a .pore file; - reads standard input"},
     ),
+    "fresh": (
+        ("name",),
+        {"metavar": "NAME", "required": True, "help": "the program; no file of that name is there yet"},
+    ),
+    "examples": (("names",), {"metavar": "NAME", "nargs": "+", "help": "examples to copy into this folder"}),
+    "shell": (
+        ("shell",),
+        {"metavar": "SHELL", "required": True, "choices": ("bash", "zsh", "fish"), "help": "bash, zsh or fish"},
+    ),
     "begun": (("file",), {"metavar": "FILE", "help": "a program whose statements are there at once"}),
     "files": (
         ("files",),
