@@ -169,6 +169,12 @@ COMMANDS: dict[str, Command] = {
             "pore render specimen.pore -o specimen.png --cut 'y<0' --view -60,20",
         ),
         Command(
+            "view",
+            "draw the part on a page in the browser while the program is written; sliders set its params",
+            ("file", "no_browser"),
+            "pore view specimen.pore",
+        ),
+        Command(
             "watch",
             "carry out a command (check, unless one is named) again at every save of a program or of a file it names",
             ("file", "words"),

@@ -37,6 +37,7 @@ RUN: dict[str, str] = {
     "glsl": "showing.glsl",
     "notation": "showing.notation",
     "render": "render.render",
+    "view": "viewing.view",
     "watch": "watching.watch",
     "new": "starting.new",
     "examples": "starting.examples",

@@ -10,6 +10,10 @@ COMMON: dict[str, Option] = {
         ("file",),
         {"metavar": "FILE", "required": True, "help": "the program, a .pore file; - reads standard input"},
     ),
+    "no_browser": (
+        ("--no-browser",),
+        {"action": "store_true", "dest": "no_browser", "help": "print the address of the page, and open it nowhere"},
+    ),
     "fresh": (
         ("name",),
         {"metavar": "NAME", "required": True, "help": "the program; no file of that name is there yet"},

@@ -1,0 +1,38 @@
+"""`pore view`: a program drawn on a page while it is written."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import webbrowser
+from argparse import Namespace
+
+from porelang.cli import report
+from porelang.diagnostics import fail
+from porelang.files import read_source
+
+
+def view(options: Namespace) -> int:
+    """Serve the page of a program on this machine until a signal ends it. Errors: E105, E106, E028, E108, E126."""
+    try:
+        import uvicorn
+
+        from porelang.preview.server import application
+    except ImportError:
+        raise fail("E126", "`pore view` needs the packages starlette, uvicorn and websockets",
+                   hint="pip install 'porelang[view]'") from None  # fmt: skip
+    if options.file == "-":
+        raise fail("E108", "standard input is no file that is saved", hint="name the .pore file to look at")
+    read_source(options.file)  # a slip of the name is told at once
+    door = socket.socket()
+    door.bind(("127.0.0.1", 0))
+    port, token = door.getsockname()[1], secrets.token_urlsafe(24)
+    address = f"http://127.0.0.1:{port}/{token}/"
+    print(address, flush=True)
+    report.note("the page follows every save of the program; Ctrl-C ends it")
+    if not options.no_browser:
+        webbrowser.open(address)
+    served = uvicorn.Config(application(options.file, token, port), log_level="error", ws="websockets-sansio",
+                            ws_per_message_deflate=False, ws_max_size=1 << 20, lifespan="off")  # fmt: skip
+    uvicorn.Server(served).run(sockets=[door])
+    return 0

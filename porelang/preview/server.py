@@ -1,0 +1,142 @@
+"""The page's server: loopback only, for whoever knows the token in its address, one page at a time.
+
+A page elsewhere in the browser can send requests to this machine too. So every address begins with a token that only
+the address which was opened has, and a foreign Host (a name that was pointed at 127.0.0.1) or Origin is refused.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import hmac
+import json
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from porelang.diagnostics import PoreError
+from porelang.preview.live import Live, Message
+from porelang.preview.watched import Watched
+
+WEB = Path(__file__).with_name("web")
+#: What a page consists of, and what each file is.
+FILES = {"": ("page.html", "text/html"), "page.css": ("page.css", "text/css")} | {
+    name: (name, "text/javascript") for name in ("page.js", "camera.js", "painter.js")
+}
+#: Words that a page may send in a second; one that sends more is dropped.
+MOST_A_SECOND = 400
+#: Characters of one word.
+LONGEST = 100_000
+#: Seconds between two looks at the files.
+LOOK = 0.1
+HEADERS = {
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+}
+
+
+def application(path: str, token: str, port: int) -> Starlette:
+    """The application that serves a file's page at `/TOKEN/` of this port of 127.0.0.1."""
+
+    def refused(asked: HTTPConnection) -> bool:
+        known = hmac.compare_digest(str(asked.path_params["token"]), token)
+        hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
+        origin = asked.headers.get("origin")
+        return not known or asked.headers.get("host") not in hosts or (
+            origin is not None and origin not in {f"http://{host}" for host in hosts}
+        )  # fmt: skip
+
+    async def page(request: Request) -> Response:
+        name = request.path_params["name"]
+        if refused(request) or name not in FILES:
+            return PlainTextResponse("nothing is here for you\n", 403, HEADERS)
+        file, kind = FILES[name]
+        return FileResponse(WEB / file, media_type=kind, headers=HEADERS)
+
+    async def live(socket: WebSocket) -> None:
+        if refused(socket) or socket.headers.get("origin") is None:
+            await socket.close(1008)
+            return
+        await socket.accept()
+        await _attend(socket, path)
+
+    return Starlette(routes=[Route("/{token}/{name:path}", page), WebSocketRoute("/{token}/live", live)])
+
+
+async def _attend(socket: WebSocket, path: str) -> None:
+    """Speak with one page until it leaves."""
+    loop = asyncio.get_running_loop()
+    waiting: asyncio.Queue[Message] = asyncio.Queue()
+
+    def tell(message: Message) -> None:
+        with contextlib.suppress(RuntimeError):  # the server has ended
+            loop.call_soon_threadsafe(waiting.put_nowait, message)
+
+    live = Live(path, tell)
+    tasks = [asyncio.create_task(work) for work in (_send(socket, waiting), _hear(socket, live), _watch(live))]
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in done:
+            with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+                task.result()
+    finally:
+        for task in tasks:
+            task.cancel()
+        live.close()
+
+
+async def _send(socket: WebSocket, waiting: asyncio.Queue[Message]) -> None:
+    while True:
+        message = await waiting.get()
+        if isinstance(message, bytes):
+            await socket.send_bytes(message)
+        else:
+            await socket.send_text(json.dumps(message))
+
+
+async def _hear(socket: WebSocket, live: Live) -> None:
+    async for word in _words(socket):
+        if isinstance(word.get("set"), dict):
+            live.choose(settings={n: v for n, v in word["set"].items() if isinstance(v, int | float | str)})
+        elif isinstance(word.get("output"), str):
+            live.choose(output=word["output"])
+
+
+async def _words(socket: WebSocket) -> AsyncIterator[dict[str, Any]]:
+    """What the page says; one that says too much, or nonsense, is left."""
+    loop = asyncio.get_running_loop()
+    begun, count = loop.time(), 0
+    while True:
+        text = await socket.receive_text()
+        if loop.time() - begun > 1:
+            begun, count = loop.time(), 0
+        count += 1
+        try:
+            word = json.loads(text) if len(text) <= LONGEST and count <= MOST_A_SECOND else None
+        except json.JSONDecodeError:
+            word = None
+        if not isinstance(word, dict):
+            await socket.close(1008)
+            return
+        yield word
+
+
+async def _watch(live: Live) -> None:
+    """Read the program again whenever it, or a file that it names, was saved."""
+    await asyncio.to_thread(live.begin)
+    watched = Watched(live.path)
+    while True:
+        await asyncio.sleep(LOOK)
+        if watched.changed():
+            try:
+                await asyncio.to_thread(live.read)
+            except PoreError as error:
+                live.tell({"say": "refused", "text": error.diagnostics[0].message})
