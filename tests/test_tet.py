@@ -236,6 +236,12 @@ def test_no_crack_runs_through_solids_that_share_a_face(text: str) -> None:
     assert components(mesh).max() == 0
 
 
+def test_what_touches_in_a_point_shares_no_face() -> None:
+    """A ball on a plate: its mesh is pinched there, and says so."""
+    _, facts = meshed("translate(sphere(6), [0, 0, 6]) | translate(box([20, 20, 4]), [0, 0, -2])", 2, keep_islands=True)
+    assert "W252" in {d.code for d in facts["told"]}
+
+
 def test_a_cylinder_ends_flat_with_sharp_rims() -> None:
     """Where vertices stay on it, all that lacks are the segments of its circles, by the square of the size."""
     off = [meshed("cylinder(10, 30)", size, sharp=False)[1]["volume"] / (math.pi * 100 * 30) - 1 for size in (2.0, 1.0)]
