@@ -242,6 +242,17 @@ def test_what_touches_in_a_point_shares_no_face() -> None:
     assert "W252" in {d.code for d in facts["told"]}
 
 
+@pytest.mark.parametrize(("wide", "closes"), [(0.4, True), (3.0, False)])
+def test_a_slit_that_is_closed_is_told(wide: float, closes: bool) -> None:
+    """A saw cut of which no corner of a cube knows."""
+    _, facts = meshed(f"box([20, 10, 10]) \\ translate(box([{wide}, 11, 8]), [0.5, 0, 2])", 2)
+    told = {d.code: d.message for d in facts["told"]}
+    assert ("W254" in told) is closes
+    assert facts["volume"] == pytest.approx(2000 if closes else 2000 - 7 * 10 * wide, rel=0.02)
+    if closes:
+        assert told["W254"].startswith("gaps 0.4 mm wide, as at (0.5, ")
+
+
 def test_a_cylinder_ends_flat_with_sharp_rims() -> None:
     """Where vertices stay on it, all that lacks are the segments of its circles, by the square of the size."""
     off = [meshed("cylinder(10, 30)", size, sharp=False)[1]["volume"] / (math.pi * 100 * 30) - 1 for size in (2.0, 1.0)]
