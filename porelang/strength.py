@@ -39,8 +39,8 @@ Floats = NDArray[np.float64]
 _ERROR = "error"
 #: What the solver doubts of loads and elements, and a study does not say itself: a force on a point, locking, a ragged
 #: area, an equilibrium that rounding ends early, a load that supports take, a support that ends within elements, loads
-#: that do not quite balance in them.
-_OF_THE_SOLVER = frozenset({"W258", "W259", "W280", "W281", "W286", "W288", "W289"})
+#: that do not quite balance, one that is smaller than an element.
+_OF_THE_SOLVER = frozenset({"W258", "W259", "W280", "W281", "W286", "W288", "W289", "W291"})
 #: A part without an envelope of its own that fills so much of its bounds is a solid, and no lattice in them.
 _FILLS = 0.5
 

@@ -65,10 +65,10 @@ def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 COMMANDS = {
-    "stl": ["mesh", "a.pore", "-o", "a.stl", "--voxel", "0.3mm", "-q"],
+    "stl": ["mesh", "a.pore", "-o", "a.stl", "--voxel", "0.4mm", "-q"],
     "slices": ["slices", "a.pore", "-o", "layers", "--step", "0.4mm", "--voxel", "0.1mm", "-q"],
     "new": ["slices", "a.pore", "-o", "new", "--step", "0.4mm", "--voxel", "0.1mm", "-q"],
-    "tet": ["tet", "a.pore", "-o", "a.msh", "--bounds", "0,0,0,6,6,6", "--size", "0.4mm", "-q"],
+    "tet": ["tet", "a.pore", "-o", "a.msh", "--bounds", "0,0,0,4,4,4", "--size", "0.4mm", "-q"],
     "eval": ["eval", "a.pore", "--points", "p.npy", "-o", "v.npy", "-q"],
     "render": ["render", "a.pore", "-o", "a.png", "--solid", "none", "--slice", "x=0", "--samples", "2", "-q"],
 }

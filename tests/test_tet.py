@@ -236,6 +236,23 @@ def test_no_crack_runs_through_solids_that_share_a_face(text: str) -> None:
     assert components(mesh).max() == 0
 
 
+def test_what_touches_in_a_point_shares_no_face() -> None:
+    """A ball on a plate: its mesh is pinched there, and says so."""
+    _, facts = meshed("translate(sphere(6), [0, 0, 6]) | translate(box([20, 20, 4]), [0, 0, -2])", 2, keep_islands=True)
+    assert "W252" in {d.code for d in facts["told"]}
+
+
+@pytest.mark.parametrize(("wide", "closes"), [(0.4, True), (3.0, False)])
+def test_a_slit_that_is_closed_is_told(wide: float, closes: bool) -> None:
+    """A saw cut of which no corner of a cube knows."""
+    _, facts = meshed(f"box([20, 10, 10]) \\ translate(box([{wide}, 11, 8]), [0.5, 0, 2])", 2)
+    told = {d.code: d.message for d in facts["told"]}
+    assert ("W254" in told) is closes
+    assert facts["volume"] == pytest.approx(2000 if closes else 2000 - 7 * 10 * wide, rel=0.02)
+    if closes:
+        assert told["W254"].startswith("gaps 0.4 mm wide, as at (0.5, ")
+
+
 def test_a_cylinder_ends_flat_with_sharp_rims() -> None:
     """Where vertices stay on it, all that lacks are the segments of its circles, by the square of the size."""
     off = [meshed("cylinder(10, 30)", size, sharp=False)[1]["volume"] / (math.pi * 100 * 30) - 1 for size in (2.0, 1.0)]
@@ -287,7 +304,7 @@ def test_a_lattice_in_a_cylinder_has_its_volume_at_ten_cubes_to_a_cell() -> None
     """Against points by chance in cells of the box, whose error is a tenth of what is allowed."""
     for text in ("gyroid(10) & cylinder(15, 20)", "gyroid(10) |> shell(1.5) & cylinder(15, 20)"):
         solid = solid_of(text)
-        random, held, many = np.random.default_rng(0), 0, 160
+        random, held, many = np.random.default_rng(0), 0, 120
         cells = np.stack(np.meshgrid(np.arange(many), np.arange(many), indexing="ij"), -1).reshape(-1, 2)
         for layer in range(many):
             at = np.column_stack([cells, np.full(len(cells), layer)]) + random.random((len(cells), 3))
@@ -329,8 +346,8 @@ def test_void_alone_has_one_name_where_it_is_one() -> None:
 
 
 def test_phases_within_an_envelope_have_sharp_rims_too() -> None:
-    mesh, facts = meshed("gyroid(10) |> shell(1.5) & cylinder(8, 12)", 1.0, phases=("solid", "void"), keep_islands=True)
-    assert volumes(mesh).sum() == pytest.approx(16 * 16 * 12)
+    mesh, facts = meshed("gyroid(10) |> shell(1.5) & cylinder(6, 8)", 1.0, phases=("solid", "void"), keep_islands=True)
+    assert volumes(mesh).sum() == pytest.approx(12 * 12 * 8)
     assert facts["min_dihedral"] > 7
     assert facts["rim_vertices"] > 100
 
@@ -353,11 +370,11 @@ def test_tongues_at_an_envelope_are_not_lost() -> None:
     text = "gyroid(10) & cylinder(7, 15)"
     solid = solid_of(text)
     mesh, facts = meshed(text, 1.2)
-    points = np.random.default_rng(0).uniform(-7.5, 7.5, (60_000, 3))
+    points = np.random.default_rng(0).uniform(-7.5, 7.5, (25_000, 3))
     value, slope = solid.slope(points)
     depth = -value / np.linalg.norm(slope, axis=1)
     deep = (depth > 0.25) & (depth < 0.6)
-    assert deep.sum() > 2000
+    assert deep.sum() > 800
     assert not (~within(mesh, points[deep])).any()
     assert not within(mesh, points[(depth < -0.25) & (depth > -0.6)]).any()
     assert facts["missing"] + facts["extra"] < 2e-3 * facts["volume"]

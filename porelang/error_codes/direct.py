@@ -1,4 +1,4 @@
-"""E160-E162, W250-W253: tetrahedra straight from a field."""
+"""E160-E162, W250-W254: tetrahedra straight from a field."""
 
 from __future__ import annotations
 
@@ -73,5 +73,15 @@ DIRECT = (
         "so many of them that the size is too large for the whole part. Take a smaller size.",
         "",
         "gyroid(10) & cylinder(10, 20)  # pore tet --size 3mm",
+    ),
+    Code(
+        "W254",
+        "a gap that tetrahedra have closed",
+        "A slit that is narrower than a cube may lie between the corners of cubes, where the mesher never looks into\n"
+        "it. What is on both sides of it is then joined, and a part that is sawn almost through is as stiff as one\n"
+        "that is whole. It is told where gaps with parallel sides are narrower than a cube and a tetrahedron lies in\n"
+        "the middle of one. Take cubes of half the gap, or leave a gap out that is not meant.",
+        "",
+        "box([40, 20, 10]) \\ translate(box([3, 21, 8]), [0.5, 0, 2])  # pore tet --size 1mm",
     ),
 )

@@ -174,13 +174,23 @@ ELASTICITY = (
     ),
     Code(
         "W289",
-        "loads that do not quite balance in elements",
+        "loads that do not quite balance",
         "With `balanced=true` loads are to do no work on what is free to move. In elements an area, and its middle,\n"
         "are not quite those of the part: two forces along one line are then a little aside of each other. Up to a\n"
-        "tenth of an element aside, and a hundredth of a pressure or a weight, that rest is taken by a force on all\n"
+        "twentieth of an element aside, and 0.2 % of a pressure or a weight, that rest is taken by a force on all\n"
         "of the volume, which varies as the rigid motion does that it answers (inertia relief); the message says what\n"
         "it comes to, and its share of the loads is in the errors of displacements, stiffness and compliance. Forces\n"
         "and couples are given, and have no such error: where these do not add up to 0 the loads are refused (E171).",
+        "",
+        "",
+    ),
+    Code(
+        "W291",
+        "a load on less than the face of an element",
+        "A part gives way under a load the more the narrower it presses: the mean displacement of a disc of radius a\n"
+        "on a half-space is .54 (1 - nu^2) F / (E a). Elements do not feel how local a load is that covers less than\n"
+        "one of their faces; they take it for one of that size. By how much that may be too little is in the errors\n"
+        "of displacements, stiffness and compliance. Stresses under such a load say nothing.",
         "",
         "",
     ),

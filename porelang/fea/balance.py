@@ -23,7 +23,7 @@ from porelang.fea.surface import place, vector
 _ROUNDED = 1e-6
 #: By how much of an edge of its triangles the middle of an area may be aside (measured: the ends of a gyroid .03, of
 #: bent pipes .0005), and by which share an area or a volume may be another.
-_ASIDE, _ANOTHER = 0.1, 0.01
+_ASIDE, _ANOTHER = 0.05, 0.002
 #: What is smaller than this of its size is 0 in a sentence.
 _NONE = 1e-9
 

@@ -7,6 +7,7 @@ import numpy as np
 from porelang.diagnostics import Diagnostic
 from porelang.fea.checks import taken
 from porelang.fea.covered import Patch, covered
+from porelang.fea.narrow import narrow
 from porelang.fea.nodes import EDGES, Nodes
 from porelang.fea.problem import Floats, Pressure
 from porelang.fea.solution import Solution
@@ -40,11 +41,11 @@ def of(found: Solution, system: System, tolerance: float) -> tuple[Diagnostic, .
     """Warnings: W255 for several pieces, W256 for walls of one element, W257 for a large error, W258 for a force that
     stands on a point, W259 where elements lock, W280 for a pressure on a ragged area, W281 for an equilibrium that
     rounding ends early, W286 for a load that supports take, W288 for a support that ends within elements, W289 for
-    what is left of loads that are to balance.
+    what is left of loads that are to balance, W291 for a load on less than an element.
     """
     told = [_pieces(system.bodies), _thin(found.nodes), _coarse(found), *_points(found), _locking(found)]
     told += [*_ragged(found, system), _unsettled(found, tolerance), *_taken(system), *_beside(found, system)]
-    told.append(_unbalanced(system))
+    told += [_unbalanced(system), *_narrow(system)]
     return tuple(d for d in told if d is not None)
 
 
@@ -205,7 +206,8 @@ def _beside(found: Solution, system: System) -> list[Diagnostic]:
             _warn(
                 "W288",
                 f"{name} holds {said} where {wanted:.3g} mm2 are selected: it ends within elements",
-                f"take elements of some {_for_width(on):.2g} mm there, or let it end at a rim of the part",
+                "let it end at a rim of the part, or hold an area some elements wide; elements of "
+                f"{_for_width(on):.2g} mm have it to a quarter",
             )
         )
     return told
@@ -226,11 +228,23 @@ def _unbalanced(system: System) -> Diagnostic | None:
         return None
     return _warn(
         "W289",
-        f"the loads do not quite balance in elements: they add up to {system.rest.said}, "
+        f"the loads do not quite balance: they add up to {system.rest.said}, "
         f"{system.rest.share:.1g} of the loads; a force on all of the volume takes that",
-        "areas, and their middles, are not quite those of the part: finer elements leave less; a support in place of "
-        "one of the loads leaves nothing",
+        "elements make that of areas whose middles are not quite those of the part, and finer ones leave less; or the "
+        "loads themselves do: then a support in place of one of them leaves nothing",
     )
+
+
+def _narrow(system: System) -> list[Diagnostic]:
+    return [
+        _warn(
+            "W291",
+            f"{load.name} acts on {load.area:.3g} mm2, less than the face of an element there ({load.face:.3g} mm2): "
+            f"under it the part gives way by up to {load.more:.2g} mm more",
+            f"its errors say so; spread it over what it really presses on, or take elements of {load.size:.2g} mm",
+        )
+        for load in narrow(system)
+    ]
 
 
 def _unsettled(found: Solution, tolerance: float) -> Diagnostic | None:

@@ -9,6 +9,7 @@ import numpy as np
 from porelang.fea import doubts, patches
 from porelang.fea.equilibrium import Equilibrium, equilibrium
 from porelang.fea.error import estimate
+from porelang.fea.narrow import narrow
 from porelang.fea.problem import Problem
 from porelang.fea.resultants import of_load, of_supports
 from porelang.fea.solution import Solution
@@ -48,6 +49,11 @@ def solve(problem: Problem, tolerance: float = 1e-8) -> Solution:
         return replace(solution, doubts=doubts.of(solution, system, tolerance))
 
 
+def _too_narrow(system: System, found: Equilibrium) -> float:
+    """By which share displacements and compliance may be too small for loads on less than a face of an element."""
+    return sum(load.work for load in narrow(system)) / max(abs(found.compliance), 1e-300)
+
+
 def _recovered(problem: Problem, system: System, found: Equilibrium) -> Solution:
     """The stresses of a displacement, their error, and what supports and loads come to."""
     nodes, young, poisson = system.nodes, system.young, system.poisson
@@ -72,7 +78,7 @@ def _recovered(problem: Problem, system: System, found: Equilibrium) -> Solution
         applied=system.forces,
         compliance=found.compliance,
         residual=found.residual,
-        unsure=found.unsure + (0.0 if system.rest is None else system.rest.share),
+        unsure=found.unsure + (0.0 if system.rest is None else system.rest.share) + _too_narrow(system, found),
         iterations=found.iterations,
         unknowns=3 * len(nodes.points) - int(system.still.sum()),
         sites=where,

@@ -13,6 +13,7 @@ from porelang.formula import Formula
 from porelang.progress import activity
 from porelang.solid import Solid
 from porelang.tet.frame import Frame, framed
+from porelang.tet.gaps import closed
 from porelang.tet.grading import Grading
 from porelang.tet.halving import refined
 from porelang.tet.lattice import Lattice
@@ -84,6 +85,7 @@ def direct(
         if sharp:
             facts["told"] += done.missed.told(facts["volumes"]["solid"])
         facts["told"] += [*touching(mesh.vertices[done.sound.touching]), *thin(solid, sizes)]
+        facts["told"] += closed(solid, mesh, min(sizes.even or sizes.finest, sizes.surface))
     return mesh, facts
 
 

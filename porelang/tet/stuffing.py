@@ -37,6 +37,9 @@ Around = tuple[Cells, Frame, float]
 
 #: What is nearer to 0 than this share of a coordinate (of 1 mm at least) is 0, but for rounding.
 TOUCH = 1e-9
+#: How far to either side of a face that solids share they are looked for, of a quarter of a cube: a ball that touches a
+#: plane has left it by more, a quarter of a cube aside, unless its radius is a thousand cubes.
+_HAIR = 1e-4
 BESIDE = 1e-6  # cubes: a field is read as far before a plane in which the part ends, where it may be 0
 MESHED, MOVED = 2.0, 1.0  # cubes round those that are looked at: so far all is meshed, and rims are sharpened
 
@@ -160,15 +163,24 @@ def stood_on(lattice: Lattice, value: Value) -> Background:
 
 def within_unions(points: Floats, values: Floats, value: Value, cube: Floats) -> Floats:
     """The values (n,) of places where a field is 0, as if solids that share a face there were one: where both sides of
-    such a place are solid, it lies within them, and no crack without width runs through it. Solids that touch in a
-    point or along a line are not joined."""
-    steps = [cube[:, None] / 4 * axis for axis in np.eye(3)]
-    sides = np.array([[value(points + step), value(points - step)] for step in steps])  # (3, 2, n)
-    both, either = sides.max(axis=1), sides.min(axis=1) <= TOUCH * np.maximum(1, np.abs(points).max(axis=1))
-    joined = values.copy()
+    such a place are solid, it lies within them, and no crack without width runs through it.
+
+    A face goes on from the place to some side along both of its axes. Solids that touch in a point or along a line part
+    there, and are not joined.
+    """
+
+    def between(places: Floats, axis: Floats, step: Floats) -> Floats:
+        return np.maximum(value(places + step * axis), value(places - step * axis))
+
+    joined, axes = values.copy(), np.eye(3)
     for axis in range(3):
-        face = either[(axis + 1) % 3] & either[(axis + 2) % 3]
-        joined = np.where((both[axis] < 0) & face, np.minimum(joined, both[axis]), joined)
+        depth = between(points, axes[axis], cube[:, None] / 4)
+        some = np.flatnonzero(depth < 0)
+        for along in (axes[(axis + 1) % 3], axes[(axis + 2) % 3]):
+            at, wide = points[some], cube[some, None] / 4
+            goes_on = [between(at + side * wide * along, axes[axis], _HAIR * wide) < 0 for side in (-1, 1)]
+            some = some[np.any(goes_on, axis=0)]
+        joined[some] = np.minimum(joined[some], depth[some])
     return joined
 
 

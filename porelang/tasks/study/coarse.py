@@ -21,9 +21,9 @@ _UP = 1.1
 
 
 def coarse(got: Got) -> list[Doubt]:
-    """W284 where elements miss the part, are too large for its walls, or do not show its stresses: all that is so of
-    these in one, with a size that mends it, or the finest that helps and can be had."""
-    found = [*_form(got), *_walls(got), *_stresses(got)]
+    """W284 where elements miss the part, close its gaps, are too large for its walls, or do not show its stresses: all
+    that is so of these in one, with a size that mends it, or the finest that helps and can be had."""
+    found = [*_form(got), *_gaps(got), *_walls(got), *_stresses(got)]
     if not found:
         return []
     whats, labels = [what for what, _ in found], [label for _, label in found]
@@ -61,6 +61,18 @@ def _form(got: Got) -> list[tuple[str, str]]:
     return [(said, f"its stiffness may be off by {got.form:.0%} for what they miss, and is stated so")]
 
 
+def _gaps(got: Got) -> list[tuple[str, str]]:
+    if not got.gap:
+        return []
+    at = coordinates((got.gap_x, got.gap_y, got.gap_z))
+    return [
+        (
+            f"they close gaps {got.gap:.3g} mm wide, as at ({at})",
+            "what they join is stiffer, and no error says by how much",
+        )
+    ]
+
+
 def _walls(got: Got) -> list[tuple[str, str]]:
     if not got.wall or got.wall >= THROUGH * got.beside * (1 - 1e-9):
         return []
@@ -86,6 +98,7 @@ def _wanted(got: Got) -> float:
     """
     share = min(_ROOM * ERRS / max(got.number("error").value, 1e-9), _ROOM * FORM / max(got.form, 1e-9), 1 / 1.5)
     size = max(share, _FARTHEST) * got.size
+    size = min(size, got.gap / THROUGH) if got.gap else size
     return min(size, got.wall / THROUGH) if _walls(got) else size
 
 

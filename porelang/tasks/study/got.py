@@ -17,7 +17,8 @@ class Got:
 
     Elements and unknowns; iterations of the solver and the residual that they left; the order of elements; their size
     in mm, that of the smallest where it is graded (0: it is not), and near the thinnest wall; how thick the thinnest
-    walls are, in mm (0: none are found), and a place on one; the area of the surface in mm2; the greatest
+    walls are, in mm (0: none are found), and a place on one; how wide gaps are that elements close, in mm (0: none are
+    found), and a place in one; the area of the surface in mm2; the greatest
     displacement over the longest side of the part, and the mean strain (in energy); the greatest Young's modulus (MPa)
     and density (g/cm3) of those that the text does not show (0: it does); where the material yields (MPa, 0: it is not
     known); which
@@ -41,6 +42,10 @@ class Got:
     wall_x: float
     wall_y: float
     wall_z: float
+    gap: float
+    gap_x: float
+    gap_y: float
+    gap_z: float
     area: float
     moved: float
     strain: float
