@@ -4,7 +4,8 @@
 // The box is divided into cells. For each the host has proved one of four things, told apart by one number: 0, no solid
 // lies in it, and it is passed as a whole; -1, it is solid throughout; a slope, by which the field changes at most per mm,
 // so that the field divided by it is a safe step; or more than STEEP where the field may jump, and small steps are taken.
-// Where corners are cut out of the part, NOTCHED is defined: most pictures need not look for them.
+// Where corners are cut out of the part, NOTCHED is defined: most pictures need not look for them. Where the surface has
+// the colours of another field, PAINTED is.
 const int NOTCHES = 8;
 out vec4 colour;
 uniform int want;       // LIGHT, GLASS, DISTANCE or STEPS
@@ -19,6 +20,8 @@ uniform float zoom;     // half the height of the picture: at distance 1, or in 
 uniform float perspective;  // 1, or 0 for parallel rays
 uniform vec3 box_lo;    // what is shown of the part, in mm
 uniform vec3 box_hi;
+uniform vec3 cells_lo;  // what is divided into cells, in mm: all of that, or more
+uniform vec3 cells_hi;
 uniform vec3 cut_lo;    // 1 where that face of the box cuts the part
 uniform vec3 cut_hi;
 uniform int notches;    // boxes that are taken out, and their corners
@@ -31,7 +34,8 @@ uniform float nearest;  // nor than this, once a ray has taken MANY_STEPS
 uniform float jump;     // the step where the field may jump, in mm
 uniform float reach;    // how far around a place light is looked for, in mm
 uniform float grain;    // the distance over which a normal is measured, in mm
-uniform float bare;     // 1 draws the light alone, on white: what it falls on is coloured afterwards
+uniform vec3 material;  // red, green and blue in the light, 0 to 1; 1 draws the light alone
+uniform vec3 section;   // the same of faces where the part is cut
 
 const int LIGHT = 0;
 const int DISTANCE = 1;
@@ -42,10 +46,9 @@ const int MOST_STEPS = 65536;   // a ray of the longest box takes fewer
 const float STEEP = 1e29;
 const int RINGS = 10;
 const vec3 LAMP = vec3(-0.451, 0.621, -0.641);  // in the viewer's axes
-const vec3 MATERIAL = vec3(0.945, 0.915, 0.855);
-const vec3 SECTION = vec3(0.800, 0.440, 0.330);
 
 #ifdef GL_ES
+uniform float farthest; // the depth of a place is its distance in these, in mm
 uniform highp sampler3D cells;
 float cell(ivec3 at) { return texelFetch(cells, at, 0).r; }
 #else
@@ -99,7 +102,7 @@ vec2 next_notch(vec3 from, vec3 way, float t) {
 // they are h apart: where the field falls more gently than its bound, a bold step twice as long is tried, looked at from
 // its far end, and taken back if that does not prove it (Keinert et al. 2014).
 float meet(vec3 from, vec3 way, float start, float end, float fine, out int count) {
-    vec3 edge = (box_hi - box_lo) / vec3(counts);
+    vec3 edge = (cells_hi - cells_lo) / vec3(counts);
     vec3 ahead = step(vec3(0.0), way);
     float t = start;
     float before = start;
@@ -123,9 +126,9 @@ float meet(vec3 from, vec3 way, float start, float end, float fine, out int coun
         }
 #endif
         vec3 p = from + way * t;
-        ivec3 at = clamp(ivec3(floor((p - box_lo) / edge)), ivec3(0), counts - 1);
+        ivec3 at = clamp(ivec3(floor((p - cells_lo) / edge)), ivec3(0), counts - 1);
         float slope = cell(at);
-        float leave = max(least((box_lo + (vec3(at) + ahead) * edge - from) / way), t) + fine;
+        float leave = max(least((cells_lo + (vec3(at) + ahead) * edge - from) / way), t) + fine;
         float onward = leave;
         float f = -1.0;
         bool bolder = false;
@@ -230,12 +233,23 @@ float lamp(vec3 p, vec3 n, vec3 way, float turn) {
     return meet(from, way, 0.0, span(from, way, box_lo, box_hi).y, grain, count) < 0.0 ? 1.0 : 0.0;
 }
 
+#ifdef PAINTED
+const float AMBIENT = 0.35;  // of a colour is seen in the darkest shade: colours are to be read, not only seen
+
+// The colour of the field at a place, in the light that falls on white.
+vec3 tinted(vec3 p, vec3 light) {
+    return (AMBIENT + (1.0 - AMBIENT) * light) * pore_scale_colour(paint(p));
+}
+#else
+vec3 tinted(vec3 p, vec3 light) { return light; }
+#endif
+
 vec3 lit(vec3 p) {
     vec3 face = cut(p);
-    bool section = face != vec3(0.0);
-    vec3 n = section ? face : normal(p);
+    bool sawn = face != vec3(0.0);
+    vec3 n = sawn ? face : normal(p);
     vec3 v = n * camera;  // in the viewer's axes: right, up, forward
-    if (section) return mix(SECTION, vec3(1.0), bare) * (0.90 + 0.20 * max(dot(v, normalize(vec3(-0.2, 0.9, -0.4))), 0.0));
+    if (sawn) return tinted(p, section) * (0.90 + 0.20 * max(dot(v, normalize(vec3(-0.2, 0.9, -0.4))), 0.0));
     float turn = turn_of_sample();
     float open = sky(p, n, turn);
     float key = max(dot(v, LAMP), 0.0);
@@ -246,7 +260,7 @@ vec3 lit(vec3 p) {
     float facing = clamp(-v.z, 0.0, 1.0);
     light *= 0.80 + 0.20 * smoothstep(0.0, 0.35, facing);
     vec3 shade = mix(vec3(0.80, 0.86, 1.0), vec3(1.0), smoothstep(0.0, 0.75, light));  // hollows are cool
-    return clamp(mix(MATERIAL, vec3(1.0), bare) * shade * pow(light * 1.10, 0.80), 0.0, 1.0);
+    return tinted(p, clamp(material * shade * pow(light * 1.10, 0.80), 0.0, 1.0));
 }
 
 // The surface alone, in clear glass, from either side: how light it is, and how much it hides. Cut faces are not there.
@@ -282,6 +296,13 @@ void main() {
     t = meet(from, way, layer == 0.0 ? start : known + finest, whole.y, finest, count);
     if (want == DISTANCE) colour = bytes(floatBitsToUint(t));
     else if (want == STEPS) colour = bytes(uint(count));
+#ifdef GL_ES
+    else if (t < 0.0) discard;
+#else
     else if (t < 0.0) colour = vec4(0.0);
+#endif
     else colour = want == GLASS ? glass(from + way * t, way) : vec4(lit(from + way * t), 1.0);
+#ifdef GL_ES
+    gl_FragDepth = clamp(t / farthest, 0.0, 1.0);
+#endif
 }

@@ -7,6 +7,7 @@ lies before it (`faces`).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -51,6 +52,20 @@ class Box(NamedTuple):
     @property
     def volume(self) -> float:
         return float(np.prod(self.size))
+
+    def grown(self, share: float) -> Box:
+        """This box, larger on all sides by a share of its longest."""
+        more = share * max(self.size)
+        return Box(
+            (self.lo[0] - more, self.lo[1] - more, self.lo[2] - more),
+            (self.hi[0] + more, self.hi[1] + more, self.hi[2] + more),
+        )
+
+
+def around(boxes: Sequence[Box]) -> Box:
+    """The box that holds all of some."""
+    lo, hi = np.min([b.lo for b in boxes], axis=0), np.max([b.hi for b in boxes], axis=0)
+    return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
 
 
 class Extent(NamedTuple):

@@ -24,12 +24,13 @@ from porelang.ir import Node, Stage, constant
 from porelang.ops import TABLE
 from porelang.tape import AXES, PICK, Tape, lower
 
-Form = Literal["points", "grid", "fragment", "webgl"]
-_SCAFFOLD = {"points": "points.comp", "grid": "grid.comp", "fragment": "march.frag", "webgl": "march.frag"}
-_VERSION = {
-    "fragment": "#version 430",
-    "webgl": "#version 300 es\nprecision highp float;\nprecision highp int;\n#define precise",
-}
+Form = Literal["points", "grid", "fragment", "webgl", "plane"]
+_SCAFFOLD = {"points": "points.comp", "grid": "grid.comp", "fragment": "march.frag", "webgl": "march.frag",
+             "plane": "plane.frag"}  # fmt: skip
+_WEBGL = "#version 300 es\nprecision highp float;\nprecision highp int;\n#define precise"
+_VERSION = {"fragment": "#version 430", "webgl": _WEBGL, "plane": _WEBGL}
+#: The function of the library by which values become colours.
+COLOUR = "pore_scale_colour"
 _NAME = re.compile(r"\b(?:pore_|Pore)\w+")
 #: What reads a word of the data of a slot; written for each shader, unlike the functions of the library.
 WORD = "pore_word"
@@ -59,26 +60,34 @@ class Shader:
     data: tuple[Node, ...]
 
 
-def shader(roots: tuple[Node, ...], params: Mapping[str, tuple[float, float]], form: Form) -> Shader:
+def shader(
+    roots: tuple[Node, ...], params: Mapping[str, tuple[float, float]], form: Form, paint: Node | None = None
+) -> Shader:
     """The shader that evaluates roots; `params` are their ranges. A condition comes back as 1 or 0.
 
-    Pictures have one root; points and grids may have several, whose values follow each other.
+    Pictures have one root, and for WebGL a field in whose colours it is painted; planes have two, the field that is
+    shown and the part; points and grids may have several, whose values follow each other.
     """
-    body, uniforms, data = field_function(roots, params)
+    uniforms: dict[Node, int] = {}
+    data: dict[Node, int] = {}
+    body = field_function(roots, params, uniforms, data)
+    if paint is not None:
+        body += "\n" + field_function((paint,), params, uniforms, data, "paint")
     scaffold = resources.read(f"shaders/{_SCAFFOLD[form]}")
-    library = _library(body)
+    library = _library(f"{body} {COLOUR}" if form == "plane" or paint is not None else body)
     parts = [f"#define ROOTS {len(roots)}"] if len(roots) > 1 else []
+    parts += ["#define PAINTED"] if paint is not None else []
     parts += [f"uniform float u[{len(uniforms)}];"] if uniforms else []
     parts += [_word(k, form) for k in range(len(data))]
     text = scaffold.replace("// @field", "\n".join([*parts, *library, body]))
     if form in _VERSION:
         text = text.replace("// @version", _VERSION[form], 1)
-    return Shader(text, uniforms, data)
+    return Shader(text, tuple(uniforms), tuple(data))
 
 
 def _word(k: int, form: Form) -> str:
     """The function that reads a word of data: from a buffer, or in WebGL, which has none, from a texture of rows."""
-    if form == "webgl":
+    if form in ("webgl", "plane"):
         return (
             f"uniform highp usampler2D data{k};\n"
             f"uint pore_word{k}(int i) {{ return texelFetch(data{k}, ivec2(i & 2047, i >> 11), 0).x; }}"
@@ -90,13 +99,16 @@ def _word(k: int, form: Form) -> str:
 
 
 def field_function(
-    roots: tuple[Node, ...], params: Mapping[str, tuple[float, float]]
-) -> tuple[str, tuple[Node, ...], tuple[Node, ...]]:
-    """The text of `float field(vec3 p)` (of several roots `void fields(vec3 p, out float f[n])`), and what it reads."""
+    roots: tuple[Node, ...],
+    params: Mapping[str, tuple[float, float]],
+    uniforms: dict[Node, int],
+    data: dict[Node, int],
+    name: str = "field",
+) -> str:
+    """The text of `float field(vec3 p)`, of several roots `void fields(vec3 p, out float f[n])`. What it reads is added
+    to `uniforms` and `data` with its place there, after what other functions of the shader read."""
     tape = lower(roots)
     calm = _calm(tape, params)
-    uniforms: list[Node] = []
-    data: list[Node] = []
     names: dict[int, str] = {}
     lines: list[str] = []
     for i in sorted({*tape.frontier, *tape.field, *(i for i, op in enumerate(tape.ops) if op in AXES)}):
@@ -106,11 +118,10 @@ def field_function(
         elif op == "const":
             names[i] = literal(constant(n))
         elif tape.kinds[i] not in ("real", "bool"):
-            names[i] = str(len(data))
-            data.append(n)
+            names[i] = str(data.setdefault(n, len(data)))
         elif tape.stages[i] is not Stage.FIELD:
-            names[i] = f"u[{len(uniforms)}]" if tape.kinds[i] == "real" else f"(u[{len(uniforms)}] != 0.0)"
-            uniforms.append(n)
+            u = f"u[{uniforms.setdefault(n, len(uniforms))}]"
+            names[i] = u if tape.kinds[i] == "real" else f"({u} != 0.0)"
         elif op == PICK:
             names[i] = f"{names[tape.inputs[i][0]]}.{n.value}"
         else:
@@ -123,11 +134,11 @@ def field_function(
     results = [f"{names[r]} ? 1.0 : 0.0" if tape.kinds[r] == "bool" else names[r] for r in tape.roots]
     # pore_keep: llvmpipe stores lane by lane, and without it would compute the last operations lane by lane too
     if len(results) == 1:
-        head, tail = "float field(vec3 p) {", [f"    return pore_keep({results[0]});"]
+        head, tail = f"float {name}(vec3 p) {{", [f"    return pore_keep({results[0]});"]
     else:
-        head = f"void fields(vec3 p, out float f[{len(results)}]) {{"
+        head = f"void {name}s(vec3 p, out float f[{len(results)}]) {{"
         tail = [f"    f[{k}] = pore_keep({r});" for k, r in enumerate(results)]
-    return "\n".join([head, *lines, *tail, "}"]), tuple(uniforms), tuple(data)
+    return "\n".join([head, *lines, *tail, "}"])
 
 
 def _payload(value: object) -> str:

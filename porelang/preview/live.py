@@ -1,138 +1,239 @@
-"""A file as it is edited and set: what a page is told of it, and the scene of the last program that was well."""
+"""A file as it is edited and set on a page: what the page is told of it, and the scene of the last program that was
+well."""
 
 from __future__ import annotations
 
-import json
-import os
-import struct
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Mapping
 from typing import Any
 
-from porelang.diagnostics import PoreError, in_order, render
-from porelang.elaborate.results import ParamInfo
-from porelang.preview.scene import Scene, scene
-from porelang.program import Program
+import numpy as np
+
+from porelang.asked import Report
+from porelang.assist.complete import completions
+from porelang.diagnostics import PoreError, render
+from porelang.measure import measure
+from porelang.preview import told
+from porelang.preview.document import Document
+from porelang.preview.exports import Made
+from porelang.preview.scene import QUICK, Wish, scene
+from porelang.preview.wire import packed, texts
+from porelang.program import Design, Program
+from porelang.progress import CancelledError, checkpoint
+from porelang.render.cells import BUDGET
 from porelang.session import Session, Snapshot
 
 #: What a page is told: an object for JSON, or a scene.
 Message = dict[str, Any] | bytes
+#: Seconds that nothing has to change for before the part is measured.
+STILL = 0.8
+#: Seconds between two words about how far a job has come.
+OFTEN = 0.1
 
 
 class Live:
     """A program on a page. `tell` is called with what the page is to know, from whichever thread knows it first.
 
     A text with an error keeps the program before it, and its picture; settings stay as long as a param takes them.
+    Whatever takes long is a job of its purpose (`text`, `scene`, `measure`, `export`), of which the latest wins.
     """
 
     def __init__(self, path: str, tell: Callable[[Message], None], session: Session | None = None) -> None:
-        self.path, self.tell = os.path.normpath(path), tell
         self.session = session or Session()
-        self.settings: dict[str, float | str] = {}
-        self.output: str | None = None
-        self._text = ""  # of the shader that the page has
-
-    def read(self) -> Snapshot:
-        """The file is as it is on disk now: tell of it, and draw it. Errors: E105, E106, E028 where it is none."""
-        return self._seen(self.session.update(self.path))
-
-    def choose(self, settings: dict[str, float | str] | None = None, output: str | None = None) -> None:
-        """Set params, in base units or by their words, or have another output drawn; draw it."""
-        self.settings |= settings or {}
-        self.output = output or self.output
-        self._draw()
+        self.document = Document(self.session, path)
+        self.tell = tell
+        self.settings: told.Settings = {}
+        self.wish = Wish()
+        self.made = Made()
+        self._known: list[str | None] = []  # the shaders that the page has
 
     def begin(self) -> None:
-        """A page that knows nothing is there."""
-        self._text = ""
-        found = self.session.snapshot(self.path)
-        if found is None:
-            self.read()
-        else:
-            self._seen(found)
+        """A page that knows nothing is there. Errors: those of reading the file."""
+        self._known = []
+        self._seen(self.document.read())
+        self._text()
 
     def close(self) -> None:
         """Nobody looks any more."""
         self.session.jobs.cancel()
+        self.made.close()
 
-    def _seen(self, found: Snapshot) -> Snapshot:
-        if found.good is not None:
-            self.settings = _kept(found.good, self.settings)
-            if self.output not in found.good.outputs:
-                self.output = None
-        self.tell(_told(found, self.settings))
-        self._draw()
-        return found
+    # ---- the text ---------------------------------------------------------------------------------------------------
 
-    def _draw(self) -> None:
-        found = self.session.snapshot(self.path)
-        program = None if found is None else found.good
-        if program is None:
-            return
-        settings, output = dict(self.settings), self.output
-        self.session.submit("scene", lambda: self._drawn(program, settings, output))
-
-    def _drawn(self, program: Program, settings: dict[str, float | str], output: str | None) -> None:
-        self.tell({"say": "drawing"})
-        try:
-            made = scene(program.design(settings), output)
-        except PoreError as error:
-            self.tell({"say": "refused", "text": "\n\n".join(render(d) for d in error.diagnostics)})
-            return
-        self.tell(packed(made, known=made.text == self._text))
-        self._text = made.text
-
-
-def packed(made: Scene, known: bool = False) -> bytes:
-    """A scene as one message: the length of its head, the head, blanks up to a multiple of 4 bytes, the textures. The
-    shader is left out where it is `known`."""
-    head = made.head()
-    if known:
-        head["text"] = None
-    text = json.dumps(head).encode()
-    text += b" " * (-len(text) % 4)
-    return struct.pack("<I", len(text)) + text + made.body()
-
-
-def _kept(program: Program, settings: dict[str, float | str]) -> dict[str, float | str]:
-    """The settings that a program still takes."""
-    kept: dict[str, float | str] = {}
-    for name, value in settings.items():
-        info = program.params.get(name)
-        if info is None:
-            continue
-        if isinstance(value, str):
-            fits = value in info.choices
+    def reread(self) -> None:
+        """Something was saved, here or elsewhere. Errors: those of reading the file."""
+        document = self.document
+        if document.dirty and document.changed_on_disk():
+            self.tell({"say": "conflict"})
+        elif document.dirty:  # a file that it uses, or its data
+            self._seen(document.edit(document.text))
+        elif document.changed_on_disk():
+            self._seen(document.read())
+            self._text()
         else:
-            fits = value in info.numbers if info.numbers else not info.choices and info.low <= value <= info.high
-        if fits:
-            kept[name] = value
-    return kept
+            self._seen(document.edit(document.text))
 
+    def edit(self, text: str) -> None:
+        """The text is being written."""
+        self.session.submit("text", lambda: self._seen(self.document.edit(text)))
 
-def _told(found: Snapshot, settings: dict[str, float | str]) -> dict[str, Any]:
-    """What a page shows of a program beside its picture; where its text is wrong, of the last that was well."""
-    program = found.good
-    return {
-        "say": "program",
-        "file": os.path.basename(found.path),
-        "wrong": [render(d) for d in in_order(found.diagnostics, found.source) if d.severity == "error"],
-        "doubts": [render(d) for d in in_order(found.diagnostics, found.source) if d.severity == "warning"],
-        "params": [] if program is None else [_param(p, settings.get(p.name)) for p in program.params.values()],
-        "outputs": [] if program is None else list(program.outputs),
-    }
+    def save(self, text: str, over: bool = False) -> None:
+        """Write the text into the file, unless another program has changed that."""
+        try:
+            if not self.document.write(text, over):
+                self.tell({"say": "conflict"})
+                return
+        except PoreError as error:
+            self._refused("text", error)
+            return
+        self.tell({"say": "saved"})
 
+    def discard(self) -> None:
+        """Take the text that is on disk instead of the one here."""
+        self.begin()
 
-def _param(info: ParamInfo, value: float | str | None) -> dict[str, Any]:
-    """A param for a slider: its value and range in base units, and the factor to the unit that it is shown in."""
-    default = info.choices[int(info.default)] if info.choices and not info.numbers else info.default
-    return {
-        "name": info.name,
-        "doc": info.doc,
-        "value": default if value is None else value,
-        "default": default,
-        "low": info.low,
-        "high": info.high,
-        "step": info.step,
-        "choices": list(info.numbers or info.choices),
-        "unit": "" if info.dimension is None else info.dimension.unit,
-    }
+    def style(self, text: str) -> None:
+        """Have the page show its text in the one style."""
+        try:
+            self.tell({"say": "styled", "text": self.document.styled(text)})
+        except PoreError as error:
+            self._refused("text", error)
+
+    def complete(self, number: int, text: str, offset: int) -> None:
+        """What may be written at a place, as the answer to the page's question of this number."""
+        snapshot = self.document.edit(text)
+        items = completions(snapshot, told.characters(text, offset))
+        self.tell({"say": "completions", "number": number, "items": told.completions(items, text)})
+
+    # ---- what is drawn ----------------------------------------------------------------------------------------------
+
+    def set(self, settings: Mapping[str, float | str]) -> None:
+        """Set params, in base units or by their words."""
+        self.settings = {**self.settings, **settings}
+        self._draw(quick=True)
+
+    def preset(self, name: str) -> None:
+        """Set params by a name of the program; `""` sets all back to their defaults."""
+        program = self._good()
+        if program is None or (name and name not in program.presets):
+            return
+        self.settings = {}
+        if name:
+            self.settings = {n: v for n, v in program.presets[name].items() if isinstance(v, int | float | str)}
+        found = self.session.snapshot(self.document.path)
+        if found is not None:
+            self.tell(told.program(found, self._numbers(program)))
+        self._draw()
+
+    def show(self, wish: Wish) -> None:
+        """Have other outputs drawn, in other colours."""
+        self.wish = wish
+        self._draw()
+
+    def export(self, output: str, ending: str, voxel: str) -> None:
+        """Mesh an output into a file that the page can have."""
+
+        def work() -> None:
+            try:
+                name, what = self.made.mesh(self._design(), output, ending, voxel)
+            except PoreError as error:
+                self._refused("export", error)
+            else:
+                self.tell({"say": "made", "name": name, "what": what})
+
+        self._job("export", work)
+
+    def cancel(self, purpose: str) -> None:
+        """What is being done for a purpose is not wanted any more; what is shown stays."""
+        self.session.jobs.cancel(purpose)
+
+    def _good(self) -> Program | None:
+        found = self.session.snapshot(self.document.path)
+        return None if found is None else found.good
+
+    def _design(self) -> Design:
+        program = self._good()
+        assert program is not None, "it has been drawn"
+        return program.design(self.settings)
+
+    def _numbers(self, program: Program) -> told.Settings:
+        """The settings by number, as a page shows them: a preset may say them with units."""
+        values = program.design(self.settings).settings
+        infos = program.params
+        self.settings = {
+            n: infos[n].choices[int(values[n])] if infos[n].choices and not infos[n].numbers else values[n]
+            for n in self.settings
+        }
+        return self.settings
+
+    def _text(self) -> None:
+        self.tell({"say": "text", "text": self.document.text})
+
+    def _seen(self, found: Snapshot) -> None:
+        if found.good is not None:
+            self.settings = told.kept(found.good, self.settings)
+            bodies = set(found.good.outputs)
+            self.wish = Wish(tuple(n for n in self.wish.outputs if n in bodies), self.wish.paint, self.wish.plane)
+        self.tell(told.program(found, self.settings))
+        if found.program is not None:
+            self._draw()
+
+    def _draw(self, quick: bool = False) -> None:
+        if self._good() is not None:
+            self._job("scene", lambda: self._drawn(quick))
+
+    def _drawn(self, quick: bool) -> None:
+        try:
+            design, wish = self._design(), self.wish
+            for budget in (QUICK, BUDGET) if quick else (BUDGET,):
+                made = scene(design, wish, budget)
+                checkpoint()
+                self.tell(packed(made, self._known))
+                self._known = texts(made)
+                checkpoint()
+        except PoreError as error:
+            self._refused("scene", error)
+            return
+        self._job("measure", lambda: self._measured(design, made.bodies[0].layer.name), "measuring")
+
+    def _measured(self, design: Design, output: str) -> None:
+        until = time.monotonic() + STILL
+        while time.monotonic() < until:
+            time.sleep(0.05)
+            checkpoint()
+        self.tell({"say": "measuring", "output": output})
+        try:
+            found = self.session.snapshot(self.document.path)
+            if found is not None and found.program is design.program:
+                self.tell(told.doubts(found, design.told(*design.program.roots(output))))
+            self.tell(told.checked(design))
+            checkpoint()
+            with np.errstate(all="ignore"):  # a field may be infinite somewhere, and that is told
+                self.tell(told.measured(Report(output, measure(design, output))))
+        except PoreError as error:
+            self._refused("measure", error)
+
+    def _refused(self, purpose: str, error: PoreError) -> None:
+        self.tell({"say": "refused", "of": purpose, "text": "\n\n".join(render(d) for d in error.diagnostics)})
+
+    def _job(self, purpose: str, work: Callable[[], None], said: str = "") -> None:
+        """Begin a job; the page is told how far it is, and when it has ended."""
+        last = 0.0
+
+        def report(what: str, done: int, total: int) -> None:
+            nonlocal last
+            now = time.monotonic()
+            if now - last >= OFTEN:
+                last = now
+                self.tell({"say": "doing", "of": purpose, "what": said or what, "share": done / max(total, 1)})
+
+        def whole() -> None:
+            try:
+                work()
+            except CancelledError:
+                self.tell({"say": "cancelled", "of": purpose})
+                raise
+            finally:
+                self.tell({"say": "done", "of": purpose})
+
+        self.session.submit(purpose, whole, report)

@@ -10,6 +10,7 @@ import asyncio
 import contextlib
 import hmac
 import json
+import secrets
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -22,12 +23,16 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from porelang.diagnostics import PoreError
 from porelang.preview.live import Live, Message
+from porelang.preview.scene import Wish
 from porelang.preview.watched import Watched
 
 WEB = Path(__file__).with_name("web")
 #: What a page consists of, and what each file is.
-FILES = {"": ("page.html", "text/html"), "page.css": ("page.css", "text/css")} | {
-    name: (name, "text/javascript") for name in ("page.js", "camera.js", "painter.js")
+_SCRIPTS = ("page", "camera", "controls", "editor", "line", "painter", "source")
+FILES = {
+    "": ("page.html", "text/html"),
+    "page.css": ("page.css", "text/css"),
+    **{f"{name}.js": (f"{name}.js", "text/javascript") for name in _SCRIPTS},
 }
 #: Words that a page may send in a second; one that sends more is dropped.
 MOST_A_SECOND = 400
@@ -35,8 +40,9 @@ MOST_A_SECOND = 400
 LONGEST = 100_000
 #: Seconds between two looks at the files.
 LOOK = 0.1
+_ALLOWED = ("default-src 'self'", "img-src 'self' data: blob:", "frame-ancestors 'none'", "base-uri 'none'")
 HEADERS = {
-    "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'",
+    "Content-Security-Policy": "; ".join(_ALLOWED),
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-store",
@@ -45,6 +51,7 @@ HEADERS = {
 
 def application(path: str, token: str, port: int) -> Starlette:
     """The application that serves a file's page at `/TOKEN/` of this port of 127.0.0.1."""
+    pages: dict[str, Live] = {}
 
     def refused(asked: HTTPConnection) -> bool:
         known = hmac.compare_digest(str(asked.path_params["token"]), token)
@@ -61,26 +68,38 @@ def application(path: str, token: str, port: int) -> Starlette:
         file, kind = FILES[name]
         return FileResponse(WEB / file, media_type=kind, headers=HEADERS)
 
+    async def made(request: Request) -> Response:
+        live = pages.get(request.path_params["key"])
+        if refused(request) or live is None or not (file := live.made.path(request.path_params["name"])).is_file():
+            return PlainTextResponse("nothing is here for you\n", 403, HEADERS)
+        return FileResponse(file, filename=file.name, headers=HEADERS)
+
     async def live(socket: WebSocket) -> None:
         if refused(socket) or socket.headers.get("origin") is None:
             await socket.close(1008)
             return
         await socket.accept()
-        await _attend(socket, path)
+        key = secrets.token_urlsafe(12)
+        await _attend(socket, path, key, pages)
 
-    return Starlette(routes=[Route("/{token}/{name:path}", page), WebSocketRoute("/{token}/live", live)])
+    return Starlette(routes=[
+        Route("/{token}/made/{key}/{name}", made), WebSocketRoute("/{token}/live", live),
+        Route("/{token}/{name:path}", page),
+    ])  # fmt: skip
 
 
-async def _attend(socket: WebSocket, path: str) -> None:
+async def _attend(socket: WebSocket, path: str, key: str, pages: dict[str, Live]) -> None:
     """Speak with one page until it leaves."""
     loop = asyncio.get_running_loop()
     waiting: asyncio.Queue[Message] = asyncio.Queue()
 
     def tell(message: Message) -> None:
+        if isinstance(message, dict) and message["say"] == "made":
+            message = message | {"link": f"made/{key}/{message['name']}"}
         with contextlib.suppress(RuntimeError):  # the server has ended
             loop.call_soon_threadsafe(waiting.put_nowait, message)
 
-    live = Live(path, tell)
+    live = pages[key] = Live(path, tell)
     tasks = [asyncio.create_task(work) for work in (_send(socket, waiting), _hear(socket, live), _watch(live))]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -90,6 +109,7 @@ async def _attend(socket: WebSocket, path: str) -> None:
     finally:
         for task in tasks:
             task.cancel()
+        del pages[key]
         live.close()
 
 
@@ -104,10 +124,32 @@ async def _send(socket: WebSocket, waiting: asyncio.Queue[Message]) -> None:
 
 async def _hear(socket: WebSocket, live: Live) -> None:
     async for word in _words(socket):
-        if isinstance(word.get("set"), dict):
-            live.choose(settings={n: v for n, v in word["set"].items() if isinstance(v, int | float | str)})
-        elif isinstance(word.get("output"), str):
-            live.choose(output=word["output"])
+        await asyncio.to_thread(_obey, live, word)
+
+
+def _obey(live: Live, word: dict[str, Any]) -> None:
+    """Do what a page asks for; what it cannot ask for is passed over."""
+    match word:
+        case {"do": "set", "settings": dict(settings)}:
+            live.set({n: v for n, v in settings.items() if isinstance(v, int | float | str)})
+        case {"do": "preset", "name": str(name)}:
+            live.preset(name)
+        case {"do": "show", "outputs": list(outputs), "paint": str(paint), "plane": bool(plane)}:
+            live.show(Wish(tuple(n for n in outputs if isinstance(n, str)), paint, plane))
+        case {"do": "edit", "text": str(text)}:
+            live.edit(text)
+        case {"do": "save", "text": str(text), "over": bool(over)}:
+            live.save(text, over)
+        case {"do": "discard"}:
+            live.discard()
+        case {"do": "style", "text": str(text)}:
+            live.style(text)
+        case {"do": "complete", "number": int(number), "text": str(text), "offset": int(offset)}:
+            live.complete(number, text, offset)
+        case {"do": "export", "output": str(output), "ending": str(ending), "voxel": str(voxel)}:
+            live.export(output, ending, voxel)
+        case {"do": "cancel", "of": str(purpose)}:
+            live.cancel(purpose)
 
 
 async def _words(socket: WebSocket) -> AsyncIterator[dict[str, Any]]:
@@ -132,11 +174,11 @@ async def _words(socket: WebSocket) -> AsyncIterator[dict[str, Any]]:
 async def _watch(live: Live) -> None:
     """Read the program again whenever it, or a file that it names, was saved."""
     await asyncio.to_thread(live.begin)
-    watched = Watched(live.path)
+    watched = Watched(live.document.path)
     while True:
         await asyncio.sleep(LOOK)
         if watched.changed():
             try:
-                await asyncio.to_thread(live.read)
+                await asyncio.to_thread(live.reread)
             except PoreError as error:
-                live.tell({"say": "refused", "text": error.diagnostics[0].message})
+                live.tell({"say": "refused", "of": "text", "text": error.diagnostics[0].message})

@@ -43,8 +43,8 @@ class Cells:
         return not self.values.any()
 
 
-def bound_cells(part: Formula, box: Box) -> Cells:
-    """The cells of a box, as fine as the length of the program allows."""
+def bound_cells(part: Formula, box: Box, budget: int = BUDGET) -> Cells:
+    """The cells of a box, as fine as a budget of enclosures allows for the length of the program."""
     part = part.taken
     sloped = part.with_roots(part.root, *slopes(part.root))
     test = box_test(part)
@@ -68,7 +68,7 @@ def bound_cells(part: Formula, box: Box) -> Cells:
         values[tuple(left.T)] = found
         spent += cost * len(left)
         undecided = 8 * int(np.isnan(found).sum())
-        if 2 * max(values.shape) > FINEST or spent + 3 * cost * undecided > BUDGET:
+        if 2 * max(values.shape) > FINEST or spent + 3 * cost * undecided > budget:
             break
         for axis in range(3):
             values = np.repeat(values, 2, axis=axis)

@@ -38,6 +38,9 @@ CALL, SMALLEST, LARGEST = 0.5, 16, 1024
 #: The shortest step, in samples of the picture: solid that a ray passes through for less may be missed.
 FINEST = 0.01
 COMPILING, DRAWING = 600.0, 60.0
+#: Red, green and blue of the part, and of faces where it is cut, in the light.
+MATERIAL = np.array((0.945, 0.915, 0.855), np.float32)
+SECTION = np.array((0.800, 0.440, 0.330), np.float32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,13 +82,16 @@ class Marcher:
             corners[:, i] = notch.lo, notch.hi
         self.uniforms: dict[str, Any] = {
             "samples": samples,
-            "bare": float(bare),
+            "material": np.ones(3, np.float32) if bare else MATERIAL,
+            "section": np.ones(3, np.float32) if bare else SECTION,
             "eye": camera.eye,
             "camera": np.stack([camera.right, camera.up, camera.forward]),
             "zoom": camera.zoom,
             "perspective": float(camera.perspective),
             "box_lo": np.array(box.lo),
             "box_hi": np.array(box.hi),
+            "cells_lo": np.array(box.lo),
+            "cells_hi": np.array(box.hi),
             "cut_lo": np.array(scene.shown.cut_lo, np.float32),
             "cut_hi": np.array(scene.shown.cut_hi, np.float32),
             "notches": len(scene.shown.notches),

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.analysis.box import Box
+from porelang.analysis.box import around
 from porelang.diagnostics import Diagnostic, fail
 from porelang.elaborate.values import Scalar
 from porelang.expression import Expression, expression
@@ -62,7 +62,7 @@ def render_output(
     part = _together(design, names)
     coloured = field_shown(program, wishes)
     shown_field = part if coloured is None else design.formula(*coloured.roots)
-    box = checked_bounds(bounds) if bounds is not None else _roomy(_around([design.bounds(n) for n in names]))
+    box = checked_bounds(bounds) if bounds is not None else around([design.bounds(n) for n in names]).grown(ROOM)
     shown = take_away(whole(box, bounds is not None), wishes.cuts)
     painted = wishes.field is not None and not wishes.slices
     named = _coloured(program, names)
@@ -151,13 +151,16 @@ def render_output(
 def field_shown(program: Program, wishes: Wishes) -> Expression | None:
     """The field in colours: an output, a `let`, or an expression of these, that is a number. Errors: E100, E101, those
     of an expression."""
-    if wishes.field is None:
-        return None
-    if wishes.field in program.outputs:
-        program.solid(wishes.field)
-    found = expression(program, wishes.field, "--field")
+    return None if wishes.field is None else field_of(program, wishes.field, "--field")
+
+
+def field_of(program: Program, text: str, option: str) -> Expression:
+    """What is to be shown in colours, by a text that was given at `option`. Errors: those of `field_shown`."""
+    if text in program.outputs:
+        program.solid(text)
+    found = expression(program, text, option)
     if not isinstance(found.value, Scalar):
-        what, hint = "a condition", f"as in --field 'if {found.text} then 1 else 0'"
+        what, hint = "a condition", f"as in {option} 'if {found.text} then 1 else 0'"
         if len(found.roots) > 1:
             what, hint = "a vector", f"colours are of one number: length({found.text}), or {found.text}.z"
         raise fail("E101", f"`{found.text}` is {what}", hint=hint)
@@ -228,11 +231,6 @@ def _together(design: Design, names: Sequence[str]) -> Formula:
     return formula.with_roots(root)
 
 
-def _around(found: Sequence[Box]) -> Box:
-    lo, hi = np.min([b.lo for b in found], axis=0), np.max([b.hi for b in found], axis=0)
-    return Box((float(lo[0]), float(lo[1]), float(lo[2])), (float(hi[0]), float(hi[1]), float(hi[2])))
-
-
 def _beside(wishes: Wishes, named: Sequence[tuple[str, Colour]], painted: bool) -> tuple[int, NDArray[np.uint8] | None]:
     """The width of what is drawn beside a picture; and that, where it is the names of outputs."""
     if wishes.legend is None:
@@ -283,12 +281,6 @@ def _nearer(scene: Scene, camera: Camera, size: tuple[int, int], device: Gpu, wi
         if found.pixel(small, scene.box) > SMALL * before.pixel(small, scene.box):
             break
     return zoomed(found, wishes.zoom)
-
-
-def _roomy(box: Box) -> Box:
-    more = ROOM * max(box.size)
-    lo, hi = (tuple(v + s * more for v in end) for end, s in ((box.lo, -1), (box.hi, 1)))
-    return Box((lo[0], lo[1], lo[2]), (hi[0], hi[1], hi[2]))
 
 
 def _samples(wishes: Wishes, strip: int) -> tuple[tuple[int, int], int]:

@@ -37,9 +37,11 @@ _LOOKS_UP = ("lookup", "lookup_cubic")
 
 @dataclass(frozen=True, eq=False)
 class Studied:
-    """The part that the studies of `names` are of: how far beyond its elements places are, and what is `far` (mm)."""
+    """The part that the studies of `names` are of: how far beyond its elements places are, also as `depths`, and what
+    is `far` (mm)."""
 
     names: tuple[str, ...]
+    depths: tuple[Node, ...]
     depth: NumpyField
     far: Floats
     place: Any
@@ -55,6 +57,12 @@ class Studied:
             return np.where(self.beyond(places), np.nan, field(places))
 
         return value
+
+    def known_root(self, root: Node) -> Node:
+        """A flat root that has no value where nothing was studied."""
+        for depth, far in zip(self.depths, self.far, strict=True):
+            root = node("select", node("lt", const(float(far)), depth), const(math.nan), root)
+        return root
 
     def told(self, places: Floats, what: str) -> list[Diagnostic]:
         """W285 where more than a few of the places (n, 3) that are seen lie beyond it."""
@@ -84,12 +92,12 @@ def studied(design: Design, roots: Sequence[Node]) -> Studied | None:
         return None
     tasks = list(dict.fromkeys(task for task, *_ in asked))
     # deeper than can be where samples cover nothing
-    depths = (node("lookup", *args, value=(DEPTH, 0, 0, 0)) for args in asked)
-    formula = design.formula(*(node("select", node("covers", *a), d, const(math.inf))
-                               for a, d in zip(asked, depths, strict=True)))  # fmt: skip
+    depths = tuple(node("select", node("covers", *args), node("lookup", *args, value=(DEPTH, 0, 0, 0)), const(math.inf))
+                   for args in asked)  # fmt: skip
+    formula = design.formula(*depths)
     far = np.array([BEYOND * max(_samples(formula.bindings[task]).spacing) for task, *_ in asked])
     names = tuple(name for name, n in program.studies.items() if n in tasks)
-    return Studied(names, NumpyField(formula, "f64"), far, program.places.get(tasks[0]))
+    return Studied(names, depths, NumpyField(formula, "f64"), far, program.places.get(tasks[0]))
 
 
 def is_result(shown: Expression) -> bool:

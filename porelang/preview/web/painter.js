@@ -1,47 +1,69 @@
-// Draws a scene with WebGL 2: coarse while something moves, and then at full resolution, in strips that keep the page awake.
+// Draws scenes with WebGL 2: coarse while something moves, and then at full resolution, in strips that keep the page awake.
 const CORNERS = `#version 300 es
 void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`;
 const ROW = 2048;       // words in a row of a texture of data
 const FRAME = 40;       // ms that a frame may take while something moves
 const STRIP = 30;       // ms that one strip of the full picture may take
 const COARSEST = 8;     // pixels of the page for one that is drawn, at most
+const FINE = 400;       // ms that a full picture may take for another of four times as many pixels to follow
+const STILL = 150;      // ms without a change until the full picture is begun
+const CLEAR = 0.45;     // of a plane shows where the part is not
 
 export class Painter {
+  // `told(text)` is told how long a picture took.
   constructor(canvas, camera, told) {
     this.canvas = canvas;
     this.camera = camera;
     this.told = told;
     this.scene = null;
+    this.section = { axis: -1, offset: 0, keeps: 1 };  // keeps: 1 what is beyond the offset, -1 what is below
     this.coarse = 4;
     this.perPixel = 0;    // ms
-    this.drawn = 0;       // pictures so far
+    this.drawn = 0;       // full pictures so far
     this.start();
     canvas.addEventListener("webglcontextlost", (e) => e.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => { this.start(); if (this.scene) this.take(this.scene, () => {}); });
   }
 
   start() {
-    const gl = this.canvas.getContext("webgl2", { antialias: false, preserveDrawingBuffer: true, alpha: true, premultipliedAlpha: true });
+    const gl = this.canvas.getContext("webgl2", { antialias: false, preserveDrawingBuffer: true, alpha: true, premultipliedAlpha: true, depth: true });
     if (!gl) throw new Error("This browser has no WebGL 2 here, with which the part is drawn. `pore render` draws without it.");
     this.gl = gl;
     this.parallel = gl.getExtension("KHR_parallel_shader_compile");
-    this.program = null;
-    this.text = null;
+    this.programs = new Map();  // by text
     this.textures = [];
   }
 
   // Take over a scene; `ready` is called when it can be drawn, or with what is wrong.
   take(scene, ready) {
     const gl = this.gl;
-    const text = scene.text ?? this.text;
-    scene.text = text;
-    const finish = () => {
+    const layers = [...scene.bodies, ...(scene.plane ? [scene.plane] : [])];
+    const waiting = layers.map((layer) => this.compiled(layer.text));
+    this.wanted = scene;
+    const look = () => {
+      if (this.wanted !== scene) return;  // a later one is on its way
+      if (this.parallel && waiting.some((p) => !gl.getProgramParameter(p.program, this.parallel.COMPLETION_STATUS_KHR))) return setTimeout(look, 20);
+      for (const one of waiting) {
+        if (gl.getProgramParameter(one.program, gl.LINK_STATUS)) continue;
+        const log = one.shaders.map((s) => gl.getShaderInfoLog(s)).concat(gl.getProgramInfoLog(one.program)).filter(Boolean).join("\n");
+        return ready(`This browser's graphics driver refuses the shader of the part:\n${log}`);
+      }
+      for (const [text, one] of this.programs) {
+        if (waiting.includes(one)) continue;
+        gl.deleteProgram(one.program);
+        this.programs.delete(text);
+      }
       this.scene = scene;
-      this.load(scene);
+      this.load(layers);
       ready("");
       this.moved();
     };
-    if (text === this.text && this.program) return finish();
+    look();
+  }
+
+  compiled(text) {
+    if (this.programs.has(text)) return this.programs.get(text);
+    const gl = this.gl;
     const program = gl.createProgram();
     const shaders = [[gl.VERTEX_SHADER, CORNERS], [gl.FRAGMENT_SHADER, text]].map(([kind, source]) => {
       const shader = gl.createShader(kind);
@@ -51,50 +73,40 @@ export class Painter {
       return shader;
     });
     gl.linkProgram(program);
-    this.linking = program;
-    const look = () => {
-      if (this.linking !== program) return gl.deleteProgram(program);  // a later one is on its way
-      if (this.parallel && !gl.getProgramParameter(program, this.parallel.COMPLETION_STATUS_KHR)) return setTimeout(look, 20);
-      if (!gl.getProgramParameter(program, gl.LINK_STATUS)) {
-        const log = shaders.map((s) => gl.getShaderInfoLog(s)).concat(gl.getProgramInfoLog(program)).filter(Boolean).join("\n");
-        return ready(`This browser's graphics driver refuses the shader of the part:\n${log}`);
-      }
-      if (this.program) gl.deleteProgram(this.program);
-      this.program = program;
-      this.text = text;
-      this.places = new Map();
-      finish();
-    };
-    look();
+    const one = { program, shaders, places: new Map() };
+    this.programs.set(text, one);
+    return one;
   }
 
-  load(scene) {
+  // The textures of layers: those of each begin at its unit 0.
+  load(layers) {
     const gl = this.gl;
     for (const texture of this.textures) gl.deleteTexture(texture);
-    const made = (target, unit) => {
+    this.textures = [];
+    const made = (target) => {
       const texture = gl.createTexture();
-      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.activeTexture(gl.TEXTURE0);
       gl.bindTexture(target, texture);
       for (const wrap of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(target, wrap, gl.CLAMP_TO_EDGE);
       for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(target, filter, gl.NEAREST);
+      this.textures.push(texture);
       return texture;
     };
-    const [nx, ny, nz] = scene.counts;
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
-    this.textures = [made(gl.TEXTURE_3D, 0)];
-    gl.texImage3D(gl.TEXTURE_3D, 0, gl.R32F, nx, ny, nz, 0, gl.RED, gl.FLOAT, scene.cells);
-    scene.data.forEach((words, k) => {
-      this.textures.push(made(gl.TEXTURE_2D, k + 1));
-      const rows = Math.ceil(words.length / ROW);
-      const whole = new Uint32Array(rows * ROW);
-      whole.set(words);
-      gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32UI, ROW, rows, 0, gl.RED_INTEGER, gl.UNSIGNED_INT, whole);
-    });
-  }
-
-  place(name) {
-    if (!this.places.has(name)) this.places.set(name, this.gl.getUniformLocation(this.program, name));
-    return this.places.get(name);
+    for (const layer of layers) {
+      layer.units = [];
+      if (layer.cells) {
+        layer.units.push([gl.TEXTURE_3D, made(gl.TEXTURE_3D), "cells"]);
+        gl.texImage3D(gl.TEXTURE_3D, 0, gl.R32F, ...layer.counts, 0, gl.RED, gl.FLOAT, layer.cells);
+      }
+      layer.data.forEach((words, k) => {
+        layer.units.push([gl.TEXTURE_2D, made(gl.TEXTURE_2D), `data${k}`]);
+        const rows = Math.ceil(words.length / ROW);
+        const whole = new Uint32Array(rows * ROW);
+        whole.set(words);
+        gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32UI, ROW, rows, 0, gl.RED_INTEGER, gl.UNSIGNED_INT, whole);
+      });
+    }
   }
 
   // Something has changed: draw a coarse picture at once, and the full one when nothing moves any more.
@@ -105,10 +117,10 @@ export class Painter {
     this.asked = true;
     requestAnimationFrame(() => {
       this.asked = false;
-      if (!this.program || !this.scene) return;
+      if (!this.scene) return;
       this.quick();
       const wish = this.wish;
-      this.still = setTimeout(() => this.full(wish), 150);
+      this.still = setTimeout(() => this.full(wish), STILL);
     });
   }
 
@@ -121,8 +133,8 @@ export class Painter {
     const size = this.size(this.coarse);
     [this.canvas.width, this.canvas.height] = size;
     const begun = performance.now();
-    this.strip(size, 0, size[1]);
-    this.gl.readPixels(0, 0, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4));  // waits until it is there
+    this.strip(size, 0, size[1], 1);
+    this.wait(0);  // until it is there
     const ms = performance.now() - begun;
     this.perPixel = ms / (size[0] * size[1]);
     this.told(`${size[0]} x ${size[1]}, ${ms.toFixed(1)} ms`);
@@ -130,78 +142,133 @@ export class Painter {
     else if (ms < FRAME / 3) this.coarse = Math.max(1, this.coarse / 1.3);
   }
 
-  full(wish) {
-    const size = this.size(1);
+  wait(row) {
+    this.gl.readPixels(0, row, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4));
+  }
+
+  // The picture at full resolution, or with `samples` along a side of each pixel. Strips go into a buffer of their own,
+  // so that the picture before stays until this one is there.
+  full(wish, samples = 1) {
+    const gl = this.gl, shown = this.size(1), size = shown.map((n) => n * samples);
     const rows = Math.max(1, Math.floor(STRIP / Math.max(this.perPixel, 1e-9) / size[0]));
-    const picture = document.createElement("canvas");
-    [picture.width, picture.height] = size;
     const begun = performance.now();
-    let from = size[1];
-    // strips are drawn into a buffer of their own, so that the coarse picture stays until the full one is there
-    const gl = this.gl, texture = gl.createTexture(), buffer = gl.createFramebuffer();
-    gl.activeTexture(gl.TEXTURE0 + 15);
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA8, size[0], size[1]);
+    const buffer = gl.createFramebuffer(), colour = gl.createRenderbuffer(), depth = gl.createRenderbuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, buffer);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+    for (const [store, form, at] of [[colour, gl.RGBA8, gl.COLOR_ATTACHMENT0], [depth, gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT]]) {
+      gl.bindRenderbuffer(gl.RENDERBUFFER, store);
+      gl.renderbufferStorage(gl.RENDERBUFFER, form, ...size);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, at, gl.RENDERBUFFER, store);
+    }
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    const end = () => { gl.deleteFramebuffer(buffer); gl.deleteTexture(texture); };
+    const end = () => { gl.deleteFramebuffer(buffer); gl.deleteRenderbuffer(colour); gl.deleteRenderbuffer(depth); };
+    let from = size[1];
     const step = () => {
       if (this.wish !== wish) return end();
       const to = from;
       from = Math.max(0, from - rows);
       gl.bindFramebuffer(gl.FRAMEBUFFER, buffer);
-      this.strip(size, from, to);
-      gl.readPixels(0, from, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+      this.strip(size, from, to, samples);
+      this.wait(from);
       gl.bindFramebuffer(gl.FRAMEBUFFER, null);
       if (from > 0) return setTimeout(step, 0);
-      [this.canvas.width, this.canvas.height] = size;
+      [this.canvas.width, this.canvas.height] = shown;
       gl.bindFramebuffer(gl.READ_FRAMEBUFFER, buffer);
-      gl.blitFramebuffer(0, 0, ...size, 0, 0, ...size, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+      gl.blitFramebuffer(0, 0, ...size, 0, 0, ...shown, gl.COLOR_BUFFER_BIT, samples > 1 ? gl.LINEAR : gl.NEAREST);
       gl.bindFramebuffer(gl.READ_FRAMEBUFFER, null);
       end();
+      const ms = performance.now() - begun;
+      this.told(`${shown[0]} x ${shown[1]}${samples > 1 ? `, ${samples * samples} samples` : ""}, ${ms.toFixed(0)} ms`);
+      if (samples > 1) return;
       this.drawn += 1;
-      this.canvas.dataset.drawn = this.drawn;  // the full pictures so far
-      this.told(`${size[0]} x ${size[1]}, ${(performance.now() - begun).toFixed(0)} ms`);
+      this.canvas.dataset.drawn = this.drawn;
+      if (ms < FINE) this.full(wish, 2);
     };
     step();
   }
 
   // The rows from..to of a picture of this size, counted from the bottom. Lengths are those of porelang/render/march.py.
-  strip(size, from, to) {
-    const gl = this.gl, scene = this.scene, { lo, hi } = scene;
-    const edges = hi.map((v, i) => v - lo[i]);
-    const diagonal = Math.hypot(...edges);
-    const view = this.camera.uniforms(diagonal);
-    const middle = lo.map((v, i) => (v + hi[i]) / 2);
+  strip(size, from, to, samples) {
+    const gl = this.gl, scene = this.scene;
+    const view = this.camera.uniforms(Math.hypot(...scene.hi.map((v, i) => v - scene.lo[i])));
+    const most = Math.max(...[...view.eye, ...scene.lo, ...scene.hi].map(Math.abs));
+    const farthest = Math.hypot(...scene.lo.map((v, i) => Math.max(Math.abs(v - view.eye[i]), Math.abs(scene.hi[i] - view.eye[i]))));
+    gl.viewport(0, 0, ...size);
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(0, from, size[0], to - from);
+    gl.clearColor(0, 0, 0, 0);
+    gl.clearDepth(1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthFunc(gl.LEQUAL);
+    gl.disable(gl.BLEND);
+    const rounding = 2 ** -23 * most;
+    for (const body of scene.bodies) this.body(body, view, size, samples, farthest, rounding);
+    if (scene.plane && this.section.axis >= 0) {
+      gl.enable(gl.BLEND);
+      gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+      this.plane(scene, view, size, farthest, rounding);
+    }
+    gl.disable(gl.SCISSOR_TEST);
+  }
+
+  body(body, view, size, samples, farthest, rounding) {
+    const lo = [...body.lo], hi = [...body.hi], cutLo = [0, 0, 0], cutHi = [0, 0, 0];
+    const { axis, offset, keeps } = this.section;
+    if (axis >= 0) {
+      if (keeps > 0 ? offset >= hi[axis] : offset <= lo[axis]) return;
+      if (keeps > 0 && offset > lo[axis]) { lo[axis] = offset; cutLo[axis] = 1; }
+      if (keeps < 0 && offset < hi[axis]) { hi[axis] = offset; cutHi[axis] = 1; }
+    }
+    const diagonal = Math.hypot(...body.hi.map((v, i) => v - body.lo[i]));
+    const middle = body.lo.map((v, i) => (v + body.hi[i]) / 2);
     const forward = view.camera.slice(6);
     const depth = view.perspective ? Math.max(1e-9, middle.reduce((sum, v, i) => sum + (v - view.eye[i]) * forward[i], 0)) : 1;
     const pixel = 2 * view.zoom * depth / size[1];
-    const farthest = Math.hypot(...view.eye.map((v, i) => v - middle[i])) + diagonal;
-    const rounding = 2 ** -23 * Math.max(...[...view.eye, ...lo, ...hi].map(Math.abs));
-    const nearest = Math.max(0.2 * pixel, 1e-6 * farthest, 4 * rounding);
-    gl.useProgram(this.program);
-    gl.uniform1i(this.place("cells"), 0);
-    scene.data.forEach((_, k) => gl.uniform1i(this.place(`data${k}`), k + 1));
-    if (scene.numbers.length) gl.uniform1fv(this.place("u"), new Float32Array(scene.numbers));
-    gl.uniform1i(this.place("want"), 0);
-    gl.uniform1i(this.place("samples"), 1);
-    const reals = {
-      side: 1, layer: 0, bare: 0, zoom: view.zoom, perspective: view.perspective, rounding, nearest,
-      finest: Math.max(0.01 * pixel, 1e-7 * farthest, rounding), jump: Math.max(0.5 * pixel, nearest), reach: 0.1 * diagonal,
-      grain: Math.max(0.5 * pixel, 1e-5 * farthest, 32 * rounding),
+    const far = Math.hypot(...view.eye.map((v, i) => v - middle[i])) + diagonal;
+    const nearest = Math.max(0.2 * pixel, 1e-6 * far, 4 * rounding);
+    this.draw(body, view, size, {
+      want: [1, "i", 0], samples: [1, "i", samples], side: [1, "f", 1], layer: [1, "f", 0], rounding: [1, "f", rounding],
+      nearest: [1, "f", nearest], finest: [1, "f", Math.max(0.01 * pixel, 1e-7 * far, rounding)],
+      jump: [1, "f", Math.max(0.5 * pixel, nearest)], reach: [1, "f", 0.1 * diagonal],
+      grain: [1, "f", Math.max(0.5 * pixel, 1e-5 * far, 32 * rounding)], corner: [2, "f", [0, 0]], farthest: [1, "f", farthest],
+      box_lo: [3, "f", lo], box_hi: [3, "f", hi], cells_lo: [3, "f", body.lo], cells_hi: [3, "f", body.hi],
+      cut_lo: [3, "f", cutLo], cut_hi: [3, "f", cutHi], counts: [3, "i", body.counts], material: [3, "f", body.colour],
+      section: [3, "f", body.section],
+    });
+  }
+
+  plane(scene, view, size, farthest, rounding) {
+    const { axis, offset } = this.section;
+    this.draw(scene.plane, view, size, {
+      box_lo: [3, "f", scene.lo], box_hi: [3, "f", scene.hi], axis: [1, "i", axis], offset: [1, "f", offset], farthest: [1, "f", farthest],
+      nearer: [1, "f", Math.max(2e-6 * farthest, 8 * rounding)], every: [1, "f", scene.scale.every], clear: [1, "f", CLEAR],
+    });
+  }
+
+  draw(layer, view, size, values) {
+    const gl = this.gl, { program, places } = this.programs.get(layer.text);
+    const place = (name) => {
+      if (!places.has(name)) places.set(name, gl.getUniformLocation(program, name));
+      return places.get(name);
     };
-    for (const [name, value] of Object.entries(reals)) gl.uniform1f(this.place(name), value);
-    gl.uniform2f(this.place("size"), size[0], size[1]);
-    gl.uniform2f(this.place("corner"), 0, 0);
-    for (const [name, value] of Object.entries({ eye: view.eye, box_lo: lo, box_hi: hi, cut_lo: [0, 0, 0], cut_hi: [0, 0, 0] }))
-      gl.uniform3fv(this.place(name), value);
-    gl.uniformMatrix3fv(this.place("camera"), false, view.camera);
-    gl.uniform3iv(this.place("counts"), scene.counts);
-    gl.viewport(0, 0, size[0], size[1]);
-    gl.enable(gl.SCISSOR_TEST);
-    gl.scissor(0, from, size[0], to - from);
+    gl.useProgram(program);
+    layer.units.forEach(([target, texture, name], k) => {
+      gl.activeTexture(gl.TEXTURE0 + k);
+      gl.bindTexture(target, texture);
+      gl.uniform1i(place(name), k);
+    });
+    if (layer.numbers.length) gl.uniform1fv(place("u"), layer.numbers);
+    const scale = this.scene.scale;
+    if (scale) {
+      gl.uniform3fv(place("scale_colours"), scale.colours.flat());
+      gl.uniform3fv(place("scale_ends"), scale.ends);
+    }
+    const common = { zoom: [1, "f", view.zoom], perspective: [1, "f", view.perspective], size: [2, "f", size], eye: [3, "f", view.eye] };
+    for (const [name, [count, kind, value]] of Object.entries({ ...common, ...values })) {
+      if (count === 1) gl[`uniform1${kind}`](place(name), value);
+      else gl[`uniform${count}${kind}v`](place(name), value);
+    }
+    gl.uniformMatrix3fv(place("camera"), false, view.camera);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
-    gl.disable(gl.SCISSOR_TEST);
   }
 }

@@ -1,0 +1,45 @@
+"""Meshes for a page to download: made in a folder of their own, which is gone when the page is."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from porelang.asked import keep_checks
+from porelang.mesh.export import write, writer_of
+from porelang.mesh.made import make
+from porelang.mesh.part import notes_of
+from porelang.program import Design
+from porelang.values import spacing
+
+#: What can be had, by ending, and what it is.
+MESHES = {
+    ".stl": "STL, for printers", ".3mf": "3MF, for printers, with units", ".ply": "PLY", ".obj": "OBJ",
+    ".glb": "GLB, for pictures", ".vtp": "VTP, for ParaView",
+}  # fmt: skip
+
+
+class Made:
+    """The files of one page. `close` removes them."""
+
+    def __init__(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="pore-view-")
+
+    def mesh(self, design: Design, output: str, ending: str, voxel: str = "auto") -> tuple[str, str]:
+        """Mesh an output into a file: its name, and what is in it. Errors: those of `pore mesh`."""
+        design.program.solid(output)
+        name = f"{Path(design.program.source.name).stem}-{output}{ending}"
+        writer_of(name)
+        keep_checks(design)
+        made = make(design, output, spacing(voxel))
+        write(made.surface, self.path(name), notes_of(design, output))
+        size = os.path.getsize(self.path(name)) / 1e6
+        return name, f"{len(made.surface.faces):,} triangles, voxel {made.facts['voxel']:.3g} mm, {size:.1f} MB"
+
+    def path(self, name: str) -> Path:
+        """Where a file of this name is, or would be."""
+        return Path(self._folder.name) / os.path.basename(name)
+
+    def close(self) -> None:
+        self._folder.cleanup()

@@ -1,0 +1,95 @@
+// The controls of a program: its params with units, ranges, steps and docs, its presets, and which outputs are shown.
+export const shown = (value) => String(Number(Number(value).toPrecision(6)));
+
+export function made(kind, options = {}, ...inside) {
+  const element = Object.assign(document.createElement(kind), options);
+  element.append(...inside);
+  return element;
+}
+
+// A step of 1, 2 or 5 times a power of ten, so that some hundreds make a range.
+function fine(range) {
+  const power = 10 ** Math.floor(Math.log10(range / 250));
+  return power * [5, 2, 1].find((n) => n * power <= range / 250);
+}
+
+// A slider with its number, or a choice; `set(name, value)` is told of each change, in base units.
+export function control(param, set) {
+  const id = `param-${param.name}`;
+  const name = made("div", { className: "name" }, made("label", { textContent: param.name, htmlFor: id }));
+  const box = made("div", { className: "param" }, name);
+  if (param.doc) box.append(made("div", { className: "doc", id: `${id}-doc`, textContent: param.doc }));
+  let main;
+  if (param.choices.length) {
+    main = made("select", {}, ...param.choices.map((choice) => new Option(String(choice))));
+    main.value = String(param.value);
+    main.onchange = () => set(param.name, param.choices[main.selectedIndex]);
+  } else {
+    const [low, high, value, step] = [param.low, param.high, param.value, param.step].map((v) => v === null ? null : v / param.scale);
+    main = made("input", { type: "range" });
+    const number = made("input", { type: "number" });
+    number.setAttribute("aria-label", `${param.name}${param.unit ? ` in ${param.unit}` : ""}`);
+    for (const input of [main, number]) {
+      // a step counts from the default, and a range from its lowest value: the number may be any, and is brought to a step
+      Object.assign(input, { min: low, max: high, step: input === main ? step ?? fine(high - low) : "any" });
+    }
+    main.value = value;
+    number.value = shown(value);
+    const take = (given) => {
+      const within = Math.min(Math.max(given, low), high);
+      number.value = shown(within);
+      set(param.name, Math.min(Math.max(within * param.scale, param.low), param.high));
+    };
+    main.oninput = () => take(Number(main.value));
+    number.onchange = () => { if (number.value === "") number.value = main.value; main.value = number.value; take(Number(number.value)); };
+    main.title = "Double click: its default";
+    main.ondblclick = () => { main.value = param.default / param.scale; take(param.default / param.scale); };
+    name.append(made("div", { className: "box" }, number, param.unit));
+  }
+  main.id = id;
+  if (param.doc) main.setAttribute("aria-describedby", `${id}-doc`);
+  box.append(main);
+  return box;
+}
+
+// Which outputs are shown; the first is what is measured, exported and cut by the plane.
+export function outputs(names, shownNow, colours, show) {
+  return names.map((name, i) => {
+    const box = made("input", { type: "checkbox", id: `output-${i}`, checked: shownNow.includes(name) });
+    box.onchange = () => {
+      const next = names.filter((n) => (n === name ? box.checked : shownNow.includes(n)));
+      if (next.length) show(next);
+      else box.checked = true;  // something is to be seen
+    };
+    const swatch = made("span", { className: "swatch" });
+    if (colours.has(name)) swatch.style.background = `rgb(${colours.get(name).map((c) => Math.round(255 * c)).join(" ")})`;
+    return made("label", { htmlFor: box.id }, box, swatch, name);
+  });
+}
+
+// The scale of colours, with its numbers.
+export function legend(element, scale) {
+  element.hidden = !scale;
+  if (!scale) return;
+  const [low, middle, high] = scale.ends;
+  const strip = made("canvas", { width: 1, height: 256 });
+  const pen = strip.getContext("2d");
+  const colour = (value) => {
+    const place = 8 * (value < middle ? 0.5 * (value - low) / (middle - low) : 0.5 + 0.5 * (value - middle) / (high - middle));
+    const below = Math.min(7, Math.max(0, Math.floor(place)));
+    return scale.colours[below].map((c, i) => Math.round(255 * (c + (place - below) * (scale.colours[below + 1][i] - c))));
+  };
+  for (let y = 0; y < 256; y++) {
+    pen.fillStyle = `rgb(${colour(high + (low - high) * y / 255).join(" ")})`;
+    pen.fillRect(0, y, 1, 1);
+  }
+  const ticks = [...new Set([low, ...scale.numbers, high])].filter((v) => v === low || v === high || Math.min(v - low, high - v) > 0.07 * (high - low));
+  const marks = ticks.map((value) => {
+    const tick = made("span", { className: "tick", textContent: shown(value.toPrecision(4)) });
+    tick.style.top = `${100 * (high - value) / (high - low)}%`;
+    return tick;
+  });
+  const what = `${scale.shown}${scale.unit && scale.unit !== scale.shown ? ` (${scale.unit.replace(scale.shown, "").trim() || scale.unit})` : ""}`;
+  element.setAttribute("aria-label", `Colours of ${what}: from ${shown(low)} to ${shown(high)}`);
+  element.replaceChildren(made("div", { className: "what", textContent: what }), made("div", { className: "scale" }, strip, ...marks));
+}

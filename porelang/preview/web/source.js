@@ -1,0 +1,95 @@
+// The program beside the picture: written, marked where it is wrong, completed, saved.
+const element = (id) => document.getElementById(id);
+
+export class SourcePane {
+  constructor(send) {
+    this.send = send;
+    this.editor = null;
+    this.disk = "";       // the text of the file
+    this.now = "";        // the text here
+    this.marks = [];
+    this.asked = new Map();  // completions that are waited for
+    this.count = 0;
+    element("save").onclick = () => this.save();
+    element("style").onclick = () => this.style();
+    element("shut").onclick = () => this.open(false);
+    element("open").onclick = () => this.open(element("source").hidden);
+    element("theirs").onclick = () => { element("conflict").hidden = true; send({ do: "discard" }); };
+    element("ours").onclick = () => { element("conflict").hidden = true; this.save(true); };
+    addEventListener("beforeunload", (e) => { if (this.dirty) e.preventDefault(); });
+  }
+
+  get dirty() {
+    return this.now !== this.disk;
+  }
+
+  async open(wanted) {
+    element("source").hidden = !wanted;
+    element("open").setAttribute("aria-pressed", String(wanted));
+    if (!wanted) return;
+    if (!this.editor) {
+      const { edit } = await import("./editor.js");
+      if (this.editor) return;
+      this.editor = edit(element("editor"), {
+        changed: (text) => { this.now = text; this.stand(); this.send({ do: "edit", text }); },
+        complete: (text, offset) => this.complete(text, offset),
+        save: () => this.save(),
+        format: () => this.style(),
+      });
+      this.editor.show(this.now);
+      this.editor.mark(this.marks);
+    }
+    this.stand();
+    this.editor.focus();
+  }
+
+  complete(text, offset) {
+    this.now = text;
+    const number = ++this.count;
+    this.send({ do: "complete", number, text, offset });
+    return new Promise((resolve) => this.asked.set(number, resolve));
+  }
+
+  save(over = false) {
+    if (this.editor) this.now = this.editor.text();
+    this.saving = this.now;
+    this.send({ do: "save", text: this.now, over });
+  }
+
+  style() {
+    this.send({ do: "style", text: this.editor.text() });
+  }
+
+  // What is said of the text; whether that was for this pane.
+  heard(word) {
+    if (word.say === "text") {
+      if (this.dirty) return true;  // the line was gone meanwhile: what is written here stays
+      this.disk = this.now = word.text;
+      this.editor?.show(word.text);
+    } else if (word.say === "program" || word.say === "doubts") {
+      this.marks = word.say === "program" ? word.marks : [...this.marks.filter((m) => m.severity === "error"), ...word.marks];
+      this.editor?.mark(this.marks);
+    } else if (word.say === "styled") {
+      this.editor.show(word.text);
+      this.now = word.text;
+      this.send({ do: "edit", text: word.text });
+    } else if (word.say === "saved") this.disk = this.saving;
+    else if (word.say === "conflict") element("conflict").hidden = false;
+    else if (word.say === "completions") {
+      this.asked.get(word.number)?.(word.items);
+      this.asked.delete(word.number);
+    }
+    this.stand();
+  }
+
+  // The line is there again: whoever is at its other end knows only what is on disk.
+  again() {
+    if (this.dirty) this.send({ do: "edit", text: this.now });
+  }
+
+  stand() {
+    element("state").textContent = this.dirty ? "not saved" : "saved";
+    element("save").disabled = !this.dirty;
+    this.editor?.dirty(this.dirty);
+  }
+}
