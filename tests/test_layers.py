@@ -18,13 +18,13 @@ PACKAGE = Path(__file__).parent.parent / "porelang"
 STOREYS = {
     "": 0,  # porelang/__init__.py: names only, and what it hands on it imports when asked
     "source": 0, "diagnostics": 0, "error_codes": 0, "units": 0, "resources": 0, "cache": 0, "once": 0, "progress": 0,
-    "atomic": 0, "limits": 0, "parallel": 0,
+    "atomic": 0, "limits": 0, "failures": 0, "parallel": 0,
     "compiled": 0,
     "interval": 1, "ir": 1, "data": 1, "store": 1, "ops": 1, "rewrite": 1,
     "tape": 2, "formula": 2, "rewrites": 2, "analysis": 2, "backends": 2,
     "syntax": 3, "elaborate": 3,
     "materials": 0,
-    "solid": 4, "walls": 4, "children": 4, "tet": 4, "fea": 4, "unitcell": 4, "tasks": 4, "gpu": 4, "files": 4,
+    "solid": 4, "walls": 4, "children": 4, "tet": 4, "fea": 4, "unitcell": 4, "tasks": 4, "gpu": 4, "files": 4, "stamps": 4,
     "settings": 5, "program": 5, "field": 5, "doors": 5, "contracts": 5, "doubts": 5, "checks": 5, "refusals": 5,
     "compiler": 5, "extents": 5, "outputs": 5, "expression": 5,
     "mesh": 6, "measure": 6, "pieces": 6, "render": 6, "slices": 6, "notation": 6,

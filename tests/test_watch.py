@@ -15,8 +15,9 @@ from pathlib import Path
 import pytest
 
 from porelang.cli import main
-from porelang.cli.watching import changed, command_line, settled, stamps
+from porelang.cli.watching import command_line, settled
 from porelang.diagnostics import PoreError
+from porelang.stamps import changed, stamps
 
 ROOT = Path(__file__).resolve().parent.parent
 RUN = re.compile(r"^\d\d:\d\d:\d\d a\.pore: (well|exit status \d+), \d+\.\d s$", re.MULTILINE)

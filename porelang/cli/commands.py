@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import errno
 import os
-import platform
 import sys
 import traceback
 import warnings
@@ -18,7 +16,8 @@ from porelang.cli.interrupts import interruption
 from porelang.cli.parsing import parse
 from porelang.cli.streams import unheard
 from porelang.diagnostics import Diagnostic, PoreError, PoreWarning
-from porelang.limits import is_short_of_memory, no_memory
+from porelang.failures import failure
+from porelang.limits import is_short_of_memory
 from porelang.progress import on_compiling, watching
 
 Command = Callable[[Namespace], int]
@@ -93,15 +92,12 @@ def _run(argv: Sequence[str]) -> int:
     except Exception as error:
         if (ended := interruption()) is not None:
             raise ended from None
-        if is_short_of_memory(error):
-            return rejected([no_memory()], command, "--json" in argv)
-        if isinstance(error, OSError) and (lost := unheard()) is not None:
+        if not is_short_of_memory(error) and isinstance(error, OSError) and (lost := unheard()) is not None:
             report.say([lost])
             return report.status([lost])
-        known = of_the_system(error) if isinstance(error, OSError) else None
-        if known is None and os.environ.get("PORELANG_DEBUG"):
+        found = [failure(error)]
+        if found[0].code == "E199" and os.environ.get("PORELANG_DEBUG"):
             traceback.print_exc()
-        found = [known or bug(error)]
     return rejected(found, command, "--json" in argv)
 
 
@@ -113,19 +109,6 @@ def _compiling(kept: bool) -> None:
                     "PORELANG_CACHE names one")  # fmt: skip
 
 
-#: Refusals of the system that no program can help.
-_REFUSALS = ("ENOSPC", "EDQUOT", "EFBIG", "EROFS", "EIO", "EBADF", "EMFILE", "ENFILE")
-
-
-def of_the_system(error: OSError) -> Diagnostic | None:
-    """What is said where the system refuses something for want of room; None if the mistake may be ours."""
-    if error.errno in {getattr(errno, name, None) for name in _REFUSALS}:
-        what = f"`{error.filename}`" if error.filename else "what was asked for"
-        reason = (error.strerror or str(error)).lower()
-        return Diagnostic("E113", f"cannot write {what}: {reason}", hint="make room, or write somewhere else")
-    return None
-
-
 def rejected(found: list[Diagnostic], command: str, as_json: bool) -> int:
     """Say why a command could not be carried out; with --json on standard output too."""
     report.say(found)
@@ -133,20 +116,6 @@ def rejected(found: list[Diagnostic], command: str, as_json: bool) -> int:
         listed = [d.to_json() for d in found]
         report.put(listed if command == "check" else {"errors": listed})
     return report.status(found)
-
-
-def bug(error: Exception) -> Diagnostic:
-    """What is said of an error that is ours, not the user's."""
-    from porelang import __version__
-
-    last = traceback.extract_tb(error.__traceback__)[-1]
-    where = f"{os.path.basename(last.filename)}:{last.lineno}"
-    return Diagnostic(
-        "E199",
-        f"this is a bug in porelang, not in your program: {type(error).__name__} at {where}",
-        hint=f"please report it with the program and the command (porelang {__version__}, "
-        f"Python {platform.python_version()}, {sys.platform}); PORELANG_DEBUG=1 shows more",
-    )
 
 
 def usage(options: Namespace) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-import socket
 import webbrowser
 from argparse import Namespace
 
@@ -17,16 +16,15 @@ def view(options: Namespace) -> int:
     try:
         import uvicorn
 
-        from porelang.preview.server import application
+        from porelang.preview.server import application, door
     except ImportError:
         raise fail("E126", "`pore view` needs the packages starlette, uvicorn and websockets",
                    hint="pip install 'porelang[view]'") from None  # fmt: skip
     if options.file == "-":
         raise fail("E108", "standard input is no file that is saved", hint="name the .pore file to look at")
     read_source(options.file)  # a slip of the name is told at once
-    door = socket.socket()
-    door.bind(("127.0.0.1", 0))
-    port, token = door.getsockname()[1], secrets.token_urlsafe(24)
+    opened, port = door()
+    token = secrets.token_urlsafe(24)
     address = f"http://127.0.0.1:{port}/{token}/"
     print(address, flush=True)
     report.note("the page follows every save of the program; Ctrl-C ends it")
@@ -34,5 +32,5 @@ def view(options: Namespace) -> int:
         webbrowser.open(address)
     served = uvicorn.Config(application(options.file, token, port), log_level="error", ws="websockets-sansio",
                             ws_per_message_deflate=False, ws_max_size=1 << 20, lifespan="off")  # fmt: skip
-    uvicorn.Server(served).run(sockets=[door])
+    uvicorn.Server(served).run(sockets=[opened])
     return 0

@@ -6,18 +6,12 @@ import os
 import tempfile
 from pathlib import Path
 
-from porelang.asked import keep_checks
+from porelang import values
+from porelang.asked import keep_checks, length
 from porelang.mesh.export import write, writer_of
 from porelang.mesh.made import make
 from porelang.mesh.part import notes_of
 from porelang.program import Design
-from porelang.values import spacing
-
-#: What can be had, by ending, and what it is.
-MESHES = {
-    ".stl": "STL, for printers", ".3mf": "3MF, for printers, with units", ".ply": "PLY", ".obj": "OBJ",
-    ".glb": "GLB, for pictures", ".vtp": "VTP, for ParaView",
-}  # fmt: skip
 
 
 class Made:
@@ -32,7 +26,7 @@ class Made:
         name = f"{Path(design.program.source.name).stem}-{output}{ending}"
         writer_of(name)
         keep_checks(design)
-        made = make(design, output, spacing(voxel))
+        made = make(design, output, length("voxel", voxel, values.spacing))
         write(made.surface, self.path(name), notes_of(design, output))
         size = os.path.getsize(self.path(name)) / 1e6
         return name, f"{len(made.surface.faces):,} triangles, voxel {made.facts['voxel']:.3g} mm, {size:.1f} MB"

@@ -12,6 +12,7 @@ import numpy as np
 from porelang.asked import Report
 from porelang.assist.complete import completions
 from porelang.diagnostics import PoreError, render
+from porelang.failures import failure
 from porelang.measure import measure
 from porelang.preview import told
 from porelang.preview.document import Document
@@ -233,6 +234,8 @@ class Live:
             except CancelledError:
                 self.tell({"say": "cancelled", "of": purpose})
                 raise
+            except Exception as error:  # nobody asks for the result of a job
+                self._refused(purpose, PoreError(failure(error)))
             finally:
                 self.tell({"say": "done", "of": purpose})
 

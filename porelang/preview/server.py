@@ -11,6 +11,7 @@ import contextlib
 import hmac
 import json
 import secrets
+import socket
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -49,6 +50,13 @@ HEADERS = {
 }
 
 
+def door() -> tuple[socket.socket, int]:
+    """A socket of this machine alone, and its port, which was free."""
+    opened = socket.socket()
+    opened.bind(("127.0.0.1", 0))
+    return opened, opened.getsockname()[1]
+
+
 def application(path: str, token: str, port: int) -> Starlette:
     """The application that serves a file's page at `/TOKEN/` of this port of 127.0.0.1."""
     pages: dict[str, Live] = {}
@@ -74,13 +82,12 @@ def application(path: str, token: str, port: int) -> Starlette:
             return PlainTextResponse("nothing is here for you\n", 403, HEADERS)
         return FileResponse(file, filename=file.name, headers=HEADERS)
 
-    async def live(socket: WebSocket) -> None:
-        if refused(socket) or socket.headers.get("origin") is None:
-            await socket.close(1008)
+    async def live(page: WebSocket) -> None:
+        if refused(page) or page.headers.get("origin") is None:
+            await page.close(1008)
             return
-        await socket.accept()
-        key = secrets.token_urlsafe(12)
-        await _attend(socket, path, key, pages)
+        await page.accept()
+        await _attend(page, path, secrets.token_urlsafe(12), pages)
 
     return Starlette(routes=[
         Route("/{token}/made/{key}/{name}", made), WebSocketRoute("/{token}/live", live),
@@ -88,7 +95,7 @@ def application(path: str, token: str, port: int) -> Starlette:
     ])  # fmt: skip
 
 
-async def _attend(socket: WebSocket, path: str, key: str, pages: dict[str, Live]) -> None:
+async def _attend(page: WebSocket, path: str, key: str, pages: dict[str, Live]) -> None:
     """Speak with one page until it leaves."""
     loop = asyncio.get_running_loop()
     waiting: asyncio.Queue[Message] = asyncio.Queue()
@@ -100,7 +107,7 @@ async def _attend(socket: WebSocket, path: str, key: str, pages: dict[str, Live]
             loop.call_soon_threadsafe(waiting.put_nowait, message)
 
     live = pages[key] = Live(path, tell)
-    tasks = [asyncio.create_task(work) for work in (_send(socket, waiting), _hear(socket, live), _watch(live))]
+    tasks = [asyncio.create_task(work) for work in (_send(page, waiting), _hear(page, live), _watch(live))]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         for task in done:
@@ -113,17 +120,17 @@ async def _attend(socket: WebSocket, path: str, key: str, pages: dict[str, Live]
         live.close()
 
 
-async def _send(socket: WebSocket, waiting: asyncio.Queue[Message]) -> None:
+async def _send(page: WebSocket, waiting: asyncio.Queue[Message]) -> None:
     while True:
         message = await waiting.get()
         if isinstance(message, bytes):
-            await socket.send_bytes(message)
+            await page.send_bytes(message)
         else:
-            await socket.send_text(json.dumps(message))
+            await page.send_text(json.dumps(message))
 
 
-async def _hear(socket: WebSocket, live: Live) -> None:
-    async for word in _words(socket):
+async def _hear(page: WebSocket, live: Live) -> None:
+    async for word in _words(page):
         await asyncio.to_thread(_obey, live, word)
 
 
@@ -152,12 +159,12 @@ def _obey(live: Live, word: dict[str, Any]) -> None:
             live.cancel(purpose)
 
 
-async def _words(socket: WebSocket) -> AsyncIterator[dict[str, Any]]:
+async def _words(page: WebSocket) -> AsyncIterator[dict[str, Any]]:
     """What the page says; one that says too much, or nonsense, is left."""
     loop = asyncio.get_running_loop()
     begun, count = loop.time(), 0
     while True:
-        text = await socket.receive_text()
+        text = await page.receive_text()
         if loop.time() - begun > 1:
             begun, count = loop.time(), 0
         count += 1
@@ -166,7 +173,7 @@ async def _words(socket: WebSocket) -> AsyncIterator[dict[str, Any]]:
         except json.JSONDecodeError:
             word = None
         if not isinstance(word, dict):
-            await socket.close(1008)
+            await page.close(1008)
             return
         yield word
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from porelang.cli.watching import changed, stamps
+from porelang.stamps import changed, stamps
 
 
 class Watched:

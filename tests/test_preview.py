@@ -1,0 +1,447 @@
+"""What a page of `pore view` is told and sent, without a browser: scenes, words, files, and who is refused."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import http.client
+import json
+import struct
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import uvicorn
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+
+import porelang
+from porelang.diagnostics import PoreError
+from porelang.preview import told
+from porelang.preview.live import Live, Message
+from porelang.preview.scene import QUICK, Wish, scene
+from porelang.preview.server import FILES, LONGEST, MOST_A_SECOND, WEB, application, door
+from porelang.preview.wire import packed, texts
+
+BALL = 'param r = 10mm in 5mm..20mm step 1mm "its radius"\nsphere(r) & gyroid(8) + r / 1mm * 0\n'
+TWO = """param w = 8mm in 5mm..20mm
+param angle = 30deg in 0deg..90deg
+param kind = gyroid in {gyroid, schwarz_p}
+preset "wide": w = 12mm, kind = schwarz_p
+let far = z / 2
+out walls = (kind(w) |> rotate([1, 0, 0], angle) |> shell(0.8)) & sphere(10)
+out plate = box([30, 30, 4]) |> translate([0, 0, -12])
+out mask = x > 0
+check w > 6mm, "cells are large"
+check porosity(walls, sphere(10)) < 5%, "it is solid"
+"""
+
+
+def read(message: bytes) -> tuple[dict[str, Any], bytes]:
+    """The head of a scene, and its textures."""
+    (size,) = struct.unpack_from("<I", message)
+    return json.loads(message[4 : 4 + size]), message[4 + size :]
+
+
+# ---- scenes ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_scene_comes_as_its_head_and_its_textures() -> None:
+    made = scene(porelang.compile(BALL).design())
+    (body,) = made.bodies
+    head, textures = read(packed(made))
+    cells = np.frombuffer(textures, "<f4")
+    assert len(cells) == np.prod(head["bodies"][0]["counts"])
+    x, y, z = (c // 2 for c in body.cells.counts)
+    # x runs fastest in a texture
+    nx, ny, _ = head["bodies"][0]["counts"]
+    assert cells[x + nx * (y + ny * z)] == body.cells.values[x, y, z]
+    assert head["bodies"][0]["text"].startswith("#version 300 es")
+    assert np.allclose(head["lo"], -10.02, atol=0.05)
+    again, _ = read(packed(made, texts(made)))
+    assert again["bodies"][0]["text"] is None  # the page has it
+
+
+def test_a_param_changes_numbers_and_no_shader() -> None:
+    """Issue 11: sliders change nothing that has to be compiled, also with a colour and a plane."""
+    program = porelang.compile(BALL)
+    wish = Wish(paint="r * x", plane=True)
+    one, other = (scene(program.design(r=r), wish, QUICK) for r in (8, 19))
+    assert texts(one) == texts(other)
+    assert list(one.bodies[0].layer.numbers) != list(other.bodies[0].layer.numbers)
+
+
+def test_cells_made_quickly_say_less_and_nothing_wrong() -> None:
+    """A slope of a coarse cell bounds those of the fine cells in it; void and solid are what they are."""
+    design = porelang.compile("gyroid(5) & box([40, 40, 40], round=3)").design()
+    quick, whole = (scene(design, None, budget).bodies[0].cells for budget in (QUICK // 20, 60_000_000))
+    assert max(quick.counts) < max(whole.counts)
+    times = [a // b for a, b in zip(whole.counts, quick.counts, strict=True)]
+    wide = quick.values
+    for axis, n in enumerate(times):
+        wide = np.repeat(wide, n, axis=axis)
+    assert (whole.values[wide == 0] == 0).all()
+    assert (whole.values[wide == -1] == -1).all()
+    sloped = (wide > 0) & (whole.values > 0)
+    assert (whole.values[sloped] <= wide[sloped] * 1.001).all()
+
+
+def test_outputs_have_the_colours_that_pictures_give_them() -> None:
+    program = porelang.compile(TWO)
+    (alone,) = scene(program.design()).bodies  # the first that may be solid, where nothing is called `part`
+    assert alone.layer.name == "walls"
+    walls, plate = scene(program.design(), Wish(("walls", "plate"))).bodies
+    assert plate.colour == pytest.approx(np.array((226, 110, 50)) / 255)
+    assert walls.colour != plate.colour
+    with pytest.raises(PoreError, match="E101"):
+        scene(program.design(), Wish(("mask",)))
+
+
+def test_the_scale_takes_in_the_field_where_the_part_is() -> None:
+    made = scene(porelang.compile("sphere(10) & gyroid(8)").design(), Wish(paint="z + 20"))
+    assert made.scale is not None
+    low, high = made.scale.ends
+    assert 10 <= low < 11.5
+    assert 28.5 < high <= 30
+    assert made.shown == "z + 20"
+    own = scene(porelang.compile("sphere(10)").design(), Wish(plane=True))
+    assert own.scale is not None
+    assert own.scale.ends[0] == pytest.approx(-10, abs=0.5)
+
+
+def test_what_a_study_has_not_found_has_no_colour() -> None:
+    """W285 of pictures: the study is of the lower half, and its result goes on above; there it is grey."""
+    program = porelang.compile(
+        "let low = box([10, 10, 10]) |> translate([0, 0, -5])\n"
+        'let s = compress(low, force=1kN, axis=z, material="PA12", size=4mm)\nbox([10, 10, 20])\n'
+    )
+    made = scene(program.design(), Wish(paint="s.von_mises"))
+    assert "3.40282347" in made.bodies[0].layer.text or "pore_nan" in made.bodies[0].layer.text
+    assert made.unit.endswith("MPa")
+    assert made.scale is not None
+    assert made.scale.ends[1] < 30  # 10 MPa in the mean
+
+
+# ---- a file that is looked at ---------------------------------------------------------------------------------------
+
+
+class Page:
+    """What a page was told by a `Live`, and how to wait for it."""
+
+    def __init__(self, path: Path) -> None:
+        self.words: list[Message] = []
+        self.live = Live(str(path), self.words.append)
+
+    def said(self, kind: str, after: int = 0, seconds: float = 60) -> Any:
+        """The first word of a kind (`scene` for one) after so many others."""
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            for word in self.words[after:]:
+                if (word["say"] if isinstance(word, dict) else "scene") == kind:
+                    return word
+            time.sleep(0.01)
+        heard = [w["say"] if isinstance(w, dict) else "scene" for w in self.words]
+        raise AssertionError(f"nothing was said of {kind}: {heard}")
+
+
+@pytest.fixture
+def look(tmp_path: Path) -> Iterator[Callable[[str], tuple[Page, Path]]]:
+    pages: list[Page] = []
+
+    def begin(text: str) -> tuple[Page, Path]:
+        path = tmp_path / "part.pore"
+        path.write_text(text, encoding="utf-8")
+        page = Page(path)
+        pages.append(page)
+        page.live.begin()
+        return page, path
+
+    yield begin
+    for page in pages:
+        page.live.close()
+
+
+Look = Callable[[str], tuple[Page, Path]]
+
+
+def test_a_page_is_told_of_the_program_its_text_and_its_picture(look: Look) -> None:
+    page, _ = look(TWO)
+    program = page.said("program")
+    assert program["file"] == "part.pore"
+    assert program["wrong"] == []
+    assert program["bodies"] == ["walls", "plate"]
+    assert "far" in program["fields"]
+    assert program["presets"] == ["wide"]
+    angle = program["params"][1]
+    assert (angle["unit"], angle["value"] / angle["scale"]) == ("deg", pytest.approx(30))
+    assert program["params"][2]["choices"] == ["gyroid", "schwarz_p"]
+    assert page.said("text")["text"] == TWO
+    head, _ = read(page.said("scene"))
+    assert [b["name"] for b in head["bodies"]] == ["walls"]
+
+
+def test_measures_and_checks_come_by_themselves(look: Look) -> None:
+    page, _ = look(TWO)
+    checks = page.said("checked")["checks"]
+    assert [c["holds"] for c in checks] == [True, False]
+    assert "porosity(walls, sphere(10))" in checks[1]["why"]
+    rows = {name: (value, error) for name, value, error in page.said("measured")["rows"]}
+    assert 0.3 < float(rows["porosity"][0]) < 0.95
+    assert rows["porosity"][1].startswith("+- ")
+
+
+def test_a_program_that_is_broken_keeps_its_picture_and_its_sliders(look: Look) -> None:
+    page, _ = look(BALL)
+    page.live.set({"r": 15})
+    page.said("scene", after=len(page.words) - 1)
+    page.said("measured")
+    count = len(page.words)
+    page.live.edit("let a = (\n" + BALL)
+    broken = page.said("program", after=count)
+    assert "E0" in broken["wrong"][0]
+    assert broken["marks"][0]["severity"] == "error"
+    assert broken["params"][0]["value"] == 15
+    time.sleep(0.3)
+    assert all(isinstance(w, dict) for w in page.words[count:])  # no new picture
+    page.live.edit("let a = 1\n" + BALL)
+    head, _ = read(page.said("scene", after=count))
+    assert head["bodies"][0]["text"] is None  # the same shader
+    assert head["hi"][0] == pytest.approx(15, abs=0.1)
+
+
+def test_a_setting_that_a_program_does_not_take_any_more_is_dropped(look: Look) -> None:
+    page, _ = look(BALL)
+    page.live.set({"r": 15})
+    count = len(page.words)
+    page.live.edit(BALL.replace("5mm..20mm", "5mm..12mm"))
+    assert page.said("program", after=count)["params"][0]["value"] == 10
+    page.said("scene", after=count)
+
+
+def test_presets_set_params_and_defaults_set_them_back(look: Look) -> None:
+    page, _ = look(TWO)
+    before, _ = read(page.said("scene"))
+    count = len(page.words)
+    page.live.preset("wide")
+    params = page.said("program", after=count)["params"]
+    assert [params[0]["value"], params[2]["value"]] == [12, "schwarz_p"]
+    head, _ = read(page.said("scene", after=count))
+    assert set(head["bodies"][0]["numbers"]) - set(before["bodies"][0]["numbers"])
+    count = len(page.words)
+    page.live.preset("")
+    assert page.said("program", after=count)["params"][2]["value"] == "gyroid"
+    page.live.preset("there is none")
+
+
+def test_what_is_refused_is_said_and_the_picture_stays(look: Look) -> None:
+    page, _ = look(BALL)
+    page.said("scene")
+    count = len(page.words)
+    page.live.show(Wish(paint="nonsense"))
+    refused = page.said("refused", after=count)
+    assert refused["of"] == "scene"
+    assert "`nonsense`" in refused["text"]
+    page.said("done", after=count)
+    assert all(isinstance(w, dict) for w in page.words[count:])
+
+
+def test_saving_writes_the_file_unless_another_program_has(look: Look) -> None:
+    page, path = look(BALL)
+    page.live.edit("sphere(4)")
+    page.live.save("sphere(4)")
+    assert page.said("saved")
+    assert path.read_text() == "sphere(4)"
+    path.write_text("sphere(5)")
+    page.live.edit("sphere(6)")
+    page.live.session.jobs._latest["text"].result(10)
+    page.live.save("sphere(6)")
+    assert page.said("conflict")
+    assert path.read_text() == "sphere(5)"  # theirs is not lost
+    count = len(page.words)
+    page.live.reread()
+    assert page.said("conflict", after=count)
+    page.live.save("sphere(6)", over=True)
+    assert path.read_text() == "sphere(6)"
+    path.write_text("sphere(7)")
+    count = len(page.words)
+    page.live.reread()  # nothing of the page's own would be lost
+    assert page.said("text", after=count)["text"] == "sphere(7)"
+
+
+def test_the_editor_is_served(look: Look) -> None:
+    text = "# größe 🙂\nlet wall = 1mm\nsphere(10) & gyr"
+    page, _ = look(text)
+    offset = len(text.encode("utf-16-le")) // 2
+    page.live.complete(7, text, offset)
+    answer = page.said("completions")
+    assert answer["number"] == 7
+    item = next(i for i in answer["items"] if i["label"] == "gyroid")
+    assert (item["start"], item["end"]) == (offset - 3, offset)
+    (mark,) = [m for m in page.said("program")["marks"] if "gyr" in m["message"]]
+    assert (mark["from"], mark["to"]) == (offset - 3, offset)
+    page.live.style("let  a=1")
+    assert page.said("styled")["text"] == "let a = 1\n"
+    page.live.style("let a = (")
+    assert page.said("refused")["of"] == "text"
+
+
+def test_a_mesh_is_made_for_the_page_and_gone_with_it(look: Look) -> None:
+    page, _ = look("sphere(10)")
+    page.said("scene")
+    page.live.export("part", ".stl", "1mm")
+    made = page.said("made")
+    path = page.live.made.path(made["name"])
+    assert path.name == "part-part.stl"
+    import trimesh
+
+    assert trimesh.load_mesh(path).volume == pytest.approx(4188.8, rel=0.02)
+    for output, ending, voxel, code in (("nothing", ".stl", "1mm", "E100"), ("part", ".doc", "1mm", "E112"),
+                                        ("part", ".stl", "thick", "E114"), ("part", ".stl", "-1", "E114")):  # fmt: skip
+        count = len(page.words)
+        page.live.export(output, ending, voxel)
+        refused = page.said("refused", after=count)
+        assert refused["of"] == "export"
+        assert code in refused["text"]
+    page.live.close()
+    assert not path.exists()
+
+
+def test_work_can_be_cancelled(look: Look) -> None:
+    page, _ = look("gyroid(3) & sphere(30)")
+    page.said("scene")
+    page.live.export("part", ".stl", "0.1mm")
+    page.said("doing")
+    page.live.cancel("export")
+    assert page.said("cancelled")["of"] in ("export", "measure")
+    until = time.monotonic() + 20
+    while not any(isinstance(w, dict) and w["say"] == "cancelled" and w["of"] == "export" for w in page.words):
+        assert time.monotonic() < until
+        time.sleep(0.02)
+    assert not any(isinstance(w, dict) and w["say"] == "made" for w in page.words)
+
+
+def test_characters_and_utf_16_units() -> None:
+    text = "a🙂ß"
+    assert [told.units(text, i) for i in range(4)] == [0, 1, 3, 4]
+    assert [told.characters(text, i) for i in (0, 1, 3, 4)] == [0, 1, 2, 3]
+
+
+# ---- the server -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[int, Path]]:
+    path = tmp_path_factory.mktemp("served") / "part.pore"
+    path.write_text("sphere(10)")
+    opened, port = door()
+    server = uvicorn.Server(uvicorn.Config(application(str(path), "right", port), log_level="error", lifespan="off",
+                                           ws="websockets-sansio", ws_per_message_deflate=False))  # fmt: skip
+    thread = threading.Thread(target=lambda: asyncio.run(server.serve([opened])), daemon=True)
+    thread.start()
+    while not server.started:
+        time.sleep(0.01)
+    yield port, path
+    server.should_exit = True
+    thread.join(10)
+
+
+def asked(port: int, path: str, **headers: str) -> tuple[int, bytes, Any]:
+    line = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    line.request("GET", path, headers=headers)
+    answer = line.getresponse()
+    return answer.status, answer.read(), answer.headers
+
+
+def test_the_page_is_for_who_knows_its_address(served: tuple[int, Path]) -> None:
+    port, _ = served
+    status, body, headers = asked(port, "/right/")
+    assert status == 200
+    assert b"<canvas" in body
+    assert "default-src 'self'" in headers["content-security-policy"]
+    for name, (file, kind) in FILES.items():
+        status, body, headers = asked(port, f"/right/{name}")
+        assert (status, body) == (200, (WEB / file).read_bytes())
+        assert headers["content-type"].startswith(kind)
+    assert asked(port, "/wrong/")[0] == 403
+    assert asked(port, "/")[0] in (403, 404)
+    assert asked(port, "/right/", Host=f"evil.example:{port}")[0] == 403
+    assert asked(port, "/right/", Origin="http://evil.example")[0] == 403
+    for outside in ("../server.py", "..%2fserver.py", "/etc/passwd", "%2e%2e/%2e%2e/__init__.py", "made/x/../../y"):
+        assert asked(port, f"/right/{outside}")[0] in (403, 404)
+
+
+def opened(port: int, token: str = "right", origin: str | None = None) -> ClientConnection:
+    own = f"http://127.0.0.1:{port}"
+    return connect(f"ws://127.0.0.1:{port}/{token}/live", origin=origin or own, max_size=1 << 24)  # type: ignore[arg-type]
+
+
+def test_a_line_is_for_the_page_alone(served: tuple[int, Path]) -> None:
+    port, _ = served
+    for token, origin in (("wrong", None), ("right", "http://evil.example"), ("right", f"http://localhost:{port + 1}")):
+        with pytest.raises(Exception, match="403"):
+            opened(port, token, origin)
+    with pytest.raises(Exception, match="403"):
+        connect(f"ws://127.0.0.1:{port}/right/live")  # no browser
+
+
+def until(line: ClientConnection, kind: str) -> Any:
+    for _ in range(200):
+        word = line.recv(timeout=30)
+        if (isinstance(word, bytes) and kind == "scene") or (isinstance(word, str) and json.loads(word)["say"] == kind):
+            return word if isinstance(word, bytes) else json.loads(word)
+    raise AssertionError(kind)
+
+
+def ended(line: ClientConnection) -> None:
+    """The server ends the line, and says that it is for what was sent."""
+    with contextlib.suppress(ConnectionClosed):
+        for _ in range(200):
+            line.recv(timeout=30)
+    assert line.close_code in (1008, 1009)
+
+
+def test_a_page_follows_the_file_however_it_is_saved(served: tuple[int, Path]) -> None:
+    port, path = served
+    with opened(port) as line:
+        until(line, "scene")
+        path.write_text("sphere(12)")
+        assert read(until(line, "scene"))[0]["hi"][0] == pytest.approx(12, abs=0.1)
+        other = path.with_suffix(".new")
+        other.write_text("sphere(14)")
+        other.replace(path)  # as editors save
+        assert until(line, "text")["text"] == "sphere(14)"
+        assert read(until(line, "scene"))[0]["hi"][0] == pytest.approx(14, abs=0.1)
+        path.write_text("sphere(")
+        assert "E005" in until(line, "program")["wrong"][0]
+        path.write_text("sphere(10)")
+        until(line, "scene")
+
+
+def test_nonsense_is_passed_over_or_ends_the_line(served: tuple[int, Path]) -> None:
+    port, _ = served
+    with opened(port) as line:
+        until(line, "scene")
+        for word in ({"do": "fly"}, {"do": "set", "settings": 3}, {"do": "show", "outputs": [1], "paint": 2}, {},
+                     {"do": "set", "settings": {"nothing": 1, "r": [1]}}, {"do": "preset", "name": "none"},
+                     {"do": "complete", "number": 1, "text": "sphere(", "offset": 10**9},
+                     {"do": "complete", "number": 1, "text": "sphere(", "offset": -5}):  # fmt: skip
+            line.send(json.dumps(word))
+        line.send(json.dumps({"do": "style", "text": "let  a=1"}))
+        assert until(line, "styled")["text"] == "let a = 1\n"  # it is still there
+    for nonsense in ("{", "[1]", "x" * (LONGEST + 1)):
+        with opened(port) as line:
+            line.send(nonsense)
+            ended(line)
+
+
+def test_a_page_that_floods_is_dropped(served: tuple[int, Path]) -> None:
+    port, _ = served
+    with opened(port) as line:
+        with contextlib.suppress(ConnectionClosed):  # before all are sent
+            for _ in range(3 * MOST_A_SECOND):
+                line.send('{"do": "fly"}')
+        ended(line)
