@@ -8,7 +8,8 @@ import { SourcePane } from "./source.js";
 const element = (id) => document.getElementById(id);
 const canvas = element("view");
 const camera = new Camera();
-const stats = new URLSearchParams(location.search).has("stats");
+const options = new URLSearchParams(location.search);
+const stats = options.has("stats");
 const told = { text: "", scene: "", export: "", measure: "" };  // what is wrong, by what it is about
 const state = { program: null, settings: {}, outputs: [], paint: "", plane: false, scene: null, fitted: "" };
 let texts = [];  // of the shaders that came, in their order
@@ -45,6 +46,7 @@ try {
     element("stats").hidden = !stats;
     element("stats").textContent = text;
   });
+  painter.refines = options.get("refine") !== "0";
 } catch (error) {
   wrong("scene", error.message);
 }
@@ -282,13 +284,14 @@ element("export").onclick = () => {
 element("picture").onclick = () => canvas.toBlob((blob) => {
   const link = made("a", { href: URL.createObjectURL(blob), download: `${state.program.file.replace(/\.pore$/, "")}.png` });
   link.click();
-  URL.revokeObjectURL(link.href);
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);  // not before it is written
 });
 
 function ready({ name, what, link }) {
-  const anchor = made("a", { href: link, download: name, textContent: name });
+  // a browser asks before it takes a second file that nobody has clicked for: so this is clicked for
+  const anchor = made("a", { href: link, download: name, textContent: `Save ${name}` });
   element("made").replaceChildren(anchor, made("div", { className: "quiet", textContent: what }));
-  anchor.click();
+  if (document.activeElement === element("export")) anchor.focus();
 }
 
 // ---- the line -------------------------------------------------------------------------------------------------------

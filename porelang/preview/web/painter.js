@@ -20,6 +20,7 @@ export class Painter {
     this.coarse = 4;
     this.perPixel = 0;    // ms
     this.drawn = 0;       // full pictures so far
+    this.refines = true;  // whether one with four samples in each pixel follows where that is quick
     this.start();
     canvas.addEventListener("webglcontextlost", (e) => e.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => { this.start(); if (this.scene) this.take(this.scene, () => {}); });
@@ -63,6 +64,7 @@ export class Painter {
 
   compiled(text) {
     if (this.programs.has(text)) return this.programs.get(text);
+    performance.mark("compiled");
     const gl = this.gl;
     const program = gl.createProgram();
     const shaders = [[gl.VERTEX_SHADER, CORNERS], [gl.FRAGMENT_SHADER, text]].map(([kind, source]) => {
@@ -181,7 +183,7 @@ export class Painter {
       if (samples > 1) return;
       this.drawn += 1;
       this.canvas.dataset.drawn = this.drawn;
-      if (ms < FINE) this.full(wish, 2);
+      if (ms < FINE && this.refines) this.full(wish, 2);
     };
     step();
   }

@@ -1,0 +1,250 @@
+"""The page of `pore view` in a real browser: Chromium without a window, WebGL on software."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import io
+import os
+import shutil
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import uvicorn
+from numpy.typing import NDArray
+from PIL import Image
+
+import porelang
+from porelang.preview.scene import ROOM
+from porelang.preview.server import application, door
+from porelang.render.camera import Camera, look
+
+pytestmark = pytest.mark.slow
+BROWSER = next(
+    (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), ""
+)
+REQUIRED = os.environ.get("PORELANG_TEST_BROWSER") == "required"
+PART = """param r = 10mm in 5mm..14mm "its radius"
+param kind = gyroid in {gyroid, schwarz_p}
+let high = z + 3mm
+out part = (kind(8) |> shell(0.7)) & sphere(r)
+out foot = box([24, 24, 2]) |> translate([0, 0, -13])
+check r > 6mm, "it can be held"
+"""
+SIZE = (820, 420)
+
+
+class Page:
+    """A browser that looks at a program."""
+
+    def __init__(self, page: Any, path: Path, port: int) -> None:
+        self.page, self.path, self.port = page, path, port
+        self.wrong: list[str] = []
+        page.on("pageerror", lambda error: self.wrong.append(str(error)))
+        page.on("console", lambda said: self.wrong.append(said.text) if said.type == "error" else None)
+
+    def drawn(self) -> int:
+        return int(self.page.get_attribute("#view", "data-drawn") or 0)
+
+    def after(self, act: Callable[[], object]) -> NDArray[np.uint8]:
+        """Do something, and give the full picture (height, width, 4) that is drawn then, top row first."""
+        before = self.drawn()
+        act()
+        self.until(lambda: self.drawn() > before)
+        while self.changes():  # a scene may follow what the page does at once
+            pass
+        return self.picture()
+
+    def changes(self) -> bool:
+        """Whether something is being drawn, or will be within a moment."""
+        before = self.drawn()
+        self.page.wait_for_timeout(300)
+        small = self.page.evaluate("(c => c.width < c.clientWidth)(document.getElementById('view'))")
+        return bool(small or self.drawn() > before or self.page.is_visible("#doing"))
+
+    def until(self, holds: Callable[[], bool], seconds: float = 60) -> None:
+        end = time.monotonic() + seconds
+        while not holds():
+            assert time.monotonic() < end, self.page.inner_text("body")
+            self.page.wait_for_timeout(20)
+
+    def picture(self) -> NDArray[np.uint8]:
+        url = self.page.evaluate("document.getElementById('view').toDataURL()")
+        return np.asarray(Image.open(io.BytesIO(base64.b64decode(url.partition(",")[2]))).convert("RGBA"))
+
+    def slide(self, of: str, value: float) -> None:
+        self.page.eval_on_selector(of, "(e, v) => { e.value = v; e.dispatchEvent(new Event('input')); }", str(value))
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    playwright = pytest.importorskip("playwright.sync_api")
+    if not BROWSER:
+        if REQUIRED:
+            pytest.fail("PORELANG_TEST_BROWSER is required, and there is no Chromium", pytrace=False)
+        pytest.skip("no Chromium here")
+    with playwright.sync_playwright() as started:
+        # software WebGL; root has no sandbox
+        opened = started.chromium.launch(executable_path=BROWSER, args=["--use-angle=swiftshader", "--no-sandbox"])
+        yield opened
+        opened.close()
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, int]]:
+    path = tmp_path_factory.mktemp("page") / "part.pore"
+    path.write_text(PART, encoding="utf-8")
+    opened, port = door()
+    server = uvicorn.Server(uvicorn.Config(application(str(path), "token", port), log_level="error", lifespan="off",
+                                           ws="websockets-sansio", ws_per_message_deflate=False))  # fmt: skip
+    thread = threading.Thread(target=lambda: asyncio.run(server.serve([opened])), daemon=True)
+    thread.start()
+    yield path, port
+    server.should_exit = True
+    thread.join(10)
+
+
+@pytest.fixture
+def page(browser: Any, served: tuple[Path, int]) -> Iterator[Page]:
+    path, port = served
+    path.write_text(PART, encoding="utf-8")
+    opened = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+    made = Page(opened, path, port)
+    opened.goto(f"http://127.0.0.1:{port}/token/?stats&refine=0")
+    made.until(lambda: made.drawn() > 0)
+    yield made
+    opened.close()
+    assert made.wrong == []
+
+
+def silhouette(program: porelang.Program, name: str, camera: Camera, size: tuple[int, int]) -> NDArray[np.bool_]:
+    """Whether a ray meets the solid, from samples in float64 a twentieth of a mm apart, and nothing else."""
+    box = program.bounds(name)
+    field = program.field(name)
+    origin, way = camera.rays(size, slice(0, size[1]))
+    reach = np.linalg.norm(np.subtract(box.hi, box.lo)) / 2 + 0.1
+    middle = np.add(box.lo, box.hi) / 2
+    nearest = ((middle - origin) * way).sum(axis=-1)
+    hit = np.zeros(nearest.shape, bool)
+    for t in np.arange(-reach, reach, 0.05):
+        left = ~hit
+        hit[left] = field((origin + (nearest + t)[..., None] * way)[left]) <= 0
+    return hit
+
+
+def rim(shape: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The pixels beside one of the other kind."""
+    wide = np.pad(shape, 1, mode="edge")
+    near = [wide[1 + a : wide.shape[0] - 1 + a, 1 + b : wide.shape[1] - 1 + b] for a in (-1, 0, 1) for b in (-1, 0, 1)]
+    return ~np.all([n == shape for n in near], axis=0)
+
+
+def test_the_picture_is_the_part(page: Page) -> None:
+    """Its outline is that of samples along each ray, but for pixels at the rim: no step passes over anything."""
+    program = porelang.compile(PART)
+    for view, angles in (("iso", (-45.0, 35.2644)), ("front", (-90.0, 0.0))):
+        got = page.after(lambda view=view: page.page.click(f"#views button:has-text('{view}')"))  # type: ignore[misc]
+        size = got.shape[1], got.shape[0]
+        camera = look(program.bounds("part").grown(ROOM), angles, size, "perspective", 1.0)
+        seen, known = got[..., 3] > 127, silhouette(program, "part", camera, size)
+        differ = seen != known
+        assert known.mean() > 0.1
+        assert differ.mean() < 0.005, view
+        assert not (differ & ~rim(known)).any(), view
+
+
+def test_dragging_turns_it_and_keys_do_too(page: Page) -> None:
+    first = page.picture()
+    box = page.page.locator("#view").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.page.mouse.move(x, y)
+    page.page.mouse.down()
+    turned = page.after(lambda: (page.page.mouse.move(x + 50, y - 20, steps=3), page.page.mouse.up()))
+    assert (turned != first).any(axis=-1).mean() > 0.05
+    page.page.focus("#view")
+    again = page.after(lambda: page.page.keyboard.press("1"))
+    assert (again == first).all()
+    near = page.after(lambda: page.page.keyboard.press("+"))
+    assert (near[..., 3] > 0).sum() > 1.1 * (first[..., 3] > 0).sum()
+
+
+def test_a_slider_changes_the_part_and_no_shader(page: Page) -> None:
+    first = page.picture()
+    compiled = page.page.evaluate("performance.getEntriesByName('compiled').length")
+    smaller = page.after(lambda: page.slide("#param-r", 6))
+    assert 0 < (smaller[..., 3] > 0).sum() < 0.6 * (first[..., 3] > 0).sum()
+    assert page.page.input_value("input[aria-label='r in mm']") == "6"
+    assert page.page.evaluate("performance.getEntriesByName('compiled').length") == compiled == 1
+    page.page.select_option("#param-kind", "schwarz_p")
+    page.until(lambda: "fails" in (page.page.get_attribute("#checks li", "class") or ""))
+    assert "r = 6mm" in page.page.inner_text("#checks")
+
+
+def test_a_broken_program_keeps_its_picture_under_what_is_wrong(page: Page) -> None:
+    first = page.picture()
+    page.slide("#param-r", 12)
+    page.path.write_text(PART.replace("sphere(r)", "sphere(r"), encoding="utf-8")
+    page.until(lambda: page.page.is_visible("#said"))
+    assert "E005" in page.page.inner_text("#said")
+    assert (page.picture()[..., 3] > 0).any()
+    other = page.path.with_suffix(".saved")
+    other.write_text(PART.replace("+ 3mm", "+ 4mm"), encoding="utf-8")
+    other.replace(page.path)
+    page.until(lambda: not page.page.is_visible("#said"))
+    assert page.page.input_value("#param-r") == "12"
+    page.until(
+        lambda: (
+            (page.picture().shape == first.shape)
+            and (page.picture()[..., 3] > 0).sum() > 1.1 * (first[..., 3] > 0).sum()
+        )
+    )
+
+
+def test_a_section_with_the_field_on_it(page: Page) -> None:
+    first = page.picture()
+    cut = page.after(lambda: page.page.click("#across-x"))
+    red = (cut[..., 0] > cut[..., 1] + 40) & (cut[..., 3] > 0)
+    assert red.sum() > 500  # the cut face
+    moved = page.after(lambda: page.slide("#offset", 4))
+    assert (moved != cut).any()
+    coloured = page.after(lambda: page.page.click("#plane"))
+    blue = (coloured[..., 2].astype(int) > coloured[..., 0] + 30) & (coloured[..., 3] > 0)
+    assert blue.sum() > 500  # beside the part its field is positive
+    assert "part" in page.page.inner_text("#legend")
+    page.page.fill("#paint", "high")
+    by_height = page.after(lambda: page.page.press("#paint", "Enter"))
+    assert (by_height != coloured).any()
+    assert page.page.get_attribute("#legend", "aria-label").startswith("Colours of high")
+    page.page.fill("#paint", "nothing_such")
+    page.page.press("#paint", "Enter")
+    page.until(lambda: "E100" in page.page.inner_text("#said"))
+    page.page.fill("#paint", "")
+    page.page.press("#paint", "Enter")
+    page.until(lambda: not page.page.is_visible("#said"))
+    whole = page.after(lambda: page.page.click("#across-none"))
+    assert (whole == first).all()
+
+
+def test_several_outputs_are_shown_in_their_colours(page: Page) -> None:
+    both = page.after(lambda: page.page.check("#output-1"))
+    orange = (both[..., 0] > 150) & (both[..., 2] < 90) & (both[..., 3] > 0)
+    assert orange.sum() > 500
+    assert page.page.get_attribute("#view", "data-outputs") == "part foot"
+
+
+def test_a_mesh_and_a_picture_can_be_had(page: Page) -> None:
+    page.page.fill("#voxel", "0.3mm")
+    page.page.click("#export")
+    page.page.wait_for_selector("#made a")
+    with page.page.expect_download() as download:
+        page.page.click("#made a")
+    assert download.value.suggested_filename == "part-part.stl"
+    assert Path(download.value.path()).stat().st_size > 10_000
+    with page.page.expect_download() as download:
+        page.page.click("#picture")
+    assert Image.open(download.value.path()).size == page.picture().shape[1::-1]
