@@ -138,7 +138,7 @@ export function edit(parent, { changed, complete, save, format } = {}) {
 // ---- completion -----------------------------------------------------------------------------------------------------
 
 // Numbers open no list: Enter after `10` is to end the line, not to write a unit. Nor does the first letter of a name.
-const OPENS = /(?:[A-Za-z_]\w+|(?:^|[^.])\.|"[^"]*|\d[A-Za-z]+)$/;
+const OPENS = /(?:[A-Za-z_]\w+|(?:^|[^.])\.|^[^"]*"(?:[^"]*"[^"]*")*[^"]*|\d[A-Za-z]+)$/;
 const NUMBER = /(?:^|[^\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$/;
 
 function completions(complete, { text, from, at }) {
