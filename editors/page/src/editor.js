@@ -1,11 +1,16 @@
 // The editor of `pore view`: CodeMirror 6 with the colours, keys and completion of a program.
-import { autocompletion, acceptCompletion, closeBrackets, closeBracketsKeymap, completionKeymap, pickedCompletion } from "@codemirror/autocomplete";
+import {
+  autocompletion, acceptCompletion, closeBrackets, closeBracketsKeymap, completionKeymap, pickedCompletion,
+} from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap, indentWithTab, isolateHistory } from "@codemirror/commands";
 import { bracketMatching, indentOnInput, indentUnit } from "@codemirror/language";
 import { lintGutter, nextDiagnostic, previousDiagnostic, setDiagnostics } from "@codemirror/lint";
 import { highlightSelectionMatches, search, searchKeymap } from "@codemirror/search";
 import { Annotation, Compartment, EditorSelection, EditorState, Transaction } from "@codemirror/state";
-import { drawSelection, EditorView, highlightActiveLine, highlightActiveLineGutter, highlightSpecialChars, keymap, lineNumbers, rectangularSelection } from "@codemirror/view";
+import {
+  drawSelection, EditorView, highlightActiveLine, highlightActiveLineGutter, highlightSpecialChars, keymap, lineNumbers,
+  rectangularSelection,
+} from "@codemirror/view";
 import { change, kept } from "./change.js";
 import { language } from "./language.js";
 import { rules, theme } from "./theme.js";
@@ -165,11 +170,12 @@ function completions(complete, { text, from, at }) {
 function offered(items, pos, at) {
   const begin = Math.min(pos, at(items[0].start));
   const option = (item, i) => {
+    const called = item.detail?.startsWith(`${item.label}(`);  // the name is not to stand there twice
     const before = at(item.start) - begin, behind = Math.max(0, at(item.end) - pos);
     return {
       label: item.label,
       type: KINDS[item.kind],
-      detail: item.detail || undefined,
+      detail: (called ? item.detail.slice(item.label.length) : item.detail) || undefined,
       info: item.doc || undefined,
       sortText: String(i).padStart(6, "0"),
       apply(view, picked, from, to) {

@@ -19,9 +19,13 @@ const field = {
   font: "inherit", color: "inherit", background: "var(--ground)", border: "1px solid var(--line)", borderRadius: "4px",
   padding: "2px 6px",
 };
-const wavy = (colour) => ({ backgroundImage: "none", paddingBottom: "0", textDecoration: `underline wavy var(${colour}) 1px`, textUnderlineOffset: "3px" });
+const wavy = (colour) => ({
+  backgroundImage: "none", paddingBottom: "0", textDecoration: `underline wavy var(${colour}) 1px`, textUnderlineOffset: "3px",
+});
 // signs beside the lines differ in shape too
-const sign = (colour, shape) => ({ content: "normal", lineHeight: "1", "&:before": { content: `"${shape}"`, color: `var(${colour})` } });
+const sign = (colour, shape) => ({
+  content: "normal", lineHeight: "1", "&:before": { content: `"${shape}"`, color: `var(${colour})` },
+});
 const beside = (colour) => ({ borderLeftColor: `var(${colour})` });
 
 export const theme = EditorView.theme({
@@ -35,9 +39,12 @@ export const theme = EditorView.theme({
   ".cm-gutters": { background: "var(--panel)", color: "var(--quiet)", borderRight: "1px solid var(--line)" },
   ".cm-activeLine": { background: faint("--text", 4) },
   ".cm-activeLineGutter": { background: faint("--text", 7), color: "var(--text)" },
-  "& .cm-selectionLayer .cm-selectionBackground, &.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground": { background: faint("--pore-number", 22) },
+  ".cm-selectionLayer .cm-selectionBackground": { background: faint("--pore-number", 22) },
+  "&.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground": { background: faint("--pore-number", 22) },
   ".cm-selectionMatch": { background: faint("--pore-number", 12) },
-  "&.cm-focused .cm-matchingBracket, .cm-matchingBracket": { background: faint("--accent", 18), outline: `1px solid ${faint("--accent", 60)}` },
+  "&.cm-focused .cm-matchingBracket, .cm-matchingBracket": {
+    background: faint("--accent", 18), outline: `1px solid ${faint("--accent", 60)}`,
+  },
   "&.cm-focused .cm-nonmatchingBracket, .cm-nonmatchingBracket": { background: faint("--wrong", 18) },
   ".cm-searchMatch": { background: faint("--pore-doubt", 22), outline: `1px solid ${faint("--pore-doubt", 60)}` },
   ".cm-searchMatch-selected": { background: faint("--pore-doubt", 40) },
@@ -70,10 +77,14 @@ export const theme = EditorView.theme({
   ".cm-diagnostic-warning": beside("--pore-doubt"),
   ".cm-diagnostic-info": beside("--pore-hint"),
 
-  ".cm-tooltip": { background: "var(--panel)", color: "var(--text)", border: "1px solid var(--line)", borderRadius: "4px", overflow: "hidden" },
+  ".cm-tooltip": {
+    background: "var(--panel)", color: "var(--text)", border: "1px solid var(--line)", borderRadius: "4px", overflow: "hidden",
+  },
   ".cm-tooltip-hover, .cm-tooltip-lint": { maxWidth: "min(520px, 90vw)", maxHeight: "50vh", overflow: "auto" },
   ".cm-tooltip.cm-tooltip-autocomplete": { overflow: "visible" },
-  ".cm-tooltip.cm-tooltip-autocomplete > ul": { fontFamily: "ui-monospace, monospace", maxHeight: "16em" },
+  ".cm-tooltip.cm-tooltip-autocomplete > ul": {
+    fontFamily: "ui-monospace, monospace", maxHeight: "16em", maxWidth: "min(560px, 95vw)",
+  },
   ".cm-tooltip.cm-tooltip-autocomplete > ul > li": { padding: "2px 8px", color: "var(--text)" },
   ".cm-tooltip.cm-tooltip-autocomplete > ul > li[aria-selected]": { background: faint("--accent", 22), color: "var(--text)" },
   ".cm-completionMatchedText": { textDecoration: "none", fontWeight: "700" },
