@@ -7,7 +7,7 @@ WORKERS ?= auto
 ENVIRONMENT := PYTHONUNBUFFERED=1 $(if $(filter Linux,$(shell uname)),PORELANG_TEST_GL=required)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo figures comparison test test-fast fuzz check gl bench bench-peers lint golden docs grammar editors clean
+.PHONY: help demo figures comparison test test-fast fuzz check gl bench bench-peers lint golden docs grammar editors page clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -73,9 +73,12 @@ grammar: $(READY)  ## write grammar/pore.lalr.json, the tables of grammar/pore.l
 	@PYTHONHASHSEED=0 $(BIN)/python -c 'from porelang.syntax.parse import tables; print(tables(), end="")' > grammar/made
 	@mv grammar/made grammar/pore.lalr.json
 
-editors: $(READY)  ## write editors/vscode/pore.tmLanguage.json, by which editors colour, anew
+editors: $(READY)  ## write what editors colour by, editors/vscode/pore.tmLanguage.json and editors/page/src/patterns.js, anew
 	@$(BIN)/python editors/generate.py
 
+page: editors  ## bundle the editor of pore view, porelang/preview/web/editor.js; needs node 20 and npm
+	@cd editors/page && npm ci --ignore-scripts --no-audit --no-fund && node build.js
+
 clean:  ## remove the environment, caches and out/
-	rm -rf $(VENV) .peers out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) .peers editors/page/node_modules out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find porelang tests docs examples benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,4 +1,5 @@
-"""`make editors`: the grammar of TextMate, which VS Code and others colour by, from the patterns of the package."""
+"""`make editors`: what colours without a server, from the patterns of the package: the grammar of TextMate, for VS Code
+and others, and a module for the editor of `pore view`."""
 
 from __future__ import annotations
 
@@ -9,6 +10,7 @@ from porelang.syntax.highlighting import patterns
 
 HERE = Path(__file__).parent
 GRAMMAR = HERE / "vscode" / "pore.tmLanguage.json"
+MODULE = HERE / "page" / "src" / "patterns.js"
 #: What TextMate calls what is found.
 SCOPES = {
     "comment.documentation": "comment.line.documentation.pore",
@@ -32,5 +34,15 @@ def grammar() -> str:
     return json.dumps(made, indent=2) + "\n"
 
 
+def module() -> str:
+    """The text of the module."""
+    found = "".join(f"  {json.dumps([what, pattern])},\n" for what, pattern in patterns())
+    return (
+        "// Made by `make editors` from porelang/syntax/highlighting.py: what is found, tried in this order.\n"
+        f"export const PATTERNS = [\n{found}];\n"
+    )
+
+
 if __name__ == "__main__":
     GRAMMAR.write_text(grammar(), encoding="utf-8")
+    MODULE.write_text(module(), encoding="utf-8")
