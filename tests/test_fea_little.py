@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 from boxes import Floats, box
 
+import porelang
 from porelang.diagnostics import PoreError
 from porelang.fea import Force, Pressure, Problem, Support, Weight, solve
 from porelang.fea.assemble import lame, stiffness
+from porelang.fea.chords import area_off
 from porelang.fea.covered import covered
 from porelang.fea.loads import applied
+from porelang.fea.narrow import pressed
 from porelang.fea.nodes import number
 from porelang.fea.surface import surface
 
@@ -118,6 +121,39 @@ def test_what_a_load_smaller_than_an_element_lacks_is_in_the_error(radius: float
     assert "W291" not in said(replace(problem, loads=(TOP,)))
 
 
+def strip(p: Floats) -> Floats:
+    return (p[:, 2] > 20 - 1e-6) & (np.abs(p[:, 0] - 10.7) < 0.05)
+
+
+def spots(p: Floats) -> Floats:
+    return (p[:, 2] > 20 - 1e-6) & (np.hypot(np.abs(p[:, 0] - 10) - 5, np.abs(p[:, 1] - 10) - 5) < 0.5)
+
+
+@pytest.mark.parametrize(("where", "exact"), [
+    # plane strain and stress with 165,000 unknowns: 9.5 and 10.5e-5; four quarters of the cube with elements of 1.2 mm
+    (strip, 1.0e-4),
+    (spots, 1.2e-4),
+])  # fmt: skip
+def test_a_load_is_narrow_by_its_width_and_by_its_pieces(where: Callable[[Floats], Floats], exact: float) -> None:
+    """A strip has more area than a face, and so have four spots together."""
+    load = Force(where, (0.0, 0.0, -1.0), name="pin")
+    problem = Problem(CUBE, 2000.0, 0.3, supports=(FOOT,), loads=(load,))
+    found = solve(problem)
+    stated = (2 * found.error.relative**2 + found.unsure) * found.compliance
+    assert exact - found.compliance < stated < 2 * exact
+    assert "`pin` acts on" in said(problem)["W291"]
+
+
+def test_a_rectangle_on_a_half_space() -> None:
+    """Means of 1 / r over pairs of places by chance, and a strip by its logarithm."""
+    random = np.random.default_rng(0)
+    for a, b in ((1.0, 1.0), (5.0, 0.5), (0.3, 2.0)):
+        one, other = random.uniform(size=(2, 2_000_000, 2)) * (a, b)
+        mean = float((1 / np.linalg.norm(one - other, axis=1)).mean())
+        assert pressed(a, b) == pytest.approx(mean / np.pi, rel=5e-3)
+    assert pressed(100, 0.1) - pressed(100, 0.2) == pytest.approx(2 * np.log(2) / (100 * np.pi), rel=1e-2)
+
+
 # ---- balance
 
 
@@ -139,6 +175,34 @@ def test_what_elements_make_of_areas_is_balanced_and_said() -> None:
     whole = solve(pulled(20.1))
     assert "W289" not in {d.code for d in whole.doubts}
     np.testing.assert_allclose(found.displacement, whole.displacement, atol=0.1 * np.abs(whole.displacement).max())
+
+
+@pytest.mark.parametrize(("text", "size", "area"), [
+    ("cylinder(10, 16)", 3.0, 100 * np.pi),
+    ("box([20, 20, 16])", 3.0, 400.0),
+    ("gyroid(8) & box([16, 16, 16])", 1.5, 128.0),
+])  # fmt: skip
+def test_how_far_an_area_in_elements_may_be_off_is_seen_at_its_rim(text: str, size: float, area: float) -> None:
+    """Closed forms: a disc, a square, and half of a square, which this section of a gyroid is."""
+    mesh = porelang.compile(text).tet(size=size)
+    nodes = number(mesh.vertices, mesh.tets, 1)
+    on = covered(lambda p: p[:, 2] > 8 - 1e-6, nodes, surface(nodes), "it")
+    off = area_off(nodes, np.unique(on.faces))
+    assert abs(on.area - area) <= off + 1e-9 < 0.05 * area
+    assert (off < 1e-9) is text.startswith("box")
+
+
+def test_pressures_on_equal_ends_of_a_lattice_balance() -> None:
+    """Their areas in elements differ by half a per cent; those of a box do not, and there the same is a mistake."""
+
+    def ends(text: str, size: float, other: float) -> str:
+        mesh = porelang.compile(text).tet(size=size)
+        low, high = (Pressure(lambda p, s=s: s * p[:, 0] > 8 - 1e-6, v) for s, v in ((-1, 1.0), (1, other)))  # type: ignore[misc]
+        return said(Problem(mesh, 2000.0, 0.3, loads=(low, high), balanced=True)).get("W289", "")
+
+    assert "do not quite balance" in ends("gyroid(8) & box([16, 16, 16])", 2.5, 1.0)
+    with pytest.raises(PoreError, match="E171"):
+        ends("box([16, 16, 16])", 4, 1.005)
 
 
 @pytest.mark.parametrize(

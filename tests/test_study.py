@@ -527,10 +527,11 @@ def test_it_says_what_it_is_and_what_is_doubtful() -> None:
     plate = "study(plate, x < -14.9mm, force(x > 14.9mm, [0, 0, -1N])"
     thin = told(f"let plate = box([30mm, 30mm, 1mm])\nlet s = {plate}, {MATERIAL}, size=1.5mm)\nout vm = s.von_mises")
     assert "1 mm thick" in thin["W284"]
-    sawn = "let bar = box([20mm, 10mm, 10mm]) \\ translate(box([0.4mm, 11mm, 8mm]), [0.5mm, 0mm, 2mm])"
+    sawn = "let bar = box([20mm, 10mm, 10mm]) \\ translate(box([0.05mm, 11mm, 8mm]), [0.35mm, 0mm, 2mm])"
     pull = "study(bar, x < -9.9mm, force(x > 9.9mm, [0, 0, -1N])"
     slit = told(f"{sawn}\nlet s = {pull}, {MATERIAL}, size=2mm)\nout vm = s.von_mises")
-    assert "they close gaps 0.4 mm wide, as at (0.5, " in slit["W284"]
+    assert "a gap 0.05 mm wide is closed over " in slit["W284"]
+    assert ", as at (0.35, " in slit["W284"]
     crumbs = told(f"let body = box([20mm, 20mm, 20mm]) | cube(3mm) @ [x - 14, y, z]\n"
                   f"let s = compress(body, 1kN, {MATERIAL}, size=2mm)\nout vm = s.von_mises")  # fmt: skip
     assert "left out" in crumbs["W266"]

@@ -79,8 +79,9 @@ DIRECT = (
         "a gap that tetrahedra have closed",
         "A slit that is narrower than a cube may lie between the corners of cubes, where the mesher never looks into\n"
         "it. What is on both sides of it is then joined, and a part that is sawn almost through is as stiff as one\n"
-        "that is whole. It is told where gaps with parallel sides are narrower than a cube and a tetrahedron lies in\n"
-        "the middle of one. Take cubes of half the gap, or leave a gap out that is not meant.",
+        "that is whole. It is told where edges of tetrahedra span void between surfaces that face each other, with\n"
+        "how wide it is and over how much: the one that is closed the most. Cubes of twice the width leave a gap\n"
+        "open; what touches in a point or along a line is joined by a neck at any size.",
         "",
         "box([40, 20, 10]) \\ translate(box([3, 21, 8]), [0.5, 0, 2])  # pore tet --size 1mm",
     ),

@@ -177,20 +177,22 @@ ELASTICITY = (
         "loads that do not quite balance",
         "With `balanced=true` loads are to do no work on what is free to move. In elements an area, and its middle,\n"
         "are not quite those of the part: two forces along one line are then a little aside of each other. Up to a\n"
-        "twentieth of an element aside, and 0.2 % of a pressure or a weight, that rest is taken by a force on all\n"
-        "of the volume, which varies as the rigid motion does that it answers (inertia relief); the message says what\n"
-        "it comes to, and its share of the loads is in the errors of displacements, stiffness and compliance. Forces\n"
-        "and couples are given, and have no such error: where these do not add up to 0 the loads are refused (E171).",
+        "twentieth of an element aside, 0.2 % of a pressure or a weight, and of a pressure what the rim of its area\n"
+        "shows by how it turns from edge to edge, that rest is taken by a force on all of the volume, which varies as\n"
+        "the rigid motion does that it answers (inertia relief); the message says what it comes to, and its share of\n"
+        "the loads is in the errors of displacements, stiffness and compliance. Forces and couples are given, and\n"
+        "have no such error: where these do not add up to 0 the loads are refused (E171).",
         "",
         "",
     ),
     Code(
         "W291",
-        "a load on less than the face of an element",
+        "a load that is narrower than an element",
         "A part gives way under a load the more the narrower it presses: the mean displacement of a disc of radius a\n"
-        "on a half-space is .54 (1 - nu^2) F / (E a). Elements do not feel how local a load is that covers less than\n"
-        "one of their faces; they take it for one of that size. By how much that may be too little is in the errors\n"
-        "of displacements, stiffness and compliance. Stresses under such a load say nothing.",
+        "on a half-space is .54 (1 - nu^2) F / (E a). Elements do not feel how narrow a load is that covers less than\n"
+        "one of their faces, or a strip of them; they take it for one as wide as a face. By how much that may be too\n"
+        "little, of a rectangle on a half-space, is in the errors of displacements, stiffness and compliance.\n"
+        "Stresses under such a load say nothing.",
         "",
         "",
     ),

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from porelang.diagnostics import fail
+from porelang.fea.chords import area_off
 from porelang.fea.loads import Applied
 from porelang.fea.means import weighed
 from porelang.fea.nodes import Nodes
@@ -22,7 +23,7 @@ from porelang.fea.surface import place, vector
 #: Loads that drive a free motion with less than this of their size are taken to do no work on it.
 _ROUNDED = 1e-6
 #: By how much of an edge of its triangles the middle of an area may be aside (measured: the ends of a gyroid .03, of
-#: bent pipes .0005), and by which share an area or a volume may be another.
+#: bent pipes .0005), and by which share an area or a volume may be another besides what its rim shows.
 _ASIDE, _ANOTHER = 0.05, 0.002
 #: What is smaller than this of its size is 0 in a sentence.
 _NONE = 1e-9
@@ -83,7 +84,9 @@ def _open(load: Load, acting: Applied, nodes: Nodes, free: Free) -> Floats:
     corners = nodes.points[nodes.faces[faces, :3]]
     edge = float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).mean())
     aside = np.asarray(size * _ASIDE * edge * free.turns)
-    return aside if isinstance(load, Force) else aside + _ANOTHER * size
+    if isinstance(load, Force):
+        return aside
+    return aside + (_ANOTHER + area_off(nodes, faces) / acting.on.area) * size
 
 
 def _added(forces: Floats, nodes: Nodes) -> str:

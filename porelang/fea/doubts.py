@@ -239,8 +239,8 @@ def _narrow(system: System) -> list[Diagnostic]:
     return [
         _warn(
             "W291",
-            f"{load.name} acts on {load.area:.3g} mm2, less than the face of an element there ({load.face:.3g} mm2): "
-            f"under it the part gives way by up to {load.more:.2g} mm more",
+            f"{load.name} acts on {load.area:.3g} mm2, {load.wide:.2g} mm across, which is less than an element there "
+            f"({load.face:.2g} mm): under it the part gives way by up to {load.more:.2g} mm more",
             f"its errors say so; spread it over what it really presses on, or take elements of {load.size:.2g} mm",
         )
         for load in narrow(system)

@@ -85,7 +85,7 @@ def direct(
         if sharp:
             facts["told"] += done.missed.told(facts["volumes"]["solid"])
         facts["told"] += [*touching(mesh.vertices[done.sound.touching]), *thin(solid, sizes)]
-        facts["told"] += closed(solid, mesh, min(sizes.even or sizes.finest, sizes.surface))
+        facts["told"] += closed(done.spanned, min(sizes.even or sizes.finest, sizes.surface))
     return mesh, facts
 
 

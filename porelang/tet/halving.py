@@ -2,7 +2,8 @@
 
 What stuffing misses it misses at rims, where a wall meets an envelope at a small angle: so the cubes that rims pass are
 meshed by themselves, with some round them, and looked at; then what lies round those that were halved. The whole is
-meshed with all of them at once, and looked at too: what no rim explains, as a wall thinner than a cube, shows then.
+meshed with all of them at once, and looked at too: what no rim explains, as a wall thinner than a cube or a slit that
+is closed, shows then.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from porelang.analysis.branches import Branches
 from porelang.progress import activity, tell
+from porelang.tet.gaps import closed_gap
 from porelang.tet.grading import Grading
 from porelang.tet.octree import EIGHT, Cells
 from porelang.tet.stuffing import Around, Asked, Made, made
@@ -22,6 +24,7 @@ Flags = NDArray[np.bool_]
 
 TURNS = 4  # as halved cubes may show what larger ones did not
 MANY = 0.25  # of the cubes at a surface: where more miss it the size is too large for the part, not for some places
+MANY_JOINED = 0.75  # the same where what is apart is joined: a slit through a small part passes many of its cubes
 ENOUGH = 5e-4  # of the volume: a mesh that misses less is not made anew
 CORNER = 1e-3  # of a cube: branches are asked as far within its corners
 REACH = 1.0  # edges: so far from a cube's middle the surface is within it, or next to it
@@ -39,7 +42,8 @@ def refined(asked: Asked, grading: Grading) -> Made:
         grading = halved(asked, grading, (rims, grading.frame, 0.0), MANY * surface)
     mesh = made(asked, grading)
     some = wrong(grading, mesh, mesh.missed.cells)
-    if not len(some.level) or len(some.level) > MANY * mesh.missed.of or not matters(asked, mesh):
+    most, needed = (MANY_JOINED, True) if spans(mesh) else (MANY, matters(asked, mesh))
+    if not len(some.level) or len(some.level) > most * mesh.missed.of or not needed:
         return mesh
     return made(asked, halved(asked, grading.parting(some), (some, mesh.lattice.frame, 1.0)))
 
@@ -71,6 +75,11 @@ def wrong(grading: Grading, mesh: Made, missed: Ints) -> Cells:
 def matters(asked: Asked, mesh: Made) -> bool:
     """Whether what a mesh misses is worth a finer one."""
     return mesh.missed.missing + mesh.missed.extra > ENOUGH * asked.solid.guess[0]
+
+
+def spans(mesh: Made) -> bool:
+    """Whether a mesh joins what is apart, however narrow the gap is."""
+    return closed_gap(mesh.spanned) is not None
 
 
 def at_rims(asked: Asked, grading: Grading) -> tuple[int, Cells]:

@@ -19,6 +19,7 @@ from porelang.solid import Solid
 from porelang.tet.balance import balance
 from porelang.tet.cut import Background, cut
 from porelang.tet.frame import Frame, Value
+from porelang.tet.gaps import Spanned, spanned
 from porelang.tet.grading import Grading, Region
 from porelang.tet.islands import sorted_pieces
 from porelang.tet.lattice import Lattice
@@ -57,13 +58,14 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """A mesh, the lattice it was cut from, facts of it, what it misses, and whether it is sound; `poor` (n, 3) mm are
-    the middles of edges in which it touches itself, and of slivers."""
+    """A mesh, the lattice it was cut from, facts of it, what it misses, which void it spans, and whether it is sound;
+    `poor` (n, 3) mm are the middles of edges in which it touches itself or that span void, and of slivers."""
 
     mesh: TetMesh
     lattice: Lattice
     facts: dict[str, Any]
     missed: Missed
+    spanned: Spanned
     sound: Sound
     poor: Floats
 
@@ -98,8 +100,9 @@ def _made(asked: Asked, grading: Grading, around: Around | None) -> Made:
     tell(4, 5)
     found = missed((mesh, dropped), middles_of(mesh, beside), lattice, background.values, solid, at)
     looked = sound(mesh, beside)
-    some = np.concatenate([mesh.vertices[of].mean(axis=1) for of in (looked.touching, slivers)])
-    return Made(mesh, lattice, facts, found, looked, some if at is None else some[at.meets(some, some)])
+    void = spanned(solid, mesh)
+    some = np.concatenate([void.middle, *(mesh.vertices[of].mean(axis=1) for of in (looked.touching, slivers))])
+    return Made(mesh, lattice, facts, found, void, looked, some if at is None else some[at.meets(some, some)])
 
 
 def sharpened(

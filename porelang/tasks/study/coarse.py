@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from porelang.data import coordinates
 from porelang.tasks.study.got import Got
 from porelang.tasks.study.sized import AFFORDABLE, HALVED, MOST, THROUGH, duration, many, seconds, unknowns
 from porelang.tasks.told import Doubt
+from porelang.tet.gap import OPEN, Gap
+from porelang.tet.gap import told as said_of
 from porelang.walls import rounded
 
 #: A result that is estimated to err by so much, in the energy of its stresses, is doubted.
@@ -23,7 +27,7 @@ _UP = 1.1
 def coarse(got: Got) -> list[Doubt]:
     """W284 where elements miss the part, close its gaps, are too large for its walls, or do not show its stresses: all
     that is so of these in one, with a size that mends it, or the finest that helps and can be had."""
-    found = [*_form(got), *_gaps(got), *_walls(got), *_stresses(got)]
+    found = [*_gaps(got), *_form(got), *_walls(got), *_stresses(got)]
     if not found:
         return []
     whats, labels = [what for what, _ in found], [label for _, label in found]
@@ -58,19 +62,16 @@ def _form(got: Got) -> list[tuple[str, str]]:
     said = f"they lack {got.lacking:.3g} mm3 of the part and hold {got.beyond:.3g} mm3 beyond it, as at ({at})"
     if got.handles:
         said += f", and by {got.handles:.0f} of {got.holes:.0f} holes they are joined otherwise"
-    return [(said, f"its stiffness may be off by {got.form:.0%} for what they miss, and is stated so")]
+    stated = "is stated so" if not got.gap else "by more for the gap"
+    return [(said, f"its stiffness may be off by {got.form:.0%} for what they miss, and {stated}")]
 
 
 def _gaps(got: Got) -> list[tuple[str, str]]:
+    """What elements join is stiffer by an amount that they do not know."""
     if not got.gap:
         return []
-    at = coordinates((got.gap_x, got.gap_y, got.gap_z))
-    return [
-        (
-            f"they close gaps {got.gap:.3g} mm wide, as at ({at})",
-            "what they join is stiffer, and no error says by how much",
-        )
-    ]
+    gap = Gap(got.gap, (got.gap_long, got.gap_across), np.array([got.gap_x, got.gap_y, got.gap_z]), got.gap_tapers > 0)
+    return [(said_of(gap), "what they fill there is stiffer, and no error that is stated says by how much")]
 
 
 def _walls(got: Got) -> list[tuple[str, str]]:
@@ -98,7 +99,7 @@ def _wanted(got: Got) -> float:
     """
     share = min(_ROOM * ERRS / max(got.number("error").value, 1e-9), _ROOM * FORM / max(got.form, 1e-9), 1 / 1.5)
     size = max(share, _FARTHEST) * got.size
-    size = min(size, got.gap / THROUGH) if got.gap else size
+    size = min(size, OPEN * got.gap) if got.gap and not got.gap_tapers else size
     return min(size, got.wall / THROUGH) if _walls(got) else size
 
 

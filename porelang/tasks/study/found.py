@@ -18,6 +18,7 @@ from porelang.tasks.study.numbers import form_error, shared_error
 from porelang.tasks.study.samples import sampled
 from porelang.tasks.study.solved import Solved, solved
 from porelang.tasks.told import Doubt
+from porelang.tet.gap import Gap
 from porelang.tet.tetmesh import volumes
 
 #: Elements beside a place that are looked at for their size.
@@ -48,11 +49,12 @@ def _known(study: Solved, samples: SampledField, voxel: float, off: float, jumps
     """Samples, with what is known of their study."""
     wall, missed = study.sized.wall, study.missed
     x, y, z = (0.0, 0.0, 0.0) if wall is None else map(float, wall.at)
-    gap_x, gap_y, gap_z = (0.0, 0.0, 0.0) if study.gap is None else map(float, study.gap.at)
+    gap = study.gap or Gap(0.0, (0.0, 0.0), np.zeros(3), False)
+    gap_x, gap_y, gap_z = map(float, gap.at)
     got = Got(
         len(study.mesh.tets), study.unknowns, study.iterations, study.residual, study.sized.order, study.sized.size,
         study.sized.finest, _beside(study), 0.0 if wall is None else wall.wall, x, y, z,
-        0.0 if study.gap is None else study.gap.wall, gap_x, gap_y, gap_z, study.sized.area,
+        gap.wide, *gap.reach, float(gap.tapers), gap_x, gap_y, gap_z, study.sized.area,
         *_beyond(study),
         study.asked.yields, study.lost, study.pieces, voxel, off, jumps,
         form_error(missed), missed.lacking, missed.beyond, missed.handles, missed.of, *missed.at,

@@ -31,9 +31,9 @@ from porelang.tasks.study.missed import Missed, missed
 from porelang.tasks.study.numbers import Measured, numbers_of
 from porelang.tasks.study.samples import NODES
 from porelang.tasks.study.sized import Sized, sized
-from porelang.tet.gaps import closed_gap
+from porelang.tet.gap import Gap
+from porelang.tet.gaps import closed_gap, spanned
 from porelang.tet.tetmesh import TetMesh, volumes
-from porelang.walls import Thinnest
 
 Floats = NDArray[np.float64]
 MESHING, SOLVING, COMPARING = "making elements", "solving for stresses", "comparing elements with the part"
@@ -69,7 +69,7 @@ class Solved:
     numbers of `porelang.ops.studies` by name, with their errors; what `supports` and `loads` found and come to.
 
     `missed` is what elements miss of the part, `shared` by which share of the energy the material within elements is
-    open, most of all in the element round `seam`; `gap` is the narrowest that elements have closed.
+    open, most of all in the element round `seam`; `gap` is what they close of it.
 
     `young` (m,) MPa is that of each element; `solution` what the solver found, before a platen got its force; `lost`
     the share of the part in `pieces` that are left out. Displacements are counted from where the part rests.
@@ -88,7 +88,7 @@ class Solved:
     missed: Missed
     shared: float
     seam: tuple[float, float, float]
-    gap: Thinnest | None
+    gap: Gap | None
     unknowns: int
     iterations: int
     residual: float
@@ -169,7 +169,7 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
         missed=lacks,
         shared=measured.shared,
         seam=(x, y, z),
-        gap=closed_gap(part, mesh, found.size),
+        gap=closed_gap(spanned(part, mesh)),
         unknowns=solution.unknowns,
         iterations=solution.iterations,
         residual=solution.residual,
