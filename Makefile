@@ -4,10 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 WORKERS ?= auto
-ENVIRONMENT := PYTHONUNBUFFERED=1 $(if $(filter Linux,$(shell uname)),PORELANG_TEST_GL=required)
+ENVIRONMENT := PYTHONUNBUFFERED=1 $(if $(filter Linux,$(shell uname)),PORELANG_TEST_GL=required PORELANG_TEST_BROWSER=required)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo figures comparison test test-fast fuzz check gl bench bench-peers lint golden docs grammar editors page clean
+.PHONY: help demo figures comparison test test-fast fuzz check gl browser bench bench-peers lint golden docs grammar editors page clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -41,7 +41,10 @@ comparison: $(READY)  ## write docs/comparison.md, the specimens of Figures 8 to
 gl: $(READY)
 	@PATH="$(CURDIR)/$(BIN):$$PATH" sh .ci/gl
 
-test: gl lint  ## run the linters and the whole suite (installs Mesa's software OpenGL where there is no OpenGL)
+browser:
+	@sh .ci/browser
+
+test: gl browser lint  ## run the linters and the whole suite (installs Mesa's software OpenGL and Chromium where there is none)
 	@echo "== pytest"
 	@$(ENVIRONMENT) $(BIN)/python -m pytest -n $(WORKERS)
 

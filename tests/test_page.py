@@ -36,7 +36,7 @@ out part = (kind(8) |> shell(0.7)) & sphere(r)
 out foot = box([24, 24, 2]) |> translate([0, 0, -13])
 check r > 6mm, "it can be held"
 """
-SIZE = (820, 420)
+SIZE = (700, 300)
 
 
 class Page:
@@ -123,7 +123,7 @@ def page(browser: Any, served: tuple[Path, int]) -> Iterator[Page]:
 
 
 def silhouette(program: porelang.Program, name: str, camera: Camera, size: tuple[int, int]) -> NDArray[np.bool_]:
-    """Whether a ray meets the solid, from samples in float64 a twentieth of a mm apart, and nothing else."""
+    """Whether a ray meets the solid, from samples in float64 a tenth of a mm apart, and nothing else."""
     box = program.bounds(name)
     field = program.field(name)
     origin, way = camera.rays(size, slice(0, size[1]))
@@ -131,7 +131,7 @@ def silhouette(program: porelang.Program, name: str, camera: Camera, size: tuple
     middle = np.add(box.lo, box.hi) / 2
     nearest = ((middle - origin) * way).sum(axis=-1)
     hit = np.zeros(nearest.shape, bool)
-    for t in np.arange(-reach, reach, 0.05):
+    for t in np.arange(-reach, reach, 0.1):
         left = ~hit
         hit[left] = field((origin + (nearest + t)[..., None] * way)[left]) <= 0
     return hit
@@ -209,12 +209,12 @@ def test_a_section_with_the_field_on_it(page: Page) -> None:
     first = page.picture()
     cut = page.after(lambda: page.page.click("#across-x"))
     red = (cut[..., 0] > cut[..., 1] + 40) & (cut[..., 3] > 0)
-    assert red.sum() > 500  # the cut face
+    assert red.sum() > 200  # the cut face
     moved = page.after(lambda: page.slide("#offset", 4))
     assert (moved != cut).any()
     coloured = page.after(lambda: page.page.click("#plane"))
     blue = (coloured[..., 2].astype(int) > coloured[..., 0] + 30) & (coloured[..., 3] > 0)
-    assert blue.sum() > 500  # beside the part its field is positive
+    assert blue.sum() > 200  # beside the part its field is positive
     assert "part" in page.page.inner_text("#legend")
     page.page.fill("#paint", "high")
     by_height = page.after(lambda: page.page.press("#paint", "Enter"))
@@ -233,7 +233,7 @@ def test_a_section_with_the_field_on_it(page: Page) -> None:
 def test_several_outputs_are_shown_in_their_colours(page: Page) -> None:
     both = page.after(lambda: page.page.check("#output-1"))
     orange = (both[..., 0] > 150) & (both[..., 2] < 90) & (both[..., 3] > 0)
-    assert orange.sum() > 500
+    assert orange.sum() > 200
     assert page.page.get_attribute("#view", "data-outputs") == "part foot"
 
 

@@ -20,9 +20,10 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 import porelang
+from porelang.cli import main
 from porelang.diagnostics import PoreError
 from porelang.preview import told
-from porelang.preview.live import Live, Message
+from porelang.preview.live import NOTHING, Live, Message, Start
 from porelang.preview.scene import QUICK, Wish, scene
 from porelang.preview.server import FILES, LONGEST, MOST_A_SECOND, WEB, application, door
 from porelang.preview.wire import packed, texts
@@ -132,9 +133,9 @@ def test_what_a_study_has_not_found_has_no_colour() -> None:
 class Page:
     """What a page was told by a `Live`, and how to wait for it."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, start: Start = NOTHING) -> None:
         self.words: list[Message] = []
-        self.live = Live(str(path), self.words.append)
+        self.live = Live(str(path), self.words.append, start)
 
     def said(self, kind: str, after: int = 0, seconds: float = 60) -> Any:
         """The first word of a kind (`scene` for one) after so many others."""
@@ -235,6 +236,19 @@ def test_presets_set_params_and_defaults_set_them_back(look: Look) -> None:
     page.live.preset("")
     assert page.said("program", after=count)["params"][2]["value"] == "gyroid"
     page.live.preset("there is none")
+
+
+def test_a_page_begins_with_what_the_command_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "two.pore"
+    path.write_text(TWO)
+    page = Page(path, Start({"angle": "60deg"}, "wide", {}))
+    page.live.begin()
+    w, angle, kind = page.said("program")["params"]
+    assert (w["value"], angle["value"], kind["value"]) == (12, pytest.approx(np.pi / 3 / 1, rel=1e-9), "schwarz_p")
+    page.live.close()
+    for options, code in ((["--set", "w=90mm"], "E085"), (["--preset", "none"], "E0"), (["--port", "70000"], "E108")):
+        assert main(["view", str(path), "--no-browser", *options]) != 0
+        assert f"error[{code}" in capsys.readouterr().err
 
 
 def test_what_is_refused_is_said_and_the_picture_stays(look: Look) -> None:

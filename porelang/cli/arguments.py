@@ -171,8 +171,8 @@ COMMANDS: dict[str, Command] = {
         Command(
             "view",
             "draw the part on a page in the browser while the program is written; sliders set its params",
-            ("file", "no_browser"),
-            "pore view specimen.pore",
+            ("file", "set", "preset", "bind", "port", "no_browser", "stats"),
+            "pore view specimen.pore --set w=40mm",
         ),
         Command(
             "watch",

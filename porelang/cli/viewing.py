@@ -7,30 +7,39 @@ import webbrowser
 from argparse import Namespace
 
 from porelang.cli import report
+from porelang.cli.loading import data_of
+from porelang.compiler import try_compile
 from porelang.diagnostics import fail
 from porelang.files import read_source
 
 
 def view(options: Namespace) -> int:
-    """Serve the page of a program on this machine until a signal ends it. Errors: E105, E106, E028, E108, E126."""
+    """Serve the page of a program on this machine until a signal ends it. Errors: E105, E106, E028, E108, E126, and
+    what is wrong with the settings that it begins with."""
     try:
         import uvicorn
 
+        from porelang.preview.live import Start
         from porelang.preview.server import application, door
     except ImportError:
         raise fail("E126", "`pore view` needs the packages starlette, uvicorn and websockets",
                    hint="pip install 'porelang[view]'") from None  # fmt: skip
     if options.file == "-":
         raise fail("E108", "standard input is no file that is saved", hint="name the .pore file to look at")
-    read_source(options.file)  # a slip of the name is told at once
-    opened, port = door()
+    source = read_source(options.file)  # a slip of the name is told at once
+    start = Start(dict(options.settings), options.preset, data_of(options))
+    if start.settings or start.preset:  # and of a setting; what is wrong in the program the page shows
+        program, _ = try_compile(source, bound=start.bound)
+        if program is not None:
+            program.design(start.settings, preset=start.preset)
+    opened, port = door(options.port or 0)
     token = secrets.token_urlsafe(24)
-    address = f"http://127.0.0.1:{port}/{token}/"
+    address = f"http://127.0.0.1:{port}/{token}/{'?stats' if options.stats else ''}"
     print(address, flush=True)
     report.note("the page follows every save of the program; Ctrl-C ends it")
     if not options.no_browser:
         webbrowser.open(address)
-    served = uvicorn.Config(application(options.file, token, port), log_level="error", ws="websockets-sansio",
+    served = uvicorn.Config(application(options.file, token, port, start), log_level="error", ws="websockets-sansio",
                             ws_per_message_deflate=False, ws_max_size=1 << 20, lifespan="off")  # fmt: skip
     uvicorn.Server(served).run(sockets=[opened])
     return 0

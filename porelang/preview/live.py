@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from porelang.asked import Report
 from porelang.assist.complete import completions
 from porelang.diagnostics import PoreError, render
+from porelang.elaborate.context import Bound
 from porelang.failures import failure
 from porelang.measure import measure
 from porelang.preview import told
@@ -23,6 +25,7 @@ from porelang.program import Design, Program
 from porelang.progress import CancelledError, checkpoint
 from porelang.render.cells import BUDGET
 from porelang.session import Session, Snapshot
+from porelang.settings import Setting
 
 #: What a page is told: an object for JSON, or a scene.
 Message = dict[str, Any] | bytes
@@ -32,6 +35,18 @@ STILL = 0.8
 OFTEN = 0.1
 
 
+@dataclass(frozen=True, slots=True)
+class Start:
+    """What a page begins with: params as `pore` takes them, a preset, and what is bound to params that take data."""
+
+    settings: Mapping[str, Setting]
+    preset: str | None
+    bound: Mapping[str, Bound]
+
+
+NOTHING = Start({}, None, {})
+
+
 class Live:
     """A program on a page. `tell` is called with what the page is to know, from whichever thread knows it first.
 
@@ -39,8 +54,9 @@ class Live:
     Whatever takes long is a job of its purpose (`text`, `scene`, `measure`, `export`), of which the latest wins.
     """
 
-    def __init__(self, path: str, tell: Callable[[Message], None], session: Session | None = None) -> None:
-        self.session = session or Session()
+    def __init__(self, path: str, tell: Callable[[Message], None], start: Start = NOTHING) -> None:
+        self.session = Session(bound=start.bound)
+        self._start: Start | None = start
         self.document = Document(self.session, path)
         self.tell = tell
         self.settings: told.Settings = {}
@@ -160,11 +176,7 @@ class Live:
     def _numbers(self, program: Program) -> told.Settings:
         """The settings by number, as a page shows them: a preset may say them with units."""
         values = program.design(self.settings).settings
-        infos = program.params
-        self.settings = {
-            n: infos[n].choices[int(values[n])] if infos[n].choices and not infos[n].numbers else values[n]
-            for n in self.settings
-        }
+        self.settings = {n: told.word(program.params[n], values[n]) for n in self.settings}
         return self.settings
 
     def _text(self) -> None:
@@ -172,12 +184,24 @@ class Live:
 
     def _seen(self, found: Snapshot) -> None:
         if found.good is not None:
+            self._begin_with(found.good)
             self.settings = told.kept(found.good, self.settings)
             bodies = set(found.good.outputs)
             self.wish = Wish(tuple(n for n in self.wish.outputs if n in bodies), self.wish.paint, self.wish.plane)
         self.tell(told.program(found, self.settings))
         if found.program is not None:
             self._draw()
+
+    def _begin_with(self, program: Program) -> None:
+        start, self._start = self._start, None
+        if start is None or not (start.settings or start.preset):
+            return
+        try:
+            values = program.design(start.settings, preset=start.preset).settings
+        except PoreError as error:
+            self._refused("text", error)
+            return
+        self.settings = {name: told.word(program.params[name], v) for name, v in values.items()}
 
     def _draw(self, quick: bool = False) -> None:
         if self._good() is not None:

@@ -22,8 +22,8 @@ from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from porelang.diagnostics import PoreError
-from porelang.preview.live import Live, Message
+from porelang.diagnostics import PoreError, fail
+from porelang.preview.live import NOTHING, Live, Message, Start
 from porelang.preview.scene import Wish
 from porelang.preview.watched import Watched
 
@@ -50,14 +50,19 @@ HEADERS = {
 }
 
 
-def door() -> tuple[socket.socket, int]:
-    """A socket of this machine alone, and its port, which was free."""
+def door(port: int = 0) -> tuple[socket.socket, int]:
+    """A socket of this machine alone, and its port, one that is free where it is 0. Errors: E108 where it is taken."""
     opened = socket.socket()
-    opened.bind(("127.0.0.1", 0))
+    opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # one that was closed a moment ago is free
+    try:
+        opened.bind(("127.0.0.1", port))
+    except (OSError, OverflowError):
+        raise fail("E108", f"port {port} cannot be had",
+                   hint="choose another above 1023, or leave --port out: a free one is found") from None  # fmt: skip
     return opened, opened.getsockname()[1]
 
 
-def application(path: str, token: str, port: int) -> Starlette:
+def application(path: str, token: str, port: int, start: Start = NOTHING) -> Starlette:
     """The application that serves a file's page at `/TOKEN/` of this port of 127.0.0.1."""
     pages: dict[str, Live] = {}
 
@@ -87,7 +92,7 @@ def application(path: str, token: str, port: int) -> Starlette:
             await page.close(1008)
             return
         await page.accept()
-        await _attend(page, path, secrets.token_urlsafe(12), pages)
+        await _attend(page, path, start, secrets.token_urlsafe(12), pages)
 
     return Starlette(routes=[
         Route("/{token}/made/{key}/{name}", made), WebSocketRoute("/{token}/live", live),
@@ -95,7 +100,7 @@ def application(path: str, token: str, port: int) -> Starlette:
     ])  # fmt: skip
 
 
-async def _attend(page: WebSocket, path: str, key: str, pages: dict[str, Live]) -> None:
+async def _attend(page: WebSocket, path: str, start: Start, key: str, pages: dict[str, Live]) -> None:
     """Speak with one page until it leaves."""
     loop = asyncio.get_running_loop()
     waiting: asyncio.Queue[Message] = asyncio.Queue()
@@ -106,7 +111,7 @@ async def _attend(page: WebSocket, path: str, key: str, pages: dict[str, Live]) 
         with contextlib.suppress(RuntimeError):  # the server has ended
             loop.call_soon_threadsafe(waiting.put_nowait, message)
 
-    live = pages[key] = Live(path, tell)
+    live = pages[key] = Live(path, tell, start)
     tasks = [asyncio.create_task(work) for work in (_send(page, waiting), _hear(page, live), _watch(live))]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

@@ -128,11 +128,14 @@ def kept(program: Program, settings: Settings) -> Settings:
     return out
 
 
+def word(info: ParamInfo, value: float) -> float | str:
+    """A value of a param in base units, or by its word."""
+    return info.choices[int(value)] if info.choices and not info.numbers else value
+
+
 def _param(info: ParamInfo, value: float | str | None) -> dict[str, Any]:
     """A param for a slider: value and range in base units, and in how many of the unit that it is shown in."""
-    default: float | str = info.default
-    if info.choices and not info.numbers:
-        default = info.choices[int(info.default)]
+    default = word(info, info.default)
     return {
         "name": info.name,
         "doc": info.doc,

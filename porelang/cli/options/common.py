@@ -14,6 +14,11 @@ COMMON: dict[str, Option] = {
         ("--no-browser",),
         {"action": "store_true", "dest": "no_browser", "help": "print the address of the page, and open it nowhere"},
     ),
+    "port": (
+        ("--port",),
+        {"metavar": "N", "type": values.count, "help": "of this machine, for the page (default: one that is free)"},
+    ),
+    "stats": (("--stats",), {"action": "store_true", "help": "show on the page how long pictures take"}),
     "fresh": (
         ("name",),
         {"metavar": "NAME", "required": True, "help": "the program; no file of that name is there yet"},

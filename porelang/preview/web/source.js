@@ -57,19 +57,21 @@ export class SourcePane {
   }
 
   style() {
-    this.send({ do: "style", text: this.editor.text() });
+    this.styling = this.editor.text();
+    this.send({ do: "style", text: this.styling });
   }
 
-  // What is said of the text; whether that was for this pane.
+  // What is said of the text.
   heard(word) {
     if (word.say === "text") {
-      if (this.dirty) return true;  // the line was gone meanwhile: what is written here stays
+      if (this.dirty) return;  // the line was gone meanwhile: what is written here stays
       this.disk = this.now = word.text;
       this.editor?.show(word.text);
     } else if (word.say === "program" || word.say === "doubts") {
       this.marks = word.say === "program" ? word.marks : [...this.marks.filter((m) => m.severity === "error"), ...word.marks];
       this.editor?.mark(this.marks);
     } else if (word.say === "styled") {
+      if (this.editor.text() !== this.styling) return;  // it was written on meanwhile
       this.editor.show(word.text);
       this.now = word.text;
       this.send({ do: "edit", text: word.text });
@@ -84,6 +86,7 @@ export class SourcePane {
 
   // The line is there again: whoever is at its other end knows only what is on disk.
   again() {
+    this.asked.clear();
     if (this.dirty) this.send({ do: "edit", text: this.now });
   }
 
