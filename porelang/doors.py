@@ -55,9 +55,11 @@ class Doors(ABC):
         """
         asked = self.design(settings, preset=preset, **more)
         roots = asked.formula(*asked.program.field_roots(name))
-        return make_field(
+        made = make_field(
             roots, asked.program.ranges, backend, dtype or ("f32" if backend == "glsl" else "f64"), threads
         )
+        made.of = (asked, asked.program.output() if name is None else name)
+        return made
 
     def bounds(
         self, name: str | None = None, /, settings: Settings | None = None, preset: str | None = None, **more: Setting
@@ -376,6 +378,43 @@ class Doors(ABC):
             check=check,
         )
 
+    def view(
+        self,
+        name: str | Sequence[str] | None = None,
+        /,
+        *,
+        paint: str = "",
+        plane: bool = False,
+        cut: str = "",
+        settings: Settings | None = None,
+        preset: str | None = None,
+        **more: Setting,
+    ) -> Any:
+        """The part in a notebook, to be turned, cut and set (`porelang.notebook.widget.Viewer`): what `pore view` shows
+        on a page, of an output or of several.
+
+        `paint` is a field that gives the colours, `cut` a section as `"y<0"`, `plane` shows the field on it. These,
+        `settings` and `outputs` are traits of the viewer: what is moved there changes them, and what is assigned here
+        moves what is there. Errors: E100 for the output, those of settings, E126 where anywidget is missing.
+        """
+        try:
+            from porelang.notebook.widget import Viewer
+        except ImportError:
+            raise fail("E126", "a viewer in a notebook needs the package anywidget",
+                       hint="pip install 'porelang[notebook]'") from None  # fmt: skip
+        asked = self.design(settings, preset=preset, **more)
+        names = [name] if isinstance(name, str) else list(name or ())
+        return Viewer(asked.program, asked.settings, outputs=names, paint=paint, plane=plane, cut=cut)
+
+    def _repr_mimebundle_(self, **_: Any) -> Any:
+        """What a notebook shows; what goes wrong with that leaves the tables."""
+        try:
+            from porelang.notebook.display import bundle
+
+            return bundle(self)  # type: ignore[arg-type]  # a program or a design
+        except Exception:
+            return {}
+
     def homogenize(
         self,
         name: str | None = None,
@@ -414,7 +453,7 @@ def options() -> frozenset[str]:
     """The options of all that can be asked."""
     asked = (
         Doors.field, Doors.bounds, Doors.number, Doors.mesh, Doors.measure, Doors.tet, Doors.study, Doors.iterate,
-        Doors.slices, Doors.render, Doors.homogenize,
+        Doors.slices, Doors.render, Doors.homogenize, Doors.view,
     )  # fmt: skip
     every = frozenset(option for one in asked for option in signature(one).parameters)
     return every - {"self", "name", "more"}

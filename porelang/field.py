@@ -18,6 +18,7 @@ from porelang.formula import Formula
 
 if TYPE_CHECKING:
     from porelang.gpu.fields import DeviceField, DeviceGrid
+    from porelang.program import Design
 
 Backend = Literal["auto", "numpy", "glsl"]
 Points = NDArray[np.float64]
@@ -33,6 +34,7 @@ class Field:
         self.evaluator = evaluator
         self.backend = backend
         self.note = note
+        self.of: tuple[Design, str] | None = None  # the design that was asked, and what for
 
     def __call__(self, points: Any) -> NDArray[Any]:
         """Values at points (n, 3) in mm: (n,), or (n, 3) for a vector. Errors: E104 for what is no place."""
@@ -44,6 +46,16 @@ class Field:
 
     def __repr__(self) -> str:
         return f"<a field of {len(self.evaluator.formula.tape)} operations on {self.backend}>"
+
+    def _repr_png_(self) -> bytes | None:
+        """A slice of it, for a notebook; None where there is none."""
+        try:
+            from porelang.notebook.display import in_kernel
+            from porelang.notebook.slice import slice_picture
+
+            return slice_picture(self, *self.of) if self.of is not None and in_kernel() else None
+        except Exception:  # a part without an end, say: the text says what it is
+            return None
 
 
 def checked_points(points: Any) -> Points:

@@ -12,27 +12,21 @@ import numpy as np
 
 from porelang.asked import Report
 from porelang.assist.complete import completions
-from porelang.diagnostics import PoreError, render
+from porelang.diagnostics import PoreError
 from porelang.elaborate.context import Bound
-from porelang.failures import failure
 from porelang.measure import measure
 from porelang.preview import told
+from porelang.preview.doing import Drawing, Message, begin, refusal
 from porelang.preview.document import Document
 from porelang.preview.exports import Made
-from porelang.preview.scene import QUICK, Wish, scene
-from porelang.preview.wire import packed, texts
+from porelang.preview.scene import Wish
 from porelang.program import Design, Program
-from porelang.progress import CancelledError, checkpoint
-from porelang.render.cells import BUDGET
+from porelang.progress import checkpoint
 from porelang.session import Session, Snapshot
 from porelang.settings import Setting
 
-#: What a page is told: an object for JSON, or a scene.
-Message = dict[str, Any] | bytes
 #: Seconds that nothing has to change for before the part is measured.
 STILL = 0.8
-#: Seconds between two words about how far a job has come.
-OFTEN = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,11 +56,11 @@ class Live:
         self.settings: told.Settings = {}
         self.wish = Wish()
         self.made = Made()
-        self._known: list[str | None] = []  # the shaders that the page has
+        self._drawing = Drawing(tell)
 
     def begin(self) -> None:
         """A page that knows nothing is there. Errors: those of reading the file."""
-        self._known = []
+        self._drawing.forget()
         self._seen(self.document.read())
         self._text()
 
@@ -208,17 +202,8 @@ class Live:
             self._job("scene", lambda: self._drawn(quick))
 
     def _drawn(self, quick: bool) -> None:
-        try:
-            design, wish = self._design(), self.wish
-            for budget in (QUICK, BUDGET) if quick else (BUDGET,):
-                made = scene(design, wish, budget)
-                checkpoint()
-                self.tell(packed(made, self._known))
-                self._known = texts(made)
-                checkpoint()
-        except PoreError as error:
-            self._refused("scene", error)
-            return
+        design = self._design()
+        made = self._drawing.draw(design, self.wish, quick)
         self._job("measure", lambda: self._measured(design, made.bodies[0].layer.name), "measuring")
 
     def _measured(self, design: Design, output: str) -> None:
@@ -239,28 +224,7 @@ class Live:
             self._refused("measure", error)
 
     def _refused(self, purpose: str, error: PoreError) -> None:
-        self.tell({"say": "refused", "of": purpose, "text": "\n\n".join(render(d) for d in error.diagnostics)})
+        self.tell(refusal(purpose, error.diagnostics))
 
     def _job(self, purpose: str, work: Callable[[], None], said: str = "") -> None:
-        """Begin a job; the page is told how far it is, and when it has ended."""
-        last = 0.0
-
-        def report(what: str, done: int, total: int) -> None:
-            nonlocal last
-            now = time.monotonic()
-            if now - last >= OFTEN:
-                last = now
-                self.tell({"say": "doing", "of": purpose, "what": said or what, "share": done / max(total, 1)})
-
-        def whole() -> None:
-            try:
-                work()
-            except CancelledError:
-                self.tell({"say": "cancelled", "of": purpose})
-                raise
-            except Exception as error:  # nobody asks for the result of a job
-                self._refused(purpose, PoreError(failure(error)))
-            finally:
-                self.tell({"say": "done", "of": purpose})
-
-        self.session.submit(purpose, whole, report)
+        begin(self.session.jobs, purpose, work, self.tell, said)

@@ -92,7 +92,7 @@ def scene(design: Design, wish: Wish | None = None, budget: int = BUDGET) -> Sce
     """
     wish = wish or Wish()
     program = design.program
-    names = list(dict.fromkeys(program.output(n) for n in wish.outputs)) or [_usual(program)]
+    names = list(dict.fromkeys(program.output(n) for n in wish.outputs)) or [usual(program)]
     if len(names) > len(BODIES):
         raise fail("E108", f"{len(names)} outputs are to be drawn, and there are {len(BODIES)} colours for them",
                    hint=f"choose {len(BODIES)} at a time")  # fmt: skip
@@ -121,7 +121,8 @@ def scene(design: Design, wish: Wish | None = None, budget: int = BUDGET) -> Sce
     return Scene(tuple(bodies), plane, stage, scale, called or names[0], unit)
 
 
-def _usual(program: Program) -> str:
+def usual(program: Program) -> str:
+    """The output that is drawn unless told: `part`, or the first that may be solid. Errors: E100."""
     bodies = bodies_of(program)
     return program.output(bodies[0] if bodies and "part" not in program.outputs else None)
 

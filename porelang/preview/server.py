@@ -29,7 +29,7 @@ from porelang.preview.watched import Watched
 
 WEB = Path(__file__).with_name("web")
 #: What a page consists of, and what each file is.
-_SCRIPTS = ("page", "camera", "controls", "editor", "line", "painter", "source")
+_SCRIPTS = ("page", "camera", "controls", "editor", "hands", "line", "painter", "source", "viewer", "wire")
 FILES = {
     "": ("page.html", "text/html"),
     "page.css": ("page.css", "text/css"),

@@ -37,7 +37,12 @@ def program(found: Snapshot, settings: Settings) -> dict[str, Any]:
     }
     if good is None:
         return told | {"params": [], "outputs": [], "bodies": [], "fields": [], "presets": [], "checks": 0}
-    return told | {
+    return told | described(good, settings)
+
+
+def described(good: Program, settings: Settings) -> dict[str, Any]:
+    """What can be set and shown of a program."""
+    return {
         "params": [_param(p, settings.get(p.name)) for p in good.params.values()],
         "presets": list(good.presets),
         "outputs": list(good.outputs),

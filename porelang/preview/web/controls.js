@@ -13,7 +13,8 @@ function fine(range) {
   return power * [5, 2, 1].find((n) => n * power <= range / 250);
 }
 
-// A slider with its number, or a choice; `set(name, value)` is told of each change, in base units.
+// A slider with its number, or a choice; `set(name, value)` is told of each change, in base units. Its `put(value)` shows a value
+// that was set elsewhere.
 export function control(param, set) {
   const id = `param-${param.name}`;
   const name = made("div", { className: "name" }, made("label", { textContent: param.name, htmlFor: id }));
@@ -22,10 +23,10 @@ export function control(param, set) {
   let main;
   if (param.choices.length) {
     main = made("select", {}, ...param.choices.map((choice) => new Option(String(choice))));
-    main.value = String(param.value);
+    box.put = (value) => { main.value = String(value); };
     main.onchange = () => set(param.name, param.choices[main.selectedIndex]);
   } else {
-    const [low, high, value, step] = [param.low, param.high, param.value, param.step].map((v) => v === null ? null : v / param.scale);
+    const [low, high, step] = [param.low, param.high, param.step].map((v) => v === null ? null : v / param.scale);
     main = made("input", { type: "range" });
     const number = made("input", { type: "number" });
     number.setAttribute("aria-label", `${param.name}${param.unit ? ` in ${param.unit}` : ""}`);
@@ -33,8 +34,10 @@ export function control(param, set) {
       // a step counts from the default, and a range from its lowest value: the number may be any, and is brought to a step
       Object.assign(input, { min: low, max: high, step: input === main ? step ?? fine(high - low) : "any" });
     }
-    main.value = value;
-    number.value = shown(value);
+    box.put = (given) => {
+      main.value = given / param.scale;
+      if (number.getRootNode().activeElement !== number) number.value = shown(given / param.scale);  // nobody is writing there
+    };
     const take = (given) => {
       const within = Math.min(Math.max(given, low), high);
       number.value = shown(within);
@@ -49,6 +52,7 @@ export function control(param, set) {
   main.id = id;
   if (param.doc) main.setAttribute("aria-describedby", `${id}-doc`);
   box.append(main);
+  box.put(param.value);
   return box;
 }
 

@@ -1,4 +1,6 @@
 // The line to `pore view`: words as objects, scenes with their textures.
+import { unpacked } from "./wire.js";
+
 export class Line {
   // `heard(word)` is given each word, `opened()` is called whenever the line is there, `closed()` when it is not.
   constructor(heard, opened, closed) {
@@ -20,21 +22,4 @@ export class Line {
   send(word) {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(word));
   }
-}
-
-// A scene of porelang/preview/wire.py: the length of its head, the head, the textures.
-function unpacked(buffer) {
-  const size = new DataView(buffer).getUint32(0, true);
-  const scene = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, size)));
-  let at = 4 + size;
-  const words = (kind, count) => {
-    at += 4 * count;
-    return new kind(buffer, at - 4 * count, count);
-  };
-  for (const layer of [...scene.bodies, ...(scene.plane ? [scene.plane] : [])]) {
-    layer.numbers = new Float32Array(layer.numbers);
-    if (layer.counts) layer.cells = words(Float32Array, layer.counts[0] * layer.counts[1] * layer.counts[2]);
-    layer.data = layer.words.map((count) => words(Uint32Array, count));
-  }
-  return { say: "scene", ...scene };
 }

@@ -35,6 +35,13 @@ export class Painter {
     this.textures = [];
   }
 
+  end() {
+    clearTimeout(this.still);
+    this.scene = this.wanted = null;
+    this.wish = null;  // of a picture that is being drawn
+    this.gl.getExtension("WEBGL_lose_context")?.loseContext();
+  }
+
   // Take over a scene; `ready` is called when it can be drawn, or with what is wrong.
   take(scene, ready) {
     const gl = this.gl;

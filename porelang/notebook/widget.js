@@ -1,0 +1,172 @@
+// Made by `make page` from editors/page, 76d98e4ac346eef8c27ad39b4e4d42dd5b8fddf4aa4167f59134c78ad12e3ffc. All of it is porelang's.
+var M=Math.PI/180,E={iso:[-45,Math.atan(Math.SQRT1_2)/M],front:[-90,0],back:[90,0],left:[180,0],right:[0,0],top:[-90,90],bottom:[-90,-90]},R=Math.tan(11*M),K=1.06,_=(a,t)=>a[0]*t[0]+a[1]*t[1]+a[2]*t[2],V=(a,t)=>[a[1]*t[2]-a[2]*t[1],a[2]*t[0]-a[0]*t[2],a[0]*t[1]-a[1]*t[0]],O=(a,t,e)=>[a[0]+e*t[0],a[1]+e*t[1],a[2]+e*t[2]],k=class{constructor(){[this.azimuth,this.elevation]=E.iso,this.target=[0,0,0],this.height=100,this.perspective=!0}axes(){let t=this.azimuth*M,e=this.elevation*M,s=[Math.cos(t)*Math.cos(e),Math.sin(t)*Math.cos(e),Math.sin(e)],n=[-Math.sin(t),Math.cos(t),0];return{out:s,right:n,up:V(s,n)}}turn(t,e){this.azimuth=(this.azimuth+t)%360,this.elevation=Math.min(90,Math.max(-90,this.elevation+e))}move(t,e,s){let{right:n,up:i}=this.axes(),o=this.height/s;this.target=O(O(this.target,n,-t*o),i,e*o)}closer(t){this.height=Math.min(1e7,Math.max(1e-4,this.height/t))}fit(t,e,s){let{out:n,right:i,up:o}=this.axes();this.target=t.map((h,u)=>(h+e[u])/2);let r=0,l=0;for(let h=0;h<8;h++){let u=t.map((p,f)=>(h>>f&1?e[f]:p)-this.target[f]),c=K*Math.max(Math.abs(_(u,i))/s,Math.abs(_(u,o)));l=Math.max(l,c),r=Math.max(r,c/R+_(u,n))}this.height=this.perspective?2*R*r:2*l}uniforms(t){let{out:e,right:s,up:n}=this.axes(),i=this.perspective?this.height/2/R:2*t;return{eye:O(this.target,e,i),camera:[...s,...n,-e[0],-e[1],-e[2]],zoom:this.perspective?R:this.height/2,perspective:this.perspective?1:0}}};var w=a=>String(Number(Number(a).toPrecision(6)));function m(a,t={},...e){let s=Object.assign(document.createElement(a),t);return s.append(...e),s}function Y(a){let t=10**Math.floor(Math.log10(a/250));return t*[5,2,1].find(e=>e*t<=a/250)}function U(a,t){let e=`param-${a.name}`,s=m("div",{className:"name"},m("label",{textContent:a.name,htmlFor:e})),n=m("div",{className:"param"},s);a.doc&&n.append(m("div",{className:"doc",id:`${e}-doc`,textContent:a.doc}));let i;if(a.choices.length)i=m("select",{},...a.choices.map(o=>new Option(String(o)))),n.put=o=>{i.value=String(o)},i.onchange=()=>t(a.name,a.choices[i.selectedIndex]);else{let[o,r,l]=[a.low,a.high,a.step].map(c=>c===null?null:c/a.scale);i=m("input",{type:"range"});let h=m("input",{type:"number"});h.setAttribute("aria-label",`${a.name}${a.unit?` in ${a.unit}`:""}`);for(let c of[i,h])Object.assign(c,{min:o,max:r,step:c===i?l??Y(r-o):"any"});n.put=c=>{i.value=c/a.scale,h.getRootNode().activeElement!==h&&(h.value=w(c/a.scale))};let u=c=>{let p=Math.min(Math.max(c,o),r);h.value=w(p),t(a.name,Math.min(Math.max(p*a.scale,a.low),a.high))};i.oninput=()=>u(Number(i.value)),h.onchange=()=>{h.value===""&&(h.value=i.value),i.value=h.value,u(Number(h.value))},i.title="Double click: its default",i.ondblclick=()=>{i.value=a.default/a.scale,u(a.default/a.scale)},s.append(m("div",{className:"box"},h,a.unit))}return i.id=e,a.doc&&i.setAttribute("aria-describedby",`${e}-doc`),n.append(i),n.put(a.value),n}function P(a,t,e,s){return a.map((n,i)=>{let o=m("input",{type:"checkbox",id:`output-${i}`,checked:t.includes(n)});o.onchange=()=>{let l=a.filter(h=>h===n?o.checked:t.includes(h));l.length?s(l):o.checked=!0};let r=m("span",{className:"swatch"});return e.has(n)&&(r.style.background=`rgb(${e.get(n).map(l=>Math.round(255*l)).join(" ")})`),m("label",{htmlFor:o.id},o,r,n)})}function I(a,t){if(a.hidden=!t,!t)return;let[e,s,n]=t.ends,i=m("canvas",{width:1,height:256}),o=i.getContext("2d"),r=c=>{let p=8*(c<s?.5*(c-e)/(s-e):.5+.5*(c-s)/(n-s)),f=Math.min(7,Math.max(0,Math.floor(p)));return t.colours[f].map((d,g)=>Math.round(255*(d+(p-f)*(t.colours[f+1][g]-d))))};for(let c=0;c<256;c++)o.fillStyle=`rgb(${r(n+(e-n)*c/255).join(" ")})`,o.fillRect(0,c,1,1);let h=[...new Set([e,...t.numbers,n])].filter(c=>c===e||c===n||Math.min(c-e,n-c)>.07*(n-e)).map(c=>{let p=m("span",{className:"tick",textContent:w(c.toPrecision(4))});return p.style.top=`${100*(n-c)/(n-e)}%`,p}),u=`${t.shown}${t.unit&&t.unit!==t.shown?` (${t.unit.replace(t.shown,"").trim()||t.unit})`:""}`;a.setAttribute("aria-label",`Colours of ${u}: from ${w(e)} to ${w(n)}`),a.replaceChildren(m("div",{className:"what",textContent:u}),m("div",{className:"scale"},i,...h))}function D(a,t={}){let{canvas:e,camera:s}=a,n=new Map;e.addEventListener("contextmenu",i=>i.preventDefault()),e.addEventListener("pointerdown",i=>{e.setPointerCapture(i.pointerId),n.set(i.pointerId,{x:i.clientX,y:i.clientY,moves:i.button!==0||i.shiftKey,cuts:i.altKey})}),e.addEventListener("pointermove",i=>{let o=n.get(i.pointerId);if(!o)return;let r=i.clientX-o.x,l=i.clientY-o.y;if(n.size===2){let[h]=[...n].filter(([p])=>p!==i.pointerId).map(([,p])=>p),u=Math.hypot(o.x-h.x,o.y-h.y),c=Math.hypot(i.clientX-h.x,i.clientY-h.y);u>0&&c>0&&s.closer(c/u),s.move(r/2,l/2,e.clientHeight)}else o.cuts?a.slide(r,l):o.moves?s.move(r,l,e.clientHeight):s.turn(-.4*r,.4*l);o.x=i.clientX,o.y=i.clientY,a.moved()});for(let i of["pointerup","pointercancel"])e.addEventListener(i,o=>n.delete(o.pointerId));e.addEventListener("wheel",i=>{i.preventDefault(),s.closer(Math.exp(-i.deltaY*(i.deltaMode===1?.04:.0015))),a.moved()},{passive:!1}),e.addEventListener("keydown",i=>{if(i.ctrlKey||i.metaKey)return;let o=i.shiftKey?1:5,r=i.altKey?{ArrowLeft:()=>a.step(-1),ArrowDown:()=>a.step(-1),ArrowRight:()=>a.step(1),ArrowUp:()=>a.step(1)}:{ArrowLeft:()=>s.turn(-o,0),ArrowRight:()=>s.turn(o,0),ArrowUp:()=>s.turn(0,o),ArrowDown:()=>s.turn(0,-o),"+":()=>s.closer(1.15),"=":()=>s.closer(1.15),"-":()=>s.closer(1/1.15),f:()=>a.fit(),o:()=>a.project(),...t};i.altKey||Object.keys(E).forEach((h,u)=>{r[u+1]=()=>a.stand(h)});let l=r[i.key]??r[i.key.toLowerCase()];l&&(i.preventDefault(),i.stopPropagation(),l(),a.moved())})}var Q=`#version 300 es
+void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`;var T=class{constructor(t,e,s){this.canvas=t,this.camera=e,this.told=s,this.scene=null,this.section={axis:-1,offset:0,keeps:1},this.coarse=4,this.perPixel=0,this.drawn=0,this.refines=!0,this.start(),t.addEventListener("webglcontextlost",n=>n.preventDefault()),t.addEventListener("webglcontextrestored",()=>{this.start(),this.scene&&this.take(this.scene,()=>{})})}start(){let t=this.canvas.getContext("webgl2",{antialias:!1,preserveDrawingBuffer:!0,alpha:!0,premultipliedAlpha:!0,depth:!0});if(!t)throw new Error("This browser has no WebGL 2 here, with which the part is drawn. `pore render` draws without it.");this.gl=t,this.parallel=t.getExtension("KHR_parallel_shader_compile"),this.programs=new Map,this.textures=[]}end(){clearTimeout(this.still),this.scene=this.wanted=null,this.wish=null,this.gl.getExtension("WEBGL_lose_context")?.loseContext()}take(t,e){let s=this.gl,n=[...t.bodies,...t.plane?[t.plane]:[]],i=n.map(r=>this.compiled(r.text));this.wanted=t;let o=()=>{if(this.wanted===t){if(this.parallel&&i.some(r=>!s.getProgramParameter(r.program,this.parallel.COMPLETION_STATUS_KHR)))return setTimeout(o,20);for(let r of i){if(s.getProgramParameter(r.program,s.LINK_STATUS))continue;let l=r.shaders.map(h=>s.getShaderInfoLog(h)).concat(s.getProgramInfoLog(r.program)).filter(Boolean).join(`
+`);return e(`This browser's graphics driver refuses the shader of the part:
+${l}`)}for(let[r,l]of this.programs)i.includes(l)||(s.deleteProgram(l.program),this.programs.delete(r));this.scene=t,this.load(n),e(""),this.moved()}};o()}compiled(t){if(this.programs.has(t))return this.programs.get(t);performance.mark("compiled");let e=this.gl,s=e.createProgram(),n=[[e.VERTEX_SHADER,Q],[e.FRAGMENT_SHADER,t]].map(([o,r])=>{let l=e.createShader(o);return e.shaderSource(l,r),e.compileShader(l),e.attachShader(s,l),l});e.linkProgram(s);let i={program:s,shaders:n,places:new Map};return this.programs.set(t,i),i}load(t){let e=this.gl;for(let n of this.textures)e.deleteTexture(n);this.textures=[];let s=n=>{let i=e.createTexture();e.activeTexture(e.TEXTURE0),e.bindTexture(n,i);for(let o of[e.TEXTURE_WRAP_S,e.TEXTURE_WRAP_T])e.texParameteri(n,o,e.CLAMP_TO_EDGE);for(let o of[e.TEXTURE_MIN_FILTER,e.TEXTURE_MAG_FILTER])e.texParameteri(n,o,e.NEAREST);return this.textures.push(i),i};e.pixelStorei(e.UNPACK_ALIGNMENT,4);for(let n of t)n.units=[],n.cells&&(n.units.push([e.TEXTURE_3D,s(e.TEXTURE_3D),"cells"]),e.texImage3D(e.TEXTURE_3D,0,e.R32F,...n.counts,0,e.RED,e.FLOAT,n.cells)),n.data.forEach((i,o)=>{n.units.push([e.TEXTURE_2D,s(e.TEXTURE_2D),`data${o}`]);let r=Math.ceil(i.length/2048),l=new Uint32Array(r*2048);l.set(i),e.texImage2D(e.TEXTURE_2D,0,e.R32UI,2048,r,0,e.RED_INTEGER,e.UNSIGNED_INT,l)})}moved(){this.wish=(this.wish??0)+1,clearTimeout(this.still),!this.asked&&(this.asked=!0,requestAnimationFrame(()=>{if(this.asked=!1,!this.scene)return;this.quick();let t=this.wish;this.still=setTimeout(()=>this.full(t),150)}))}size(t){let e=Math.min(window.devicePixelRatio||1,2)/t;return[Math.max(1,Math.round(this.canvas.clientWidth*e)),Math.max(1,Math.round(this.canvas.clientHeight*e))]}quick(){let t=this.size(this.coarse);[this.canvas.width,this.canvas.height]=t;let e=performance.now();this.strip(t,0,t[1],1),this.wait(0);let s=performance.now()-e;this.perPixel=s/(t[0]*t[1]),this.told(`${t[0]} x ${t[1]}, ${s.toFixed(1)} ms`),s>40&&this.coarse<8?this.coarse=Math.min(8,this.coarse*Math.sqrt(s/40)):s<40/3&&(this.coarse=Math.max(1,this.coarse/1.3))}wait(t){this.gl.readPixels(0,t,1,1,this.gl.RGBA,this.gl.UNSIGNED_BYTE,new Uint8Array(4))}full(t,e=1){let s=this.gl,n=this.size(1),i=n.map(d=>d*e),o=Math.max(1,Math.floor(30/Math.max(this.perPixel,1e-9)/i[0])),r=performance.now(),l=s.createFramebuffer(),h=s.createRenderbuffer(),u=s.createRenderbuffer();s.bindFramebuffer(s.FRAMEBUFFER,l);for(let[d,g,x]of[[h,s.RGBA8,s.COLOR_ATTACHMENT0],[u,s.DEPTH_COMPONENT24,s.DEPTH_ATTACHMENT]])s.bindRenderbuffer(s.RENDERBUFFER,d),s.renderbufferStorage(s.RENDERBUFFER,g,...i),s.framebufferRenderbuffer(s.FRAMEBUFFER,x,s.RENDERBUFFER,d);s.bindFramebuffer(s.FRAMEBUFFER,null);let c=()=>{s.deleteFramebuffer(l),s.deleteRenderbuffer(h),s.deleteRenderbuffer(u)},p=i[1],f=()=>{if(this.wish!==t)return c();let d=p;if(p=Math.max(0,p-o),s.bindFramebuffer(s.FRAMEBUFFER,l),this.strip(i,p,d,e),this.wait(p),s.bindFramebuffer(s.FRAMEBUFFER,null),p>0)return setTimeout(f,0);[this.canvas.width,this.canvas.height]=n,s.bindFramebuffer(s.READ_FRAMEBUFFER,l),s.blitFramebuffer(0,0,...i,0,0,...n,s.COLOR_BUFFER_BIT,e>1?s.LINEAR:s.NEAREST),s.bindFramebuffer(s.READ_FRAMEBUFFER,null),c();let g=performance.now()-r;this.told(`${n[0]} x ${n[1]}${e>1?`, ${e*e} samples`:""}, ${g.toFixed(0)} ms`),!(e>1)&&(this.drawn+=1,this.canvas.dataset.drawn=this.drawn,g<400&&this.refines&&this.full(t,2))};f()}strip(t,e,s,n){let i=this.gl,o=this.scene,r=this.camera.uniforms(Math.hypot(...o.hi.map((c,p)=>c-o.lo[p]))),l=Math.max(...[...r.eye,...o.lo,...o.hi].map(Math.abs)),h=Math.hypot(...o.lo.map((c,p)=>Math.max(Math.abs(c-r.eye[p]),Math.abs(o.hi[p]-r.eye[p]))));i.viewport(0,0,...t),i.enable(i.SCISSOR_TEST),i.scissor(0,e,t[0],s-e),i.clearColor(0,0,0,0),i.clearDepth(1),i.clear(i.COLOR_BUFFER_BIT|i.DEPTH_BUFFER_BIT),i.enable(i.DEPTH_TEST),i.depthFunc(i.LEQUAL),i.disable(i.BLEND);let u=2**-23*l;for(let c of o.bodies)this.body(c,r,t,n,h,u);o.plane&&this.section.axis>=0&&(i.enable(i.BLEND),i.blendFunc(i.ONE,i.ONE_MINUS_SRC_ALPHA),this.plane(o,r,t,h,u)),i.disable(i.SCISSOR_TEST)}body(t,e,s,n,i,o){let r=[...t.lo],l=[...t.hi],h=[0,0,0],u=[0,0,0],{axis:c,offset:p,keeps:f}=this.section;if(c>=0){if(f>0?p>=l[c]:p<=r[c])return;f>0&&p>r[c]&&(r[c]=p,h[c]=1),f<0&&p<l[c]&&(l[c]=p,u[c]=1)}let d=Math.hypot(...t.hi.map((b,v)=>b-t.lo[v])),g=t.lo.map((b,v)=>(b+t.hi[v])/2),x=e.camera.slice(6),G=e.perspective?Math.max(1e-9,g.reduce((b,v,C)=>b+(v-e.eye[C])*x[C],0)):1,y=2*e.zoom*G/s[1],F=Math.hypot(...e.eye.map((b,v)=>b-g[v]))+d,N=Math.max(.2*y,1e-6*F,4*o);this.draw(t,e,s,{want:[1,"i",0],samples:[1,"i",n],side:[1,"f",1],layer:[1,"f",0],rounding:[1,"f",o],nearest:[1,"f",N],finest:[1,"f",Math.max(.01*y,1e-7*F,o)],jump:[1,"f",Math.max(.5*y,N)],reach:[1,"f",.1*d],grain:[1,"f",Math.max(.5*y,1e-5*F,32*o)],corner:[2,"f",[0,0]],farthest:[1,"f",i],box_lo:[3,"f",r],box_hi:[3,"f",l],cells_lo:[3,"f",t.lo],cells_hi:[3,"f",t.hi],cut_lo:[3,"f",h],cut_hi:[3,"f",u],counts:[3,"i",t.counts],material:[3,"f",t.colour],section:[3,"f",t.section]})}plane(t,e,s,n,i){let{axis:o,offset:r}=this.section;this.draw(t.plane,e,s,{box_lo:[3,"f",t.lo],box_hi:[3,"f",t.hi],axis:[1,"i",o],offset:[1,"f",r],farthest:[1,"f",n],nearer:[1,"f",Math.max(2e-6*n,8*i)],every:[1,"f",t.scale.every],clear:[1,"f",.45]})}draw(t,e,s,n){let i=this.gl,{program:o,places:r}=this.programs.get(t.text),l=c=>(r.has(c)||r.set(c,i.getUniformLocation(o,c)),r.get(c));i.useProgram(o),t.units.forEach(([c,p,f],d)=>{i.activeTexture(i.TEXTURE0+d),i.bindTexture(c,p),i.uniform1i(l(f),d)}),t.numbers.length&&i.uniform1fv(l("u"),t.numbers);let h=this.scene.scale;h&&(i.uniform3fv(l("scale_colours"),h.colours.flat()),i.uniform3fv(l("scale_ends"),h.ends));let u={zoom:[1,"f",e.zoom],perspective:[1,"f",e.perspective],size:[2,"f",s],eye:[3,"f",e.eye]};for(let[c,[p,f,d]]of Object.entries({...u,...n}))p===1?i[`uniform1${f}`](l(c),d):i[`uniform${p}${f}v`](l(c),d);i.uniformMatrix3fv(l("camera"),!1,e.camera),i.drawArrays(i.TRIANGLES,0,3)}};var L=["x","y","z"],S=class{constructor(t,e,{stats:s=!1,refines:n=!0,keys:i={}}={}){this.root=t,this.ask=e,this.element=o=>t.getElementById(o),this.canvas=this.element("view"),this.camera=new k,this.told={text:"",scene:"",export:"",measure:""},this.doings=new Map,this.state={program:null,settings:{},outputs:[],paint:"",plane:!1,scene:null,fitted:""},this.waiting=new Map;try{this.painter=new T(this.canvas,this.camera,o=>{this.element("stats").hidden=!s,this.element("stats").textContent=o}),this.painter.refines=n}catch(o){this.painter=null,this.wrong("scene",o.message)}this.section=this.painter?.section??{axis:-1,offset:0,keeps:1},this.resized=new ResizeObserver(()=>this.moved()),this.resized.observe(this.canvas),D(this,i),this.buttons()}buttons(){let{element:t}=this;t("said-shut").onclick=()=>{t("said").hidden=!0},Object.keys(E).forEach((e,s)=>{let n=m("button",{textContent:e,title:String(s+1)});n.onclick=()=>this.stand(e),t("views").append(n)}),t("fit").onclick=()=>this.fit(),t("projection").onclick=()=>this.project();for(let[e,s]of[[-1,"none"],...L.entries()]){let n=m("button",{textContent:s,id:`across-${s}`});n.onclick=()=>this.cross(e),t("axes").append(n)}t("offset").oninput=()=>this.cutAt(Number(t("offset").value)),t("offset-number").oninput=()=>this.cutAt(parseFloat(t("offset-number").value)),t("flip").onclick=()=>{this.section.keeps*=-1,this.ask.cut(this.section),this.moved()},t("plane").onclick=()=>{this.state.plane=!this.state.plane,this.across(),this.show()},t("paint").onchange=()=>{this.state.paint=t("paint").value.trim(),this.show()},t("presets").onchange=()=>{t("presets").value&&this.ask.preset(t("presets").value)},t("defaults").onclick=()=>this.ask.preset("")}wrong(t,e){this.told[t]=e;let s=Object.values(this.told).filter(Boolean).join(`
+
+`);this.element("said-text").textContent=s,this.element("said").hidden=!s}doing(t,e,s){let{element:n,doings:i}=this;e?i.set(t,{what:e,share:s}):i.delete(t);let[o,r]=[...i].find(([l])=>l!=="measure")??[];n("doing").hidden=!r,r&&(n("doing-what").textContent=r.what,n("doing-share").hidden=r.share===void 0,n("doing-share").value=r.share??0,n("stop").hidden=o!=="scene"&&o!=="export",n("stop").onclick=()=>this.ask.cancel(o))}heard(t){let{say:e,of:s}=t;e==="scene"?this.take(t):e==="program"?this.programmed(t):e==="doing"?this.doing(s,t.what,t.share):e==="done"?this.doing(s,""):e==="refused"&&this.wrong(s,t.text)}moved(){this.painter?.moved()}take(t){let{state:e}=this;this.doing("scene","compiling the shader"),this.painter?.take(t,s=>{if(this.doing("scene",""),this.wrong("scene",s),s)return;e.scene=t;let n=t.bodies.map(i=>i.name).join(" ");this.canvas.dataset.outputs=n,e.fitted!==n&&this.fit(),e.fitted=n,I(this.element("legend"),t.scale),this.across(),this.listed(),this.moved()})}fit(){let{scene:t}=this.state,{canvas:e}=this;t&&(this.camera.fit(t.lo,t.hi,e.clientWidth/e.clientHeight),this.moved())}stand(t){[this.camera.azimuth,this.camera.elevation]=E[t],this.fit()}project(){this.camera.perspective=!this.camera.perspective,this.element("projection").setAttribute("aria-pressed",String(!this.camera.perspective)),this.moved()}cross(t){let{section:e,state:{scene:s}}=this;!this.painter||!s||(t>=0&&t!==e.axis&&(e.offset=(s.lo[t]+s.hi[t])/2,e.keeps=this.camera.axes().out[t]>0?-1:1),e.axis=t,this.ask.cut(e),this.across(),this.show(),this.moved())}across(){let{element:t,section:{axis:e,offset:s},state:{scene:n,plane:i}}=this;L.concat("none").forEach(o=>t(`across-${o}`).setAttribute("aria-pressed",String(o===(L[e]??"none")))),t("section-more").hidden=e<0,t("plane").setAttribute("aria-pressed",String(i)),!(e<0||!n)&&(Object.assign(t("offset"),{min:n.lo[e],max:n.hi[e]}),t("offset").value=s,this.root.activeElement!==t("offset-number")&&(t("offset-number").value=w(s)))}cutAt(t){let{section:e,state:{scene:s}}=this,{axis:n}=e;n<0||!Number.isFinite(t)||(e.offset=Math.min(Math.max(t,s.lo[n]),s.hi[n]),this.ask.cut(e),this.across(),this.moved())}slide(t,e){let{camera:s,section:{axis:n,offset:i}}=this;if(n<0)return;let{right:o,up:r}=s.axes(),l=Math.max(.05,o[n]**2+r[n]**2);this.cutAt(i+(t*o[n]-e*r[n])/l*s.height/this.canvas.clientHeight)}step(t){let{section:{axis:e,offset:s},state:{scene:n}}=this;e>=0&&this.cutAt(s+t*(n.hi[e]-n.lo[e])/100)}cutSo({axis:t,offset:e,keeps:s}){Object.assign(this.section,t<0?{axis:t}:{axis:t,offset:e,keeps:s}),this.across(),this.moved()}set(t,e){this.state.settings[t]=e,this.waiting.size||requestAnimationFrame(()=>{this.ask.set(Object.fromEntries(this.waiting)),this.waiting.clear()}),this.waiting.set(t,e)}put(t){Object.assign(this.state.settings,t);let e=this.element("params").children;this.state.program?.params.forEach(({name:s},n)=>{s in t&&e[n].put(t[s])})}show(){let{outputs:t,paint:e,plane:s}=this.state;this.ask.show({outputs:t,paint:e,plane:s&&this.section.axis>=0})}listed(){let{element:t,state:e}=this,s=e.program?.bodies??[];if(t("outputs").hidden=s.length<2,s.length<2)return;let n=e.scene?.bodies??[],i=n.map(r=>r.name),o=new Map(n.map(r=>[r.name,r.colour]));t("outputs").replaceChildren(m("h2",{textContent:"Outputs"}),...P(s,i,o,r=>{e.outputs=r,this.show()}))}programmed(t){let{element:e,state:s}=this,n=this.root.activeElement?.id;s.program=t,e("file").textContent=t.file,this.wrong("text",t.wrong.join(`
+
+`)),s.settings=Object.fromEntries(t.params.filter(i=>i.value!==i.default).map(i=>[i.name,i.value])),e("params-all").hidden=!t.params.length,e("params").replaceChildren(...t.params.map(i=>U(i,(o,r)=>this.set(o,r)))),e("presets").hidden=!t.presets.length,e("presets").replaceChildren(new Option("preset ...",""),...t.presets.map(i=>new Option(i))),e("fields").replaceChildren(...t.fields.map(i=>m("option",{value:i}))),this.listed(),n&&e(n)?.focus({preventScroll:!0})}close(){this.resized.disconnect(),this.painter?.end()}};function $(a){let t=new DataView(a).getUint32(0,!0),e=JSON.parse(new TextDecoder().decode(new Uint8Array(a,4,t))),s=4+t,n=(i,o)=>(s+=4*o,new i(a,s-4*o,o));for(let i of j(e))i.numbers=new Float32Array(i.numbers),i.counts&&(i.cells=n(Float32Array,i.counts[0]*i.counts[1]*i.counts[2])),i.data=i.words.map(o=>n(Uint32Array,o));return{say:"scene",...e}}var j=a=>[...a.bodies,...a.plane?[a.plane]:[]],A=class{constructor(){this.known=[]}forget(){this.known=[]}into(t){j(t).forEach((e,s)=>{e.text??=this.known[t.plane===e?"plane":s]}),this.known=t.bodies.map(e=>e.text),this.known.plane=t.plane?.text}};var z=`<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>porelang</title>
+<link rel="icon" href="data:,">
+<link rel="stylesheet" href="page.css">
+</head>
+<body>
+<section id="source" aria-label="Program" hidden>
+  <div class="bar">
+    <strong id="state" role="status"></strong>
+    <span class="room"></span>
+    <button id="style" title="Alt-Shift-F">Format</button>
+    <button id="save" title="Ctrl-S">Save</button>
+    <button id="shut" aria-label="Hide the program">\xD7</button>
+  </div>
+  <div id="conflict" role="alert" hidden>
+    Another program has changed the file.
+    <button id="theirs">Take what is on disk</button> <button id="ours">Save this over it</button>
+  </div>
+  <div id="editor"></div>
+</section>
+<main>
+  <canvas id="view" tabindex="0" role="application" aria-label="The part. Arrow keys turn it, with Alt they move the section; plus and minus zoom, F fits it, digits 1 to 7 choose a view, O changes the projection."></canvas>
+  <div id="legend" role="img" hidden></div>
+  <div id="doing" role="status" hidden><span id="doing-what"></span> <progress id="doing-share" max="1"></progress> <button id="stop">Cancel</button></div>
+  <div id="stats" hidden></div>
+  <div id="said" role="alert" hidden><button id="said-shut" aria-label="Close this message">\xD7</button><pre id="said-text"></pre></div>
+</main>
+<aside aria-label="Settings">
+  <header><h1 id="file">porelang</h1><button id="open" aria-pressed="false" title="E">Program</button></header>
+  <section id="outputs" aria-label="Outputs" hidden></section>
+  <section aria-label="Params" id="params-all" hidden>
+    <div class="row"><select id="presets" aria-label="Preset" hidden></select><button id="defaults">Defaults</button></div>
+    <div id="params"></div>
+  </section>
+  <section aria-label="Section">
+    <h2>Section</h2>
+    <div class="row" id="axes" role="group" aria-label="Section across"></div>
+    <div id="section-more" hidden>
+      <input type="range" id="offset" aria-label="Offset of the section" step="any">
+      <div class="row"><input type="number" id="offset-number" aria-label="Offset of the section in mm" step="any"> <span class="quiet">mm</span>
+        <button id="flip">Flip</button> <button id="plane" aria-pressed="false">Field on it</button></div>
+    </div>
+  </section>
+  <section aria-label="Colour">
+    <h2><label for="paint">Colour by</label></h2>
+    <input id="paint" list="fields" placeholder="nothing, or a field: z, stress, ..." autocomplete="off" spellcheck="false">
+    <datalist id="fields"></datalist>
+  </section>
+  <section aria-label="View">
+    <h2>View</h2>
+    <div class="row" id="views"></div>
+    <div class="row"><button id="fit" title="F">Fit</button> <button id="projection" title="O" aria-pressed="false">Parallel</button></div>
+  </section>
+  <section aria-label="Measures" id="measures" aria-live="polite" hidden>
+    <h2 id="measures-head">Measures</h2>
+    <dl id="rows"></dl>
+    <ul id="checks"></ul>
+  </section>
+  <section aria-label="Export">
+    <h2>Export</h2>
+    <div class="row">
+      <select id="ending" aria-label="Format"></select>
+      <label class="quiet" for="voxel">voxel</label> <input id="voxel" value="auto" size="6" spellcheck="false">
+      <button id="export">Mesh</button> <button id="picture">Picture</button>
+    </div>
+    <div id="made"></div>
+  </section>
+  <section id="doubts" aria-label="Warnings" hidden></section>
+  <footer>Drag turns, Shift-drag or the right button moves, the wheel zooms, Alt-drag moves the section.</footer>
+</aside>
+<script type="module" src="page.js"><\/script>
+</body>
+</html>
+`;var B=`:root, :host {
+  color-scheme: light dark;
+  --ground: #ffffff; --panel: #f6f6f4; --text: #22231f; --quiet: #63655e; --line: #d5d5ce; --accent: #9a4d27;
+  --wrong: #9c1c1c; --wrong-ground: #fff4f2; --well: #2f6b3a;
+}
+@media (prefers-color-scheme: dark) {
+  :root, :host {
+    --ground: #1b1c1a; --panel: #242522; --text: #e9e8e2; --quiet: #a8a79f; --line: #44453f; --accent: #e39a70;
+    --wrong: #ffb4a8; --wrong-ground: #3a1f1b; --well: #9ad0a0;
+  }
+}
+* { box-sizing: border-box; }
+html, body { height: 100%; margin: 0; }
+body { display: flex; background: var(--ground); color: var(--text); font: 14px/1.45 system-ui, sans-serif; }
+main { flex: 1 1 40%; position: relative; min-width: 0; min-height: 0; overflow: hidden; }
+canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; touch-action: none; cursor: grab; }
+canvas:active { cursor: grabbing; }
+canvas:focus-visible { outline: 2px solid var(--accent); outline-offset: -2px; }
+#source { flex: 1 1 34%; min-width: 260px; max-width: 60%; display: flex; flex-direction: column; border-right: 1px solid var(--line); resize: horizontal; overflow: hidden; }
+#editor { flex: 1; min-height: 0; overflow: hidden; }
+#editor > * { height: 100%; }
+.bar { display: flex; gap: 6px; align-items: center; padding: 6px 10px; background: var(--panel); border-bottom: 1px solid var(--line); }
+.bar strong { font-weight: 600; overflow-wrap: anywhere; }
+.room { flex: 1; }
+#conflict { padding: 8px 10px; color: var(--wrong); background: var(--wrong-ground); }
+aside { flex: none; width: 304px; overflow-y: auto; background: var(--panel); border-left: 1px solid var(--line); padding: 14px 16px; }
+aside header { display: flex; gap: 8px; align-items: baseline; justify-content: space-between; margin-bottom: 10px; }
+h1 { font-size: 16px; margin: 0; overflow-wrap: anywhere; }
+h2 { font-size: 12px; font-weight: 600; color: var(--quiet); margin: 16px 0 6px; }
+.param { margin: 0 0 14px; }
+.param .name { display: flex; justify-content: space-between; gap: 8px; align-items: baseline; }
+.param label { font-weight: 600; overflow-wrap: anywhere; }
+.param .doc { color: var(--quiet); font-size: 12px; margin: 1px 0 3px; }
+input[type=range] { width: 100%; accent-color: var(--accent); margin: 2px 0; padding: 0; }
+.box { display: flex; align-items: baseline; gap: 4px; color: var(--quiet); }
+input[type=number] { width: 84px; text-align: right; }
+#paint { width: 100%; }
+input, select, button { font: inherit; color: inherit; background: var(--ground); border: 1px solid var(--line); border-radius: 4px; padding: 2px 6px; }
+.param select { width: 100%; }
+button { padding: 3px 9px; cursor: pointer; }
+button:hover { border-color: var(--accent); }
+button:disabled { opacity: .5; cursor: default; }
+button[aria-pressed=true] { border-color: var(--accent); color: var(--accent); }
+:focus-visible { outline: 2px solid var(--accent); outline-offset: 1px; }
+.row { display: flex; flex-wrap: wrap; gap: 6px; margin-bottom: 6px; align-items: baseline; }
+.quiet { color: var(--quiet); }
+#outputs label { display: flex; gap: 8px; align-items: center; padding: 2px 0; }
+.swatch { width: 12px; height: 12px; border-radius: 3px; border: 1px solid var(--line); }
+#said { position: absolute; left: 16px; right: 16px; bottom: 16px; max-height: 60%; overflow: auto; padding: 12px 16px;
+  color: var(--wrong); background: var(--wrong-ground); border: 1px solid currentColor; border-radius: 6px; }
+#said pre { margin: 0; white-space: pre-wrap; font: 13px/1.45 ui-monospace, monospace; }
+#said button { float: right; border: 0; background: none; padding: 0 4px; font-size: 18px; line-height: 1; }
+#doing, #stats { position: absolute; right: 12px; top: 12px; padding: 3px 10px; border-radius: 12px; font-size: 12px; color: var(--quiet);
+  background: var(--panel); border: 1px solid var(--line); }
+#doing { display: flex; gap: 8px; align-items: center; }
+#doing progress { width: 80px; accent-color: var(--accent); }
+#doing button { padding: 0 8px; }
+#stats { right: auto; left: 12px; font-variant-numeric: tabular-nums; }
+#legend { position: absolute; left: 14px; top: 44px; font-size: 12px; pointer-events: none; font-variant-numeric: tabular-nums; }
+#legend .what { margin-bottom: 6px; background: color-mix(in srgb, var(--ground) 70%, transparent); }
+#legend .scale { position: relative; height: 180px; }
+#legend canvas { position: static; width: 14px; height: 180px; border: 1px solid var(--line); }
+#legend .tick { position: absolute; left: 20px; transform: translateY(-50%); white-space: nowrap; }
+dl { display: grid; grid-template-columns: auto 1fr; gap: 2px 10px; margin: 0; }
+dt { color: var(--quiet); }
+dd { margin: 0; text-align: right; font-variant-numeric: tabular-nums; }
+#checks { list-style: none; padding: 0; margin: 8px 0 0; }
+#checks li.holds { color: var(--well); }
+#checks li.fails { color: var(--wrong); }
+#checks .quiet { font-size: 12px; padding-left: 16px; }
+#made a { color: var(--accent); overflow-wrap: anywhere; }
+#doubts { white-space: pre-wrap; font: 12px/1.4 ui-monospace, monospace; color: var(--quiet); border-top: 1px solid var(--line); padding-top: 12px; margin-top: 16px; overflow-x: auto; }
+footer { color: var(--quiet); font-size: 12px; margin-top: 20px; }
+[hidden] { display: none !important; }
+@media (max-width: 900px) { #source { max-width: 45%; min-width: 200px; } aside { width: 240px; } }
+@media (max-width: 640px) { body { flex-direction: column; } #source { max-width: none; min-height: 30%; border-right: 0; border-bottom: 1px solid var(--line); } main { min-height: 40%; } aside { width: auto; max-height: 40%; border-left: 0; border-top: 1px solid var(--line); } }
+`;var q=`:host { display: block; container-type: inline-size; width: 100%; }
+.frame { display: flex; height: var(--height, 460px); background: var(--ground); color: var(--text); font: 14px/1.45 system-ui, sans-serif;
+  border: 1px solid var(--line); border-radius: 4px; overflow: hidden; }
+#panel { width: 264px; }
+#still { position: absolute; inset: 0; width: 100%; height: 100%; object-fit: contain; }
+@container (max-width: 520px) {
+  .frame { flex-direction: column; height: auto; }
+  main { flex: none; height: var(--height, 460px); }
+  #panel { width: auto; border-left: 0; border-top: 1px solid var(--line); }
+}
+`;var W="xyz",Rt=()=>{let a=new Set,t=new A,e={};return{initialize({model:s}){let n=(i,o)=>{if(i.say==="scene"){let{buffer:r,byteOffset:l,byteLength:h}=o[0];i=$(r.slice(l,l+h)),t.into(i)}["program","scene","refused"].includes(i.say)&&(e[i.say]=i),i.say==="scene"&&delete e.refused;for(let r of a)r.heard(H(i))};return s.on("msg:custom",n),s.send({do:"begin"}),()=>s.off("msg:custom",n)},render({model:s,el:n}){let i=document.createElement("div"),o=i.attachShadow({mode:"open"});i.style.setProperty("--height",`${s.get("height")}px`),n.append(i);let r=[it(i,o),st(o,s)],l=d=>{for(let[g,x]of Object.entries(d))s.set(g,x);s.save_changes()},h=new S(o,{set:d=>l({settings:{...s.get("settings"),...d}}),show:l,preset:d=>s.send({do:"preset",name:d}),cancel:()=>s.send({do:"cancel"}),cut:d=>l({cut:X(d)})}),{state:u,element:c}={state:h.state,element:h.element},p={settings:d=>h.put(d),outputs:d=>{u.outputs=d},paint:d=>{u.paint=c("paint").value=d},plane:d=>{u.plane=d,d&&u.scene&&h.section.axis<0&&h.cross(1),h.across()},cut:d=>{d!==X(h.section)&&h.cutSo(et(d))}};for(let[d,g]of Object.entries(p)){let x=()=>g(s.get(d));s.on(`change:${d}`,x),r.push(()=>s.off(`change:${d}`,x))}let f={heard(d){if(d.say==="program"&&(c("panel").hidden=!1),h.heard(d),d.say==="program")for(let[g,x]of Object.entries(p))x(s.get(g));d.say==="scene"&&(h.wrong("scene",""),u.plane&&p.plane(!0))}};a.add(f);for(let d of["program","scene","refused"])e[d]&&f.heard(H(e[d]));return()=>{a.delete(f),h.close();for(let d of r)d()}}}};function H(a){return a.say!=="scene"?a:{...a,bodies:a.bodies.map(t=>({...t})),plane:a.plane&&{...a.plane}}}function X({axis:a,offset:t,keeps:e}){return a<0?"":`${W[a]}${e>0?"<":">"}${Number(t.toPrecision(6))}`}function et(a){return{axis:W.indexOf(a[0]??"-"),offset:Number(a.slice(2)),keeps:a[1]==="<"?1:-1}}function it(a,t){let e=[B,q].map(u=>{let c=new CSSStyleSheet;return c.replaceSync(u),c});t.adoptedStyleSheets=e;let s=new DOMParser().parseFromString(z,"text/html"),n=s.querySelector("main"),i=s.querySelector("aside");for(let u of i.querySelectorAll("#open, #measures, #doubts, [aria-label=Export]"))u.remove();Object.assign(i,{id:"panel",hidden:!0});let o=document.createElement("div");o.className="frame",o.append(n,i),t.append(o);let r=matchMedia("(prefers-color-scheme: dark)"),l=()=>{let{jpThemeLight:u,vscodeThemeKind:c}=document.body.dataset,p=u?u==="false":c?/dark$|contrast$/.test(c):r.matches;a.style.colorScheme=p?"dark":"light";for(let f of e[0].cssRules)f.media&&[...f.cssRules].some(d=>d.style?.getPropertyValue("--ground"))&&(f.media.mediaText=p?"all":"not all")};l();let h=new MutationObserver(l);return h.observe(document.body,{attributes:!0,attributeFilter:["data-jp-theme-light","data-vscode-theme-kind"]}),r.addEventListener("change",l),()=>{h.disconnect(),r.removeEventListener("change",l)}}function st(a,t){let e=document.createElement("img");e.id="still",e.alt="The part",a.querySelector("main").prepend(e);let s="",n=()=>{let o=t.get("still");URL.revokeObjectURL(s),s=o?.byteLength?URL.createObjectURL(new Blob([o],{type:"image/png"})):"",e.hidden=!s,s&&(e.src=s)};n(),t.on("change:still",n);let i=new MutationObserver(()=>{e.hidden=!0});return i.observe(a.getElementById("view"),{attributes:!0,attributeFilter:["data-outputs"]}),()=>{t.off("change:still",n),i.disconnect(),URL.revokeObjectURL(s)}}export{Rt as default};

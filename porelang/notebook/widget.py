@@ -1,0 +1,176 @@
+"""The viewer in a notebook: what is set are traits, the same here and in the browser; scenes travel as messages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import anywidget
+import traitlets
+
+from porelang import values
+from porelang.asked import read
+from porelang.diagnostics import PoreError, fail
+from porelang.notebook.display import fallback
+from porelang.preview import told
+from porelang.preview.doing import Drawing, Message, begin, refusal
+from porelang.preview.scene import Wish
+from porelang.program import Design, Program
+from porelang.render.cuts import HalfSpace
+from porelang.session.jobs import Jobs
+from porelang.settings import Setting, settle
+
+#: Traits of which each change is another scene.
+DRAWN = ("settings", "outputs", "paint", "plane")
+
+
+class Viewer(anywidget.AnyWidget):
+    """A part to be turned, cut and set in a notebook.
+
+    `settings` has the value of every param, in base units (mm, rad, N, MPa) or by its word. What is assigned may name
+    some, also with units (`viewer.settings = {"w": "2cm"}`): the others stay. `outputs` are those that are drawn (none:
+    the usual one), `paint` the field that gives the colours, `plane` whether it is shown on the section, `cut` the
+    section, as `pore render --cut` has it (`"y<0"`, "" for none). `wrong` is what the viewer says is wrong.
+    Each of these can be observed; `design` has the settings bound.
+    """
+
+    _esm = Path(__file__).with_name("widget.js")
+    settings = traitlets.Dict().tag(sync=True)
+    outputs = traitlets.List(traitlets.Unicode()).tag(sync=True)
+    paint = traitlets.Unicode().tag(sync=True)
+    plane = traitlets.Bool().tag(sync=True)
+    cut = traitlets.Unicode().tag(sync=True)
+    height = traitlets.Int(460).tag(sync=True)  # in pixels
+    still = traitlets.Bytes().tag(sync=True)  # a PNG, seen until there is more; all that a saved notebook has
+    wrong = traitlets.Unicode()
+
+    def __init__(self, program: Program, settings: Mapping[str, Setting] | None = None, **traits: Any) -> None:
+        self.program = program
+        self._jobs = Jobs()
+        self._drawing = Drawing(self._tell)
+        self._watched = False  # whether a browser has asked for the picture
+        self._from_browser = False
+        # what was accepted: where several traits are set at once, they have their new values before they are validated
+        self._accepted: dict[str, Any] = {"settings": {}, "outputs": [], "cut": ""}
+        self._refused: set[str] = set()
+        self._still_of: Any = None  # what was set when the still picture was made
+        super().__init__(settings=dict(settings or {}), **traits)
+        self.on_msg(self._hear)
+        self.observe(self._changed, list(DRAWN))
+
+    @property
+    def design(self) -> Design:
+        """The program with what is set bound. Errors: those of `Program.design`."""
+        return self.program.design(self.settings)
+
+    def close(self) -> None:
+        """It is not wanted any more."""
+        self._jobs.cancel()
+        super().close()
+
+    def _repr_mimebundle_(self, **kwargs: Any) -> Any:
+        made = super()._repr_mimebundle_(**kwargs)
+        if made is None:
+            return None
+        data, metadata = made if isinstance(made, tuple) else (made, {})
+        what = (self.settings, self.outputs)
+        known = self.still if what == self._still_of else None
+        instead, self.still = fallback(self.program, self.settings, self.outputs, known)
+        self._still_of = what
+        return {**instead, **data}, metadata
+
+    def __repr__(self) -> str:
+        return f"<viewer of {self.program.source.name}>"
+
+    # ---- what is set ------------------------------------------------------------------------------------------------
+
+    def set_state(self, sync_data: Any) -> None:
+        """Take over what was set in the browser; what cannot be is told there, and not taken."""
+        self._from_browser = True
+        try:
+            super().set_state(sync_data)
+        finally:
+            self._from_browser = False
+            refused, self._refused = self._refused, set()
+            for name in refused:
+                self.send_state(name)
+
+    @traitlets.validate("settings")
+    def _settled(self, proposal: Any) -> Any:
+        try:
+            found = settle(self.program.params, {**self._accepted["settings"], **proposal["value"]})
+        except PoreError as error:
+            return self._rejected("settings", error)
+        return self._taken("settings", {n: told.word(self.program.params[n], v) for n, v in found.items()})
+
+    @traitlets.validate("outputs")
+    def _chosen(self, proposal: Any) -> Any:
+        try:
+            found = [self.program.output(name) for name in proposal["value"]]
+        except PoreError as error:
+            return self._rejected("outputs", error)
+        return self._taken("outputs", found)
+
+    @traitlets.validate("cut")
+    def _sides(self, proposal: Any) -> Any:
+        text = proposal["value"]
+        try:
+            sides = read("cut", text, values.cut) if text.strip() else ()
+            if len(sides) > 1:
+                raise fail("E108", f"cut: `{text}` has {len(sides)} sides, and a viewer cuts at one",
+                           hint='`render(cut=...)` draws more; as in cut="y<0"')  # fmt: skip
+        except PoreError as error:
+            return self._rejected("cut", error)
+        return self._taken("cut", "".join(str(HalfSpace(*side)) for side in sides))
+
+    def _taken(self, name: str, value: Any) -> Any:
+        self._accepted[name] = value
+        return value
+
+    def _rejected(self, name: str, error: PoreError) -> Any:
+        """What a trait is where it cannot be what was asked for. Errors: why, unless a browser has asked."""
+        self._tell(refusal("scene", error.diagnostics))
+        if not self._from_browser:
+            raise error
+        self._refused.add(name)
+        return self._accepted[name]
+
+    # ---- what is drawn ----------------------------------------------------------------------------------------------
+
+    def _hear(self, _: object, word: Any, buffers: Sequence[Any]) -> None:
+        match word:
+            case {"do": "begin"}:
+                self._watched = True
+                self._drawing.forget()
+                about = told.described(self.program, self.settings)
+                self._tell({"say": "program", "file": self.program.source.name, "wrong": [], **about})
+                self._draw(quick=False)
+            case {"do": "preset", "name": str(name)}:
+                presets = self.program.presets
+                if not name or name in presets:
+                    defaults = {n: told.word(info, info.default) for n, info in self.program.params.items()}
+                    self.settings = defaults | presets.get(name, {})
+            case {"do": "cancel"}:
+                self._jobs.cancel()
+
+    def _changed(self, change: Any) -> None:
+        if self._watched:
+            self._draw(quick=change["name"] == "settings")
+
+    def _draw(self, quick: bool) -> None:
+        wish = Wish(tuple(self.outputs), self.paint.strip(), self.plane)
+
+        def work() -> None:
+            self._drawing.draw(self.design, wish, quick)
+
+        begin(self._jobs, "scene", work, self._tell)
+
+    def _tell(self, message: Message) -> None:
+        if isinstance(message, bytes):
+            self.wrong = ""
+            self.send({"say": "scene"}, buffers=[message])
+            return
+        if message["say"] == "refused":
+            self.wrong = message["text"]
+        self.send(message)

@@ -1,0 +1,78 @@
+"""Work for one who looks: they are told how far it is, that it has ended, and what was wrong."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from porelang.diagnostics import Diagnostic, PoreError, render
+from porelang.failures import failure
+from porelang.preview.scene import QUICK, Scene, Wish, scene
+from porelang.preview.wire import packed, texts
+from porelang.program import Design
+from porelang.progress import CancelledError, checkpoint
+from porelang.render.cells import BUDGET
+from porelang.session.jobs import Job, Jobs
+
+#: What somebody who looks is told: an object for JSON, or a scene.
+Message = dict[str, Any] | bytes
+Tell = Callable[[Message], None]
+#: Seconds between two words about how far a job has come.
+OFTEN = 0.1
+
+
+def refusal(purpose: str, diagnostics: Sequence[Diagnostic]) -> dict[str, Any]:
+    """What is told of errors."""
+    return {"say": "refused", "of": purpose, "text": "\n\n".join(render(d) for d in diagnostics)}
+
+
+def begin(jobs: Jobs, purpose: str, work: Callable[[], None], tell: Tell, said: str = "") -> Job[None]:
+    """Begin a job, of which the latest of its purpose wins; `said` is what is being done, in place of its own words."""
+    last = 0.0
+
+    def report(what: str, done: int, total: int) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= OFTEN:
+            last = now
+            tell({"say": "doing", "of": purpose, "what": said or what, "share": done / max(total, 1)})
+
+    def whole() -> None:
+        try:
+            work()
+        except CancelledError:
+            tell({"say": "cancelled", "of": purpose})
+            raise
+        except PoreError as error:
+            tell(refusal(purpose, error.diagnostics))
+        except Exception as error:  # nobody asks for the result of a job
+            tell(refusal(purpose, [failure(error)]))
+        finally:
+            tell({"say": "done", "of": purpose})
+
+    return jobs.submit(purpose, whole, report)
+
+
+class Drawing:
+    """Scenes for one who looks: texts of shaders that they have are left out."""
+
+    def __init__(self, tell: Tell) -> None:
+        self._tell = tell
+        self._known: list[str | None] = []
+
+    def forget(self) -> None:
+        """They know nothing any more."""
+        self._known = []
+
+    def draw(self, design: Design, wish: Wish, quick: bool) -> Scene:
+        """Tell the scene of a design; if `quick`, one first that is there sooner and drawn more slowly.
+
+        Errors: those of `scene`."""
+        for budget in (QUICK, BUDGET) if quick else (BUDGET,):
+            made = scene(design, wish, budget)
+            checkpoint()
+            self._tell(packed(made, self._known))
+            self._known = texts(made)
+            checkpoint()
+        return made
