@@ -115,7 +115,10 @@ class PoreError(Exception):
 
         inside = os.path.dirname(__file__) + os.sep
         own = [f for f in traceback.extract_tb(self.__traceback__)
-               if not f.filename.startswith(inside) and f"{os.sep}IPython{os.sep}" not in f.filename]  # fmt: skip
+               if not f.filename.startswith(inside) and f"{os.sep}IPython{os.sep}" not in f.filename
+               and "run_cell_magic('pore'" not in (f.line or "")]  # fmt: skip
+        if not own:  # a cell that is a program
+            return str(self).split("\n")
         return [line.rstrip("\n") for line in traceback.format_list(own)] + ["", *str(self).split("\n")]
 
 

@@ -23,7 +23,8 @@ import porelang
 from porelang.cli import main
 from porelang.diagnostics import PoreError
 from porelang.preview import told
-from porelang.preview.live import NOTHING, Live, Message, Start
+from porelang.preview.doing import Message
+from porelang.preview.live import NOTHING, Live, Start
 from porelang.preview.scene import QUICK, Wish, scene
 from porelang.preview.server import FILES, LONGEST, MOST_A_SECOND, WEB, application, door
 from porelang.preview.wire import packed, texts

@@ -64,8 +64,8 @@ def fallback(
     outputs: Sequence[str] = (),
     known: bytes | None = None,
 ) -> tuple[dict[str, str], bytes]:
-    """What is seen where no widgets run, by MIME type, and the picture in it, which may be `known`. What cannot be drawn
-    is left out."""
+    """What is seen where no widgets run, by MIME type, and the picture in it, which may be `known`; none where there
+    can be none."""
     png = still(shown, settings, outputs) if known is None else known
     data = {"text/plain": repr(shown), "text/html": shown._repr_html_()}
     if png:
@@ -94,10 +94,10 @@ def still(shown: Program | Design, settings: Mapping[str, Setting], outputs: Seq
         return b""
 
 
-def small(pixels: NDArray[np.uint8]) -> bytes:
+def small(pixels: NDArray[np.uint8], colours: int = COLOURS) -> bytes:
     """A picture (height, width, 3) as PNG, in few colours: it is a quarter as long, and looks the same."""
     from PIL import Image
 
     file = io.BytesIO()
-    Image.fromarray(pixels).quantize(COLOURS).save(file, "PNG", optimize=True)
+    Image.fromarray(pixels).quantize(colours).save(file, "PNG", optimize=True)
     return file.getvalue()

@@ -30,9 +30,7 @@ def slice_picture(field: Field, design: Design, name: str) -> bytes:
     along = [a for a in range(3) if a != axis]
     at = (box.lo[axis] + box.hi[axis]) / 2
     pixel = max(box.size[a] for a in along) / LONGEST
-    across, up = (
-        np.arange(box.lo[a] + pixel / 2, box.hi[a], pixel)[:: -1 if k else 1] for k, a in enumerate(along)
-    )
+    across, up = (np.arange(box.lo[a] + pixel / 2, box.hi[a], pixel)[:: -1 if k else 1] for k, a in enumerate(along))
     points = np.empty((len(up), len(across), 3))
     points[..., axis], points[..., along[0]], points[..., along[1]] = at, across, up[:, None]
     with np.errstate(all="ignore"):  # a field may be infinite somewhere
@@ -49,7 +47,7 @@ def slice_picture(field: Field, design: Design, name: str) -> bytes:
     strip = legend(scale, name, strip_of(room), pixels.shape[0], transparent=False)
     where = _line(f"{AXES[axis]} = {at:.4g} mm, {AXES[along[0]]} to the right, {AXES[along[1]]} up",
                   pixels.shape[1] + strip.shape[1])  # fmt: skip
-    return small(np.ascontiguousarray(np.vstack([np.hstack([pixels, strip]), where])[..., :3]))
+    return small(np.ascontiguousarray(np.vstack([np.hstack([pixels, strip]), where])[..., :3]), 256)
 
 
 def _zero(values: NDArray[np.float64]) -> NDArray[np.bool_]:

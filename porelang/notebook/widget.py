@@ -49,7 +49,7 @@ class Viewer(anywidget.AnyWidget):
         self.program = program
         self._jobs = Jobs()
         self._drawing = Drawing(self._tell)
-        self._watched = False  # whether a browser has asked for the picture
+        self._asked: Any = None  # of what the last picture is; None before a browser has asked for one
         self._from_browser = False
         # what was accepted: where several traits are set at once, they have their new values before they are validated
         self._accepted: dict[str, Any] = {"settings": {}, "outputs": [], "cut": ""}
@@ -141,7 +141,6 @@ class Viewer(anywidget.AnyWidget):
     def _hear(self, _: object, word: Any, buffers: Sequence[Any]) -> None:
         match word:
             case {"do": "begin"}:
-                self._watched = True
                 self._drawing.forget()
                 about = told.described(self.program, self.settings)
                 self._tell({"say": "program", "file": self.program.source.name, "wrong": [], **about})
@@ -155,11 +154,14 @@ class Viewer(anywidget.AnyWidget):
                 self._jobs.cancel()
 
     def _changed(self, change: Any) -> None:
-        if self._watched:
+        if self._asked not in (None, self._wished()):
             self._draw(quick=change["name"] == "settings")
 
+    def _wished(self) -> tuple[dict[str, Any], Wish]:
+        return self.settings, Wish(tuple(self.outputs), self.paint.strip(), self.plane)
+
     def _draw(self, quick: bool) -> None:
-        wish = Wish(tuple(self.outputs), self.paint.strip(), self.plane)
+        self._asked = _, wish = self._wished()
 
         def work() -> None:
             self._drawing.draw(self.design, wish, quick)

@@ -6,7 +6,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -16,8 +15,8 @@ from porelang.diagnostics import PoreError
 from porelang.elaborate.context import Bound
 from porelang.measure import measure
 from porelang.preview import told
-from porelang.preview.doing import Drawing, Message, begin, refusal
 from porelang.preview.document import Document
+from porelang.preview.doing import Drawing, Message, begin, refusal
 from porelang.preview.exports import Made
 from porelang.preview.scene import Wish
 from porelang.program import Design, Program

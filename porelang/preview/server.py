@@ -23,7 +23,8 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from porelang.diagnostics import PoreError, fail
-from porelang.preview.live import NOTHING, Live, Message, Start
+from porelang.preview.doing import Message
+from porelang.preview.live import NOTHING, Live, Start
 from porelang.preview.scene import Wish
 from porelang.preview.watched import Watched
 
