@@ -79,7 +79,7 @@ grammar: $(READY)  ## write grammar/pore.lalr.json, the tables of grammar/pore.l
 editors: $(READY)  ## write what editors colour by, editors/vscode/pore.tmLanguage.json and editors/page/src/patterns.js, anew
 	@$(BIN)/python editors/generate.py
 
-page: editors  ## bundle the editor of pore view, porelang/preview/web/editor.js; needs node 20 and npm
+page: editors  ## bundle the editor of pore view and the widget of notebooks; needs node 20 and npm
 	@cd editors/page && npm ci --ignore-scripts --no-audit --no-fund && node build.js
 
 clean:  ## remove the environment, caches and out/

@@ -382,7 +382,7 @@ def test_the_notebook_runs(tmp_path: Path) -> None:
     assert shown["cut"] == "y<0"
     assert of("set")["text/plain"] == "{'w': 7.0, 't': 0.6, 'rim': 0.3}"
     assert "+-" in of("measure")["text/html"]
-    assert of("sweep")["text/plain"].count("+-") == 6
+    assert of("sweep")["text/plain"].count("+-") == 4
     assert "polyline" in of("plot")["image/svg+xml"]
     assert of("field")["image/png"]
     assert "watertight: True" in found["mesh"][-1]["text"]
