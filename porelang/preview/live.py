@@ -19,8 +19,7 @@ from porelang.measure import measure
 from porelang.preview import told
 from porelang.preview.document import Document
 from porelang.preview.exports import Made
-from porelang.preview.scene import QUICK, Wish, scene
-from porelang.preview.wire import packed, texts
+from porelang.preview.scene import QUICK, Scene, Wish, scene
 from porelang.program import Design, Program
 from porelang.progress import CancelledError, checkpoint
 from porelang.render.cells import BUDGET
@@ -28,7 +27,7 @@ from porelang.session import Session, Snapshot
 from porelang.settings import Setting
 
 #: What a page is told: an object for JSON, or a scene.
-Message = dict[str, Any] | bytes
+Message = dict[str, Any] | Scene
 #: Seconds that nothing has to change for before the part is measured.
 STILL = 0.8
 #: Seconds between two words about how far a job has come.
@@ -62,11 +61,9 @@ class Live:
         self.settings: told.Settings = {}
         self.wish = Wish()
         self.made = Made()
-        self._known: list[str | None] = []  # the shaders that the page has
 
     def begin(self) -> None:
         """A page that knows nothing is there. Errors: those of reading the file."""
-        self._known = []
         self._seen(self.document.read())
         self._text()
 
@@ -213,8 +210,7 @@ class Live:
             for budget in (QUICK, BUDGET) if quick else (BUDGET,):
                 made = scene(design, wish, budget)
                 checkpoint()
-                self.tell(packed(made, self._known))
-                self._known = texts(made)
+                self.tell(made)
                 checkpoint()
         except PoreError as error:
             self._refused("scene", error)

@@ -24,8 +24,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from porelang.diagnostics import PoreError, fail
 from porelang.preview.live import NOTHING, Live, Message, Start
-from porelang.preview.scene import Wish
+from porelang.preview.scene import Scene, Wish
 from porelang.preview.watched import Watched
+from porelang.preview.wire import packed, texts
 
 WEB = Path(__file__).with_name("web")
 #: What a page consists of, and what each file is.
@@ -126,10 +127,12 @@ async def _attend(page: WebSocket, path: str, start: Start, key: str, pages: dic
 
 
 async def _send(page: WebSocket, waiting: asyncio.Queue[Message]) -> None:
+    known: list[str | None] = []  # the shaders that the page has
     while True:
         message = await waiting.get()
-        if isinstance(message, bytes):
-            await page.send_bytes(message)
+        if isinstance(message, Scene):
+            await page.send_bytes(packed(message, known))
+            known = texts(message)
         else:
             await page.send_text(json.dumps(message))
 
