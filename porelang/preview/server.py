@@ -25,7 +25,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from porelang.diagnostics import PoreError, fail
 from porelang.preview.live import NOTHING, Live, Message, Start
 from porelang.preview.scene import Scene, Wish
-from porelang.preview.watched import Watched
+from porelang.preview.watched import LOOK, Watched
 from porelang.preview.wire import packed, texts
 
 WEB = Path(__file__).with_name("web")
@@ -40,8 +40,6 @@ FILES = {
 MOST_A_SECOND = 400
 #: Characters of one word.
 LONGEST = 100_000
-#: Seconds between two looks at the files.
-LOOK = 0.1
 _ALLOWED = ("default-src 'self'", "img-src 'self' data: blob:", "frame-ancestors 'none'", "base-uri 'none'")
 HEADERS = {
     "Content-Security-Policy": "; ".join(_ALLOWED),
