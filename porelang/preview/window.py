@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import threading
 import time
@@ -287,7 +288,7 @@ class Window(WindowConfig):
             place = (param["choices"].index(param["value"]) + way) % len(param["choices"])
             param["value"] = param["choices"][place]
         else:
-            step = param["step"] or (param["high"] - param["low"]) / 50
+            step = param["step"] or param["scale"] * _fine((param["high"] - param["low"]) / param["scale"])
             param["value"] = min(max(param["value"] + way * step, param["low"]), param["high"])
         self.told["scene"] = ""
         self.live.set({param["name"]: param["value"]})
@@ -295,6 +296,12 @@ class Window(WindowConfig):
     def on_close(self) -> None:
         self.ended.set()
         self.live.close()
+
+
+def _fine(range: float) -> float:
+    """A step of 1, 2 or 5 times a power of ten, of which some fifty make a range."""
+    power = 10.0 ** math.floor(math.log10(range / 50))
+    return next(power * n for n in (5, 2, 1) if n * power <= range / 50)
 
 
 def _now() -> float:
