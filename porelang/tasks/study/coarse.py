@@ -61,7 +61,7 @@ def _form(got: Got) -> list[tuple[str, str]]:
     at = coordinates((got.form_x, got.form_y, got.form_z))
     said = f"they lack {got.lacking:.3g} mm3 of the part and hold {got.beyond:.3g} mm3 beyond it, as at ({at})"
     if got.handles:
-        said += f", and by {got.handles:.0f} of {got.holes:.0f} holes they are joined otherwise"
+        said += f", and are joined otherwise: their holes are {got.handles:.0f} more or less than its {got.holes:.0f}"
     stated = "is stated so" if not got.gap else "by more for the gap"
     return [(said, f"its stiffness may be off by {got.form:.0%} for what they miss, and {stated}")]
 
