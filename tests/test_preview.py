@@ -197,7 +197,8 @@ def test_measures_and_checks_come_by_themselves(look: Look) -> None:
 def test_a_program_that_is_broken_keeps_its_picture_and_its_sliders(look: Look) -> None:
     page, _ = look(BALL)
     page.live.set({"r": 15})
-    page.said("measured")
+    page.said("measuring")  # nothing more is drawn
+    page.live.cancel("measure")
     drawn = page.said("scene")
     count = len(page.words)
     page.live.edit("let a = (\n" + BALL)
