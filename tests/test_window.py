@@ -44,12 +44,10 @@ def seen():
     return sum(a > 127 for _, _, a in of_each), sum(b > r + 20 and a > 0 for r, b, a in of_each)
 
 
-def press(key):
-    scene = made.drawing.scene
+def press(key, there):
+    # the full picture of a scene that is as it is to be: others are under way
     made.on_key_event(key, keys.ACTION_PRESS, Plain)
-    frames(lambda: made.drawing.scene is not scene)
-    time.sleep(0.5)
-    frames(lambda: made.heard.empty())
+    frames(lambda: there(made.drawing.scene))
     count = made.pictures
     made.moved = True
     frames(lambda: made.pictures > count)
@@ -57,10 +55,10 @@ def press(key):
 
 frames(lambda: made.pictures > 0)
 found = {"first": seen(), "r": made.params[0]["value"]}
-press(keys.PERIOD)
+press(keys.PERIOD, lambda scene: scene.stage.hi[0] > 9.4)
 found |= {"larger": seen(), "r2": made.params[0]["value"]}
 made.on_mouse_drag_event(0, 0, 40, 10)
-press(keys.X)
+press(keys.X, lambda scene: scene.plane is not None)
 found |= {"section": seen()}
 open(path, "w").write("sphere(")
 frames(lambda: bool(made.told["text"]))
