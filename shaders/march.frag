@@ -238,7 +238,7 @@ const float AMBIENT = 0.35;  // of a colour is seen in the darkest shade: colour
 
 // The colour of the field at a place, in the light that falls on white.
 vec3 tinted(vec3 p, vec3 light) {
-    return (AMBIENT + (1.0 - AMBIENT) * light) * pore_scale_colour(paint(p));
+    return (AMBIENT + (1.0 - AMBIENT) * light) * scale_colour(paint(p));
 }
 #else
 vec3 tinted(vec3 p, vec3 light) { return light; }

@@ -45,7 +45,7 @@ void main() {
     float place = f[0] / every;
     float thin = line(place - round(place), change / every, 1.0) * clamp(2.0 - 6.0 * change / every, 0.0, 1.0);
     float zero = line(f[0], change, 2.2);
-    vec3 shade = mix(pore_scale_colour(f[0]), INK, max(0.55 * thin, zero));
+    vec3 shade = mix(scale_colour(f[0]), INK, max(0.55 * thin, zero));
     float covers = f[1] <= 0.0 ? 1.0 : clear;
     colour = vec4(shade * covers, covers);
     gl_FragDepth = clamp((t - nearer) / farthest, 0.0, 1.0);

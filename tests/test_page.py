@@ -131,8 +131,10 @@ def silhouette(program: porelang.Program, name: str, camera: Camera, size: tuple
     middle = np.add(box.lo, box.hi) / 2
     nearest = ((middle - origin) * way).sum(axis=-1)
     hit = np.zeros(nearest.shape, bool)
+    aside = np.linalg.norm(origin + nearest[..., None] * way - middle, axis=-1)
+    within = np.sqrt(np.maximum(reach**2 - aside**2, 0.0))  # half of the way through a ball around it
     for t in np.arange(-reach, reach, 0.1):
-        left = ~hit
+        left = ~hit & (np.abs(t) < within)
         hit[left] = field((origin + (nearest + t)[..., None] * way)[left]) <= 0
     return hit
 

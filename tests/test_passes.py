@@ -245,17 +245,17 @@ def test_verify_refuses_what_no_backend_knows() -> None:
 
 
 @pytest.mark.slow
-def test_two_thousand_primitives_stay_linear() -> None:
+def test_eight_hundred_primitives_stay_linear() -> None:
     """A union of n struts costs n times one strut, and one operation each to join them."""
 
     def size(n: int) -> int:
         text = f"union([for i in range({n}): capsule([i, 0, 0], [i + 0.5, 3, 1], 0.3)])"
         return count(*pore.compile(text).roots("part"))
 
-    small, large = size(100), size(2000)
-    each = (large - small) / 1900
+    small, large = size(100), size(800)
+    each = (large - small) / 700
     assert 10 < each < 60
-    assert abs(large - 2000 * each) < 200
+    assert abs(large - 800 * each) < 200
 
 
 def test_the_depth_of_a_union_is_logarithmic() -> None:

@@ -259,16 +259,18 @@ def test_a_slit_narrower_than_a_cube_is_opened_by_smaller_ones() -> None:
 @pytest.mark.parametrize(("part", "deep"), [
     ("box([20, 10, 10])", (10, 7.0)), ("box([120, 20, 20])", (20, 16.0)),  # the slit is a small share of its surface
 ])  # fmt: skip
-def test_a_slit_that_stays_closed_is_told(part: str, deep: tuple[float, float]) -> None:
+@pytest.mark.parametrize("x", [0.35, 0.505])  # the latter just beside a plane of corners
+def test_a_slit_that_stays_closed_is_told(part: str, deep: tuple[float, float], x: float) -> None:
     """One of .05 mm, in cubes that are .5 mm when they are halved: how wide it is, over how much, and where."""
     across, down = deep
     top = float(part.split(",")[2].rstrip("])")) / 2
-    _, facts = meshed(f"{part} \\ translate(box([0.05, 30, {2 * down + 0.01}]), [0.35, 0, {top}])", 2)
+    _, facts = meshed(f"{part} \\ translate(box([0.05, 30, {2 * down + 0.01}]), [{x}, 0, {top}])", 2)
     (told,) = (d for d in facts["told"] if d.code == "W254")
     assert told.message.startswith("a gap 0.05 mm wide is closed over ")
     found = [float(n) for n in told.message.split(" over ")[1].split(" mm")[0].split(" x ")]
     assert found == pytest.approx([max(across, down), min(across, down)], rel=0.1)
-    assert "as at (0.35, " in told.message
+    assert f"as at ({x}, " in told.message
+    assert "W252" not in {d.code for d in facts["told"]}
     assert "--surface-size" in told.hint
 
 

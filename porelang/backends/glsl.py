@@ -29,8 +29,6 @@ _SCAFFOLD = {"points": "points.comp", "grid": "grid.comp", "fragment": "march.fr
              "plane": "plane.frag"}  # fmt: skip
 _WEBGL = "#version 300 es\nprecision highp float;\nprecision highp int;\n#define precise"
 _VERSION = {"fragment": "#version 430", "webgl": _WEBGL, "plane": _WEBGL}
-#: The function of the library by which values become colours.
-COLOUR = "pore_scale_colour"
 _NAME = re.compile(r"\b(?:pore_|Pore)\w+")
 #: What reads a word of the data of a slot; written for each shader, unlike the functions of the library.
 WORD = "pore_word"
@@ -74,7 +72,9 @@ def shader(
     if paint is not None:
         body += "\n" + field_function((paint,), params, uniforms, data, "paint")
     scaffold = resources.read(f"shaders/{_SCAFFOLD[form]}")
-    library = _library(f"{body} {COLOUR}" if form == "plane" or paint is not None else body)
+    library = _library(body)
+    if form == "plane" or paint is not None:
+        library.append(resources.read("shaders/scale.glsl").strip())
     parts = [f"#define ROOTS {len(roots)}"] if len(roots) > 1 else []
     parts += ["#define PAINTED"] if paint is not None else []
     parts += [f"uniform float u[{len(uniforms)}];"] if uniforms else []

@@ -171,7 +171,7 @@ COMMANDS: dict[str, Command] = {
         Command(
             "view",
             "draw the part on a page in the browser while the program is written; sliders set its params",
-            ("file", "set", "preset", "bind", "port", "no_browser", "stats"),
+            ("file", "set", "preset", "bind", "window", "port", "no_browser", "stats"),
             "pore view specimen.pore --set w=40mm",
         ),
         Command(

@@ -11,19 +11,12 @@ from porelang.cli.loading import data_of
 from porelang.compiler import try_compile
 from porelang.diagnostics import fail
 from porelang.files import read_source
+from porelang.preview.live import Start
 
 
 def view(options: Namespace) -> int:
-    """Serve the page of a program on this machine until a signal ends it. Errors: E105, E106, E028, E108, E126, and
-    what is wrong with the settings that it begins with."""
-    try:
-        import uvicorn
-
-        from porelang.preview.live import Start
-        from porelang.preview.server import application, door
-    except ImportError:
-        raise fail("E126", "`pore view` needs the packages starlette, uvicorn and websockets",
-                   hint="pip install 'porelang[view]'") from None  # fmt: skip
+    """Show a program until a signal ends it: serve its page on this machine, or open a window. Errors: E105, E106,
+    E028, E108, E126, and what is wrong with the settings that it begins with."""
     if options.file == "-":
         raise fail("E108", "standard input is no file that is saved", hint="name the .pore file to look at")
     source = read_source(options.file)  # a slip of the name is told at once
@@ -32,6 +25,17 @@ def view(options: Namespace) -> int:
         program, _ = try_compile(source, bound=start.bound)
         if program is not None:
             program.design(start.settings, preset=start.preset)
+    return _window(options, start) if options.window else _page(options, start)
+
+
+def _page(options: Namespace, start: Start) -> int:
+    try:
+        import uvicorn
+
+        from porelang.preview.server import application, door
+    except ImportError:
+        raise fail("E126", "`pore view` needs the packages starlette, uvicorn and websockets",
+                   hint="pip install 'porelang[view]'") from None  # fmt: skip
     opened, port = door(options.port or 0)
     token = secrets.token_urlsafe(24)
     address = f"http://127.0.0.1:{port}/{token}/{'?stats' if options.stats else ''}"
@@ -42,4 +46,18 @@ def view(options: Namespace) -> int:
     served = uvicorn.Config(application(options.file, token, port, start), log_level="error", ws="websockets-sansio",
                             ws_per_message_deflate=False, ws_max_size=1 << 20, lifespan="off")  # fmt: skip
     uvicorn.Server(served).run(sockets=[opened])
+    return 0
+
+
+def _window(options: Namespace, start: Start) -> int:
+    try:
+        from porelang.preview.window import opened
+    except ImportError:
+        raise fail("E126", "`pore view --window` needs the package moderngl-window",
+                   hint="pip install 'porelang[window]'") from None  # fmt: skip
+    try:
+        opened(options.file, start)
+    except (ImportError, OSError, RuntimeError) as error:  # whatever the system says where it has no screen
+        raise fail("E120", f"no window can be opened here: {error}",
+                   hint="`pore view` without --window draws in a browser") from None  # fmt: skip
     return 0

@@ -10,8 +10,8 @@ from porelang.fea.problem import Floats
 
 #: A rim that turns by more than this at a node, in radians, has a corner there, which elements have too.
 _CORNER = 0.8
-#: Segments of a rim lie in or out by chance, but for what all of them have alike: so many times the root of the sum of
-#: their squares is nearly always enough.
+#: Segments of a rim lie in or out by chance, as the mesher makes up for what all of them have alike: so many times the
+#: root of the sum of their squares is nearly always enough.
 _SIGMAS = 3.0
 
 
@@ -42,4 +42,4 @@ def area_off(nodes: Nodes, faces: NDArray[np.intp]) -> float:
     turn = np.arctan2((np.cross(a, b) * normal).sum(axis=1), (a * b).sum(axis=1))
     turn = np.where(np.abs(turn) < _CORNER, turn, 0.0)
     pieces: Floats = 2 / 3 * turn / 8 * ((length[here] + length[there]) / 2) ** 2
-    return float(abs(pieces.sum()) + _SIGMAS * np.sqrt((pieces**2).sum()))
+    return float(_SIGMAS * np.sqrt((pieces**2).sum()))

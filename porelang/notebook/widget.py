@@ -14,8 +14,9 @@ from porelang.asked import read
 from porelang.diagnostics import PoreError, fail
 from porelang.notebook.display import fallback
 from porelang.preview import told
-from porelang.preview.doing import Drawing, Message, begin, refusal
-from porelang.preview.scene import Wish
+from porelang.preview.doing import Message, begin, draw, refusal
+from porelang.preview.scene import Scene, Wish
+from porelang.preview.wire import packed, texts
 from porelang.program import Design, Program
 from porelang.render.cuts import HalfSpace
 from porelang.session.jobs import Jobs
@@ -48,7 +49,7 @@ class Viewer(anywidget.AnyWidget):
     def __init__(self, program: Program, settings: Mapping[str, Setting] | None = None, **traits: Any) -> None:
         self.program = program
         self._jobs = Jobs()
-        self._drawing = Drawing(self._tell)
+        self._known: list[str | None] = []  # the shaders that the browser has
         self._asked: Any = None  # of what the last picture is; None before a browser has asked for one
         self._from_browser = False
         # what was accepted: where several traits are set at once, they have their new values before they are validated
@@ -141,7 +142,7 @@ class Viewer(anywidget.AnyWidget):
     def _hear(self, _: object, word: Any, buffers: Sequence[Any]) -> None:
         match word:
             case {"do": "begin"}:
-                self._drawing.forget()
+                self._known = []
                 about = told.described(self.program, self.settings)
                 self._tell({"say": "program", "file": self.program.source.name, "wrong": [], **about})
                 self._draw(quick=False)
@@ -164,14 +165,15 @@ class Viewer(anywidget.AnyWidget):
         self._asked = _, wish = self._wished()
 
         def work() -> None:
-            self._drawing.draw(self.design, wish, quick)
+            draw(self.design, wish, quick, self._tell)
 
         begin(self._jobs, "scene", work, self._tell)
 
     def _tell(self, message: Message) -> None:
-        if isinstance(message, bytes):
+        if isinstance(message, Scene):
             self.wrong = ""
-            self.send({"say": "scene"}, buffers=[message])
+            self.send({"say": "scene"}, buffers=[packed(message, self._known)])
+            self._known = texts(message)
             return
         if message["say"] == "refused":
             self.wrong = message["text"]

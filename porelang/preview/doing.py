@@ -9,14 +9,13 @@ from typing import Any
 from porelang.diagnostics import Diagnostic, PoreError, render
 from porelang.failures import failure
 from porelang.preview.scene import QUICK, Scene, Wish, scene
-from porelang.preview.wire import packed, texts
 from porelang.program import Design
 from porelang.progress import CancelledError, checkpoint
 from porelang.render.cells import BUDGET
 from porelang.session.jobs import Job, Jobs
 
 #: What somebody who looks is told: an object for JSON, or a scene.
-Message = dict[str, Any] | bytes
+Message = dict[str, Any] | Scene
 Tell = Callable[[Message], None]
 #: Seconds between two words about how far a job has come.
 OFTEN = 0.1
@@ -54,25 +53,14 @@ def begin(jobs: Jobs, purpose: str, work: Callable[[], None], tell: Tell, said: 
     return jobs.submit(purpose, whole, report)
 
 
-class Drawing:
-    """Scenes for one who looks: texts of shaders that they have are left out."""
+def draw(design: Design, wish: Wish, quick: bool, tell: Tell) -> Scene:
+    """Tell the scene of a design; if `quick`, one first that is there sooner and drawn more slowly.
 
-    def __init__(self, tell: Tell) -> None:
-        self._tell = tell
-        self._known: list[str | None] = []
-
-    def forget(self) -> None:
-        """They know nothing any more."""
-        self._known = []
-
-    def draw(self, design: Design, wish: Wish, quick: bool) -> Scene:
-        """Tell the scene of a design; if `quick`, one first that is there sooner and drawn more slowly.
-
-        Errors: those of `scene`."""
-        for budget in (QUICK, BUDGET) if quick else (BUDGET,):
-            made = scene(design, wish, budget)
-            checkpoint()
-            self._tell(packed(made, self._known))
-            self._known = texts(made)
-            checkpoint()
-        return made
+    Errors: those of `scene`.
+    """
+    for budget in (QUICK, BUDGET) if quick else (BUDGET,):
+        made = scene(design, wish, budget)
+        checkpoint()
+        tell(made)
+        checkpoint()
+    return made

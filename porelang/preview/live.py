@@ -16,7 +16,7 @@ from porelang.elaborate.context import Bound
 from porelang.measure import measure
 from porelang.preview import told
 from porelang.preview.document import Document
-from porelang.preview.doing import Drawing, Message, begin, refusal
+from porelang.preview.doing import Message, begin, draw, refusal
 from porelang.preview.exports import Made
 from porelang.preview.scene import Wish
 from porelang.program import Design, Program
@@ -55,11 +55,9 @@ class Live:
         self.settings: told.Settings = {}
         self.wish = Wish()
         self.made = Made()
-        self._drawing = Drawing(tell)
 
     def begin(self) -> None:
         """A page that knows nothing is there. Errors: those of reading the file."""
-        self._drawing.forget()
         self._seen(self.document.read())
         self._text()
 
@@ -202,7 +200,7 @@ class Live:
 
     def _drawn(self, quick: bool) -> None:
         design = self._design()
-        made = self._drawing.draw(design, self.wish, quick)
+        made = draw(design, self.wish, quick, self.tell)
         self._job("measure", lambda: self._measured(design, made.bodies[0].layer.name), "measuring")
 
     def _measured(self, design: Design, output: str) -> None:

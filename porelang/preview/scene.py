@@ -31,6 +31,8 @@ from porelang.tape import operations
 ROOM = 1e-3
 #: Enclosures that cells may cost which are drawn with while a slider moves: some 20 ms.
 QUICK = 1_000_000
+#: Words in a row of a texture of data; the shader reads word i at (i % ROW, i / ROW).
+ROW = 2048
 #: Places that are looked at for the range of a scale.
 SURVEYED = 20_000
 

@@ -25,8 +25,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from porelang.diagnostics import PoreError, fail
 from porelang.preview.doing import Message
 from porelang.preview.live import NOTHING, Live, Start
-from porelang.preview.scene import Wish
-from porelang.preview.watched import Watched
+from porelang.preview.scene import Scene, Wish
+from porelang.preview.watched import LOOK, Watched
+from porelang.preview.wire import packed, texts
 
 WEB = Path(__file__).with_name("web")
 #: What a page consists of, and what each file is.
@@ -40,8 +41,6 @@ FILES = {
 MOST_A_SECOND = 400
 #: Characters of one word.
 LONGEST = 100_000
-#: Seconds between two looks at the files.
-LOOK = 0.1
 _ALLOWED = ("default-src 'self'", "img-src 'self' data: blob:", "frame-ancestors 'none'", "base-uri 'none'")
 HEADERS = {
     "Content-Security-Policy": "; ".join(_ALLOWED),
@@ -127,10 +126,12 @@ async def _attend(page: WebSocket, path: str, start: Start, key: str, pages: dic
 
 
 async def _send(page: WebSocket, waiting: asyncio.Queue[Message]) -> None:
+    known: list[str | None] = []  # the shaders that the page has
     while True:
         message = await waiting.get()
-        if isinstance(message, bytes):
-            await page.send_bytes(message)
+        if isinstance(message, Scene):
+            await page.send_bytes(packed(message, known))
+            known = texts(message)
         else:
             await page.send_text(json.dumps(message))
 

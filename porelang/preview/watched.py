@@ -6,6 +6,9 @@ import os
 
 from porelang.stamps import changed, stamps
 
+#: Seconds between two looks at the files.
+LOOK = 0.1
+
 
 class Watched:
     """A program's files, looked at by name: a save that renames is seen like any other.

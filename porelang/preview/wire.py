@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.preview.scene import Layer, Scene
-from porelang.render.scale import COLOURS, VIRIDIS, Colouring, Scale, numbers
+from porelang.render.scale import COLOURS, VIRIDIS, Colouring, Scale, line_step, numbers
 
 
 def packed(made: Scene, known: Sequence[str | None] = ()) -> bytes:
@@ -61,10 +61,9 @@ def _legend(scale: Colouring) -> dict[str, Any]:
     """A scale: its nine colours, its ends and its middle, and the round numbers beside it."""
     low, high = scale.ends
     table, middle = (COLOURS, 0.0) if isinstance(scale, Scale) else (VIRIDIS, (low + high) / 2)
-    round_numbers = numbers(scale)
     return {
         "colours": [[float(c) for c in row] for row in table],
         "ends": [low, middle, high],
-        "numbers": round_numbers,
-        "every": (round_numbers[1] - round_numbers[0] if len(round_numbers) > 1 else high - low) / 2,
+        "numbers": numbers(scale),
+        "every": line_step(scale),
     }

@@ -118,6 +118,13 @@ def scale_colours(values: Values | NDArray[np.float64], scale: Colouring) -> Val
     return out
 
 
+def line_step(scale: Colouring) -> float:
+    """The step between lines of equal value: half of that of the numbers."""
+    found = numbers(scale)
+    low, high = scale.ends
+    return (found[1] - found[0] if len(found) > 1 else high - low) / 2
+
+
 def numbers(scale: Colouring) -> list[float]:
     """The round numbers of a scale, lowest first; zero is among them where it lies in it."""
     low, high = scale.ends

@@ -13,7 +13,7 @@ from porelang.formula import Formula
 from porelang.progress import activity
 from porelang.solid import Solid
 from porelang.tet.frame import Frame, framed
-from porelang.tet.gaps import closed
+from porelang.tet.gaps import beside_gaps, closed
 from porelang.tet.grading import Grading
 from porelang.tet.halving import refined
 from porelang.tet.lattice import Lattice
@@ -84,7 +84,8 @@ def direct(
         facts |= {"missing": done.missed.missing, "extra": done.missed.extra} | smaller(done.lattice, frame)
         if sharp:
             facts["told"] += done.missed.told(facts["volumes"]["solid"])
-        facts["told"] += [*touching(mesh.vertices[done.sound.touching]), *thin(solid, sizes)]
+        hinges = beside_gaps(mesh.vertices[done.sound.touching], done.spanned)
+        facts["told"] += [*touching(hinges), *thin(solid, sizes)]
         facts["told"] += closed(done.spanned, min(sizes.even or sizes.finest, sizes.surface))
     return mesh, facts
 

@@ -34,6 +34,9 @@ _MOST, _BESIDE = 60_000, 2.0
 #: Cosine between the outward directions on both sides: 30 degrees of a wedge at most. At a blunter one void ends within
 #: an element. Measured, none in 22 meshes of lattices in boxes and cylinders.
 _FACING = -0.87
+#: Edges whose void is no farther apart than this share of the longest span one gap. Where it lies beside a plane of
+#: corners of cubes, they do so round these corners, an edge apart.
+_TOGETHER = 1.3
 #: Edges to a gap: fewer are a corner.
 _FEWEST = 4
 #: A gap of which a tenth is narrower than this part of the rest runs out in an edge or a point.
@@ -55,7 +58,7 @@ def closed_gap(found: Spanned) -> Gap | None:
     middle, width, length = found.middle, found.width, found.length
     if len(width) < _FEWEST:
         return None
-    pairs = cKDTree(middle).query_pairs(float(np.median(length)), output_type="ndarray")
+    pairs = cKDTree(middle).query_pairs(_TOGETHER * float(length.max()), output_type="ndarray")
     beside = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), (len(middle), len(middle)))
     _, which = connected_components(beside, directed=False)
     gaps = [_gap(middle[which == k], width[which == k]) for k in np.flatnonzero(np.bincount(which) >= _FEWEST)]
@@ -73,6 +76,15 @@ def closed(spans: Spanned, size: float) -> list[Diagnostic]:
         hint = f"take a --size, or a --surface-size, of {rounded(OPEN * found.wide)} mm, or leave the gap out"
     return [Diagnostic("W254", f"{told(found)}: cubes of {size:.3g} mm are too large to keep it open", hint=hint,
                        severity="warning")]  # fmt: skip
+
+
+def beside_gaps(edges: Floats, spans: Spanned) -> Floats:
+    """Of edges (n, 2, 3) those that lie in no gap: one that is closed in places has hinges between these."""
+    if not len(edges) or not len(spans.width):
+        return edges
+    far, _ = cKDTree(spans.middle).query(edges.mean(axis=1))
+    kept: Floats = edges[far > float(spans.length.max())]
+    return kept
 
 
 def _gap(middle: Floats, width: Floats) -> Gap:

@@ -14,6 +14,13 @@ COMMON: dict[str, Option] = {
         ("--no-browser",),
         {"action": "store_true", "dest": "no_browser", "help": "print the address of the page, and open it nowhere"},
     ),
+    "window": (
+        ("--window",),
+        {
+            "action": "store_true",
+            "help": "in a window of the system in place of a page, params by keys",
+        },
+    ),
     "port": (
         ("--port",),
         {"metavar": "N", "type": values.count, "help": "of this machine, for the page (default: one that is free)"},

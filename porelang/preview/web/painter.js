@@ -5,6 +5,7 @@ const ROW = 2048;       // words in a row of a texture of data
 const FRAME = 40;       // ms that a frame may take while something moves
 const STRIP = 30;       // ms that one strip of the full picture may take
 const COARSEST = 8;     // pixels of the page for one that is drawn, at most
+const MOST_LOSSES = 3;
 const FINE = 400;       // ms that a full picture may take for another of four times as many pixels to follow
 const STILL = 150;      // ms without a change until the full picture is begun
 const CLEAR = 0.45;     // of a plane shows where the part is not
@@ -22,8 +23,17 @@ export class Painter {
     this.drawn = 0;       // full pictures so far
     this.refines = true;  // whether one with four samples in each pixel follows where that is quick
     this.start();
-    canvas.addEventListener("webglcontextlost", (e) => e.preventDefault());
-    canvas.addEventListener("webglcontextrestored", () => { this.start(); if (this.scene) this.take(this.scene, () => {}); });
+    this.losses = 0;      // how often the driver gave up: it does where a picture keeps it too long
+    canvas.addEventListener("webglcontextlost", (e) => {
+      e.preventDefault();
+      this.losses += 1;
+      this.scene = null;
+    });
+    canvas.addEventListener("webglcontextrestored", () => {
+      this.start();
+      if (this.losses > MOST_LOSSES) return this.ready?.("This browser's graphics give up on the part: it takes them too long. `pore render` draws it.");
+      if (this.wanted) this.take(this.wanted, this.ready);
+    });
   }
 
   start() {
@@ -45,11 +55,17 @@ export class Painter {
   // Take over a scene; `ready` is called when it can be drawn, or with what is wrong.
   take(scene, ready) {
     const gl = this.gl;
+    if (gl.isContextLost()) {
+      this.wanted = scene;
+      this.ready = ready;
+      return;
+    }
     const layers = [...scene.bodies, ...(scene.plane ? [scene.plane] : [])];
     const waiting = layers.map((layer) => this.compiled(layer.text));
     this.wanted = scene;
+    this.ready = ready;
     const look = () => {
-      if (this.wanted !== scene) return;  // a later one is on its way
+      if (this.wanted !== scene || gl.isContextLost()) return;  // a later one is on its way, or this one will be again
       if (this.parallel && waiting.some((p) => !gl.getProgramParameter(p.program, this.parallel.COMPLETION_STATUS_KHR))) return setTimeout(look, 20);
       for (const one of waiting) {
         if (gl.getProgramParameter(one.program, gl.LINK_STATUS)) continue;
@@ -61,6 +77,9 @@ export class Painter {
         gl.deleteProgram(one.program);
         this.programs.delete(text);
       }
+      // nobody knows how long a new shader takes: the first picture is small
+      if (layers.some((layer) => !this.scene || ![...this.scene.bodies, this.scene.plane].some((known) => known?.text === layer.text)))
+        this.coarse = COARSEST * (1 + this.losses);
       this.scene = scene;
       this.load(layers);
       ready("");
@@ -172,7 +191,7 @@ export class Painter {
     const end = () => { gl.deleteFramebuffer(buffer); gl.deleteRenderbuffer(colour); gl.deleteRenderbuffer(depth); };
     let from = size[1];
     const step = () => {
-      if (this.wish !== wish) return end();
+      if (this.wish !== wish || !this.scene) return end();
       const to = from;
       from = Math.max(0, from - rows);
       gl.bindFramebuffer(gl.FRAMEBUFFER, buffer);

@@ -36,6 +36,13 @@ def coarse(got: Got) -> list[Doubt]:
 
 def finer(got: Got) -> str:
     """Which size of elements to take, and what that takes: the one proposal, whatever it is that asks for it."""
+    said = _finer(got)
+    if got.gap_tapers:
+        said += "; what narrows to nothing stays closed near its end at any size: separate it, or join it"
+    return said
+
+
+def _finer(got: Got) -> str:
     size = float(rounded(_wanted(got)))
     count = _unknowns(got, size)
     if count <= _ABOUT * AFFORDABLE:
@@ -60,8 +67,8 @@ def _form(got: Got) -> list[tuple[str, str]]:
         return []
     at = coordinates((got.form_x, got.form_y, got.form_z))
     said = f"they lack {got.lacking:.3g} mm3 of the part and hold {got.beyond:.3g} mm3 beyond it, as at ({at})"
-    if got.handles:
-        said += f", and by {got.handles:.0f} of {got.holes:.0f} holes they are joined otherwise"
+    if got.handles and not got.gap:  # which makes holes where cubes leave it open in places
+        said += f", and are joined otherwise: their holes are {got.handles:.0f} more or less than its {got.holes:.0f}"
     stated = "is stated so" if not got.gap else "by more for the gap"
     return [(said, f"its stiffness may be off by {got.form:.0%} for what they miss, and {stated}")]
 
