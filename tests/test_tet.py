@@ -256,6 +256,14 @@ def test_a_slit_narrower_than_a_cube_is_opened_by_smaller_ones() -> None:
     assert facts["min_dihedral"] > LEAST
 
 
+def test_of_several_gaps_the_largest_is_told_and_how_many_there_are() -> None:
+    cuts = " ".join(f"\\ translate(box([0.04, 24, {deep}]), [{x}, 0, 10])" for x, deep in ((1.505, 12), (13.505, 16)))
+    _, facts = meshed(f"box([60, 20, 20]) {cuts}", 3)
+    (told,) = (d for d in facts["told"] if d.code == "W254")
+    assert told.message.startswith("2 gaps are closed: the largest, 0.04 mm wide over 20 x ")
+    assert "as at (13.5" in told.message
+
+
 @pytest.mark.parametrize(("part", "deep"), [
     ("box([20, 10, 10])", (10, 7.0)), ("box([120, 20, 20])", (20, 16.0)),  # the slit is a small share of its surface
 ])  # fmt: skip

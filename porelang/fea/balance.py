@@ -32,11 +32,13 @@ _NONE = 1e-9
 @dataclass(frozen=True, slots=True)
 class Rest:
     """What is left of loads: `forces` (k, 3) N on nodes that balance it, what it comes to (`said`), and which
-    `share` of the loads it is at most."""
+    `share` of the loads it is at most; `open` is the share that elements leave open: what the loads are wrong by may
+    be as much, whatever is left."""
 
     forces: Floats
     said: str
     share: float
+    open: float
 
 
 def rest_of(loads: tuple[Load, ...], acting: tuple[Applied, ...], nodes: Nodes, free: Free) -> Rest | None:
@@ -49,7 +51,7 @@ def rest_of(loads: tuple[Load, ...], acting: tuple[Applied, ...], nodes: Nodes, 
     works = np.abs(np.einsum("rkd,kd->r", free.named, forces))
     if not (works > _ROUNDED * size).any():
         return None
-    open_ = np.sum([_open(load, on, nodes, free) for load, on in zip(loads, acting, strict=True)], axis=0)
+    open_ = _aside(loads, acting, nodes, free) + _areas(loads, acting, nodes, free)
     driven = works > np.maximum(open_, _ROUNDED * size)
     left = _added(forces, nodes)
     if driven.any():
@@ -62,7 +64,8 @@ def rest_of(loads: tuple[Load, ...], acting: tuple[Applied, ...], nodes: Nodes, 
     inner = np.einsum("rkd,skd->rs", weights, free.fields)
     share = np.linalg.solve(inner, np.einsum("rkd,kd->r", free.fields, forces))
     balancing = -np.einsum("r,rkd->kd", share, weights)
-    return Rest(balancing, left, float(works.max()) / size)
+    most = int(works.argmax())
+    return Rest(balancing, left, float(works[most]) / size, float(open_[most]) / size)
 
 
 def listed(words: tuple[str, ...], which: np.ndarray | None = None) -> str:
@@ -72,27 +75,42 @@ def listed(words: tuple[str, ...], which: np.ndarray | None = None) -> str:
     return some[0] if len(some) == 1 else ", ".join(some[:-1]) + " and " + some[-1]
 
 
-def _open(load: Load, acting: Applied, nodes: Nodes, free: Free) -> Floats:
-    """How much work (r,) a load may do on each motion for what elements make of where it acts. What it adds up to is
-    given of a force, and of a couple its moment."""
-    size = float(np.abs(acting.forces).sum())
-    if isinstance(load, Moment):
-        return np.zeros(len(free.named))
-    if acting.on is None:
-        return np.full(len(free.named), _ANOTHER * size)
-    faces = np.unique(acting.on.faces)
-    corners = nodes.points[nodes.faces[faces, :3]]
-    edge = float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).mean())
-    aside = np.asarray(size * _ASIDE * edge * free.turns)
-    if isinstance(load, Force):
-        return aside
-    return aside + (_ANOTHER + area_off(nodes, faces) / acting.on.area) * size
+def _aside(loads: tuple[Load, ...], acting: tuple[Applied, ...], nodes: Nodes, free: Free) -> Floats:
+    """How much work (r,) loads may do on each motion for where elements have the middles of their areas. A couple has
+    none."""
+    found = np.zeros(len(free.named))
+    for load, on in zip(loads, acting, strict=True):
+        if on.on is not None and not isinstance(load, Moment):
+            corners = nodes.points[nodes.faces[np.unique(on.on.faces), :3]]
+            edge = float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).mean())
+            found += float(np.abs(on.forces).sum()) * _ASIDE * edge * free.turns
+    return found
+
+
+def _areas(loads: tuple[Load, ...], acting: tuple[Applied, ...], nodes: Nodes, free: Free) -> Floats:
+    """How much work (r,) loads may do on each motion for how large elements make what they act on. What it adds up to
+    is given of a force, and of a couple its moment.
+
+    Areas that are the same in elements are the same area, whatever their rims leave to chance: they are another
+    together, and what balances on them does so still.
+    """
+    some = [on for load, on in zip(loads, acting, strict=True) if not isinstance(load, Force | Moment)]
+    found = np.full(len(free.named), _ANOTHER * sum(float(np.abs(on.forces).sum()) for on in some))
+    left = [(on.on, np.einsum("rkd,kd->r", free.named, on.forces)) for on in some if on.on is not None]
+    while left:
+        area = left[0][0].area
+        alike = [pair for pair in left if abs(pair[0].area - area) <= _ANOTHER * area]
+        off = max(area_off(nodes, np.unique(on.faces)) for on, _ in alike) / area
+        found += off * np.abs(np.sum([works for _, works in alike], axis=0))
+        left = [(on, works) for on, works in left if abs(on.area - area) > _ANOTHER * area]
+    return found
 
 
 def _added(forces: Floats, nodes: Nodes) -> str:
     """What forces add up to, in a sentence."""
     low, high = nodes.points.min(axis=0), nodes.points.max(axis=0)
     centre, size = (low + high) / 2, float(np.abs(forces).sum())
+    centre = np.where(np.abs(centre) > _NONE * float((high - low).max()), centre, 0.0)
     force, moment = forces.sum(axis=0), np.cross(nodes.points - centre, forces).sum(axis=0)
     force, moment = (
         np.where(np.abs(v) > _NONE * scale, v, 0.0)

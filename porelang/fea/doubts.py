@@ -230,8 +230,9 @@ def _unbalanced(system: System) -> Diagnostic | None:
         "W289",
         f"the loads do not quite balance: they add up to {system.rest.said}, "
         f"{system.rest.share:.1g} of the loads; a force on all of the volume takes that",
-        "see whether the loads as they are written do: then mend them, or put a support in place of one. Or elements "
-        "make it of areas whose middles are not quite those of the part: finer ones leave less",
+        "see whether the loads as they are written do: then mend them, or put a support in place of one. "
+        f"These elements cannot tell where loads are wrong by less than {max(system.rest.open, system.rest.share):.1g} "
+        "of them: finer ones tell more",
     )
 
 

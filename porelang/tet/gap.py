@@ -18,12 +18,13 @@ OPEN = 3.0
 @dataclass(frozen=True, slots=True)
 class Gap:
     """A gap that is closed: up to how `wide` it is there, over how much (`reach`, the longer side first) and where its
-    middle is (mm); whether it `tapers`."""
+    middle is (mm); whether it `tapers`. It is the largest of `of`."""
 
     wide: float
     reach: tuple[float, float]
     at: Floats
     tapers: bool
+    of: int = 1
 
 
 def told(gap: Gap) -> str:
@@ -31,4 +32,6 @@ def told(gap: Gap) -> str:
     long, wide = gap.reach
     over = f"{long:.2g} x {wide:.2g} mm" if wide > gap.wide else f"{long:.2g} mm"
     width = f"{'up to ' if gap.tapers else ''}{gap.wide:.3g} mm"
-    return f"a gap {width} wide is closed over {over}, as at ({coordinates(gap.at)}) mm"
+    gaps = "a gap" if gap.of == 1 else f"{gap.of} gaps are closed: the largest,"
+    closed = "is closed over" if gap.of == 1 else "over"
+    return f"{gaps} {width} wide {closed} {over}, as at ({coordinates(gap.at)}) mm"

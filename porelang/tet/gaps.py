@@ -8,7 +8,7 @@ side by side are a gap that is closed; how far they reach is how much is joined.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +62,8 @@ def closed_gap(found: Spanned) -> Gap | None:
     beside = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), (len(middle), len(middle)))
     _, which = connected_components(beside, directed=False)
     gaps = [_gap(middle[which == k], width[which == k]) for k in np.flatnonzero(np.bincount(which) >= _FEWEST)]
-    return max(gaps, key=lambda g: g.reach[0] * max(g.reach[1], float(np.median(length))), default=None)
+    most = max(gaps, key=lambda g: g.reach[0] * max(g.reach[1], float(np.median(length))), default=None)
+    return None if most is None else replace(most, of=len(gaps))
 
 
 def closed(spans: Spanned, size: float) -> list[Diagnostic]:

@@ -77,7 +77,8 @@ def _gaps(got: Got) -> list[tuple[str, str]]:
     """What elements join is stiffer by an amount that they do not know."""
     if not got.gap:
         return []
-    gap = Gap(got.gap, (got.gap_long, got.gap_across), np.array([got.gap_x, got.gap_y, got.gap_z]), got.gap_tapers > 0)
+    gap = Gap(got.gap, (got.gap_long, got.gap_across), np.array([got.gap_x, got.gap_y, got.gap_z]),
+              got.gap_tapers > 0, int(got.gap_of))  # fmt: skip
     return [(said_of(gap), "what they fill there is stiffer, and no error that is stated says by how much")]
 
 

@@ -54,7 +54,7 @@ def _known(study: Solved, samples: SampledField, voxel: float, off: float, jumps
     got = Got(
         len(study.mesh.tets), study.unknowns, study.iterations, study.residual, study.sized.order, study.sized.size,
         study.sized.finest, _beside(study), 0.0 if wall is None else wall.wall, x, y, z,
-        gap.wide, *gap.reach, float(gap.tapers), gap_x, gap_y, gap_z, study.sized.area,
+        gap.wide, *gap.reach, float(gap.tapers), float(gap.of), gap_x, gap_y, gap_z, study.sized.area,
         *_beyond(study),
         study.asked.yields, study.lost, study.pieces, voxel, off, jumps,
         form_error(missed), missed.lacking, missed.beyond, missed.handles, missed.of, *missed.at,

@@ -18,7 +18,8 @@ class Got:
     Elements and unknowns; iterations of the solver and the residual that they left; the order of elements; their
     size in mm, that of the smallest where it is graded (0: it is not), and near the thinnest wall; how thick the
     thinnest walls are, in mm (0: none are found), and a place on one; how wide a gap is that elements close, in mm
-    (0: they close none), over how much of it, whether it tapers (1), and a place in it; the area of the surface in
+    (0: they close none), over how much of it, whether it tapers (1), of how
+    many it is the largest, and a place in it; the area of the surface in
     mm2; the greatest displacement over the longest side of the part, and the mean strain (in energy); the greatest
     Young's modulus (MPa) and density (g/cm3) of those that the text does not show (0: it does); where the material
     yields (MPa, 0: it is not known); which share of the volume was left out, in how many pieces; the spacing of
@@ -45,6 +46,7 @@ class Got:
     gap_long: float
     gap_across: float
     gap_tapers: float
+    gap_of: float
     gap_x: float
     gap_y: float
     gap_z: float
