@@ -30,7 +30,7 @@ _FROM = {
     "Program": "program",
     "SampledField": "data",
     "compile": "compiler",
-    "load_ipython_extension": "jupyter",  # for `%load_ext porelang`
+    "load_ipython_extension": "notebook.magic",  # for `%load_ext porelang`
 }
 __all__ = [
     "Design",

@@ -397,23 +397,15 @@ class Doors(ABC):
         `settings` and `outputs` are traits of the viewer: what is moved there changes them, and what is assigned here
         moves what is there. Errors: E100 for the output, those of settings, E126 where anywidget is missing.
         """
-        try:
-            from porelang.notebook.widget import Viewer
-        except ImportError:
-            raise fail("E126", "a viewer in a notebook needs the package anywidget",
-                       hint="pip install 'porelang[notebook]'") from None  # fmt: skip
-        asked = self.design(settings, preset=preset, **more)
-        names = [name] if isinstance(name, str) else list(name or ())
-        return Viewer(asked.program, asked.settings, outputs=names, paint=paint, plane=plane, cut=cut)
+        from porelang.notebook.display import view
+
+        return view(self.design(settings, preset=preset, **more), name, paint=paint, plane=plane, cut=cut)
 
     def _repr_mimebundle_(self, **_: Any) -> Any:
         """What a notebook shows; what goes wrong with that leaves the tables."""
-        try:
-            from porelang.notebook.display import bundle
+        from porelang.notebook.display import bundle
 
-            return bundle(self)  # type: ignore[arg-type]  # a program or a design
-        except Exception:
-            return {}
+        return bundle(self)  # type: ignore[arg-type]  # a program or a design
 
     def homogenize(
         self,

@@ -18,7 +18,6 @@ from porelang.formula import Formula
 
 if TYPE_CHECKING:
     from porelang.gpu.fields import DeviceField, DeviceGrid
-    from porelang.program import Design
 
 Backend = Literal["auto", "numpy", "glsl"]
 Points = NDArray[np.float64]
@@ -34,7 +33,7 @@ class Field:
         self.evaluator = evaluator
         self.backend = backend
         self.note = note
-        self.of: tuple[Design, str] | None = None  # the design that was asked, and what for
+        self.of: tuple[Any, str] | None = None  # the design that was asked, and what for
 
     def __call__(self, points: Any) -> NDArray[Any]:
         """Values at points (n, 3) in mm: (n,), or (n, 3) for a vector. Errors: E104 for what is no place."""
@@ -49,13 +48,9 @@ class Field:
 
     def _repr_png_(self) -> bytes | None:
         """A slice of it, for a notebook; None where there is none."""
-        try:
-            from porelang.notebook.display import in_kernel
-            from porelang.notebook.slice import slice_picture
+        from porelang.notebook.slice import shown
 
-            return slice_picture(self, *self.of) if self.of is not None and in_kernel() else None
-        except Exception:  # a part without an end, say: the text says what it is
-            return None
+        return shown(self)
 
 
 def checked_points(points: Any) -> Points:

@@ -31,7 +31,7 @@ STOREYS = {
     "mesh": 6, "measure": 6, "pieces": 6, "render": 6, "slices": 6, "notation": 6,
     "tetrahedra": 6, "strength": 6, "homogenize": 6, "optimize": 6,
     "conformance": 6, "session": 6, "assist": 6, "cli": 7, "lsp": 7, "repl": 7, "preview": 7, "__main__": 7,
-    "html": 0, "highlight": 6, "bound": 5, "values": 5, "picture": 5, "asked": 6, "jupyter": 6,
+    "html": 0, "highlight": 6, "bound": 5, "values": 5, "picture": 5, "asked": 6, "notebook": 7,
 }  # fmt: skip
 PURE = 3
 #: What a pure storey does without: files, devices, other programs, and packages that take long to import.
@@ -44,7 +44,12 @@ READERS = {"resources", "cache", "store", "elaborate.prelude", "atomic"}
 #: The one place that knows of the compiler of loops.
 COMPILER = "compiled"
 #: Methods that only hand on to a storey above: an import, and a call of what it brought.
-DOORS = {"doors": {"mesh", "measure", "tet", "study", "iterate", "slices", "render", "homogenize"}}
+DOORS = {
+    "doors": {
+        "mesh", "measure", "tet", "study", "iterate", "slices", "render", "homogenize", "view", "_repr_mimebundle_",
+    },
+    "field": {"_repr_png_"},
+}  # fmt: skip
 
 MODULES = {
     ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix("__init__").removesuffix("."): path

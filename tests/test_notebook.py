@@ -19,7 +19,7 @@ from PIL import Image
 
 import porelang
 from porelang.diagnostics import PoreError
-from porelang.notebook import display
+from porelang.notebook import display, still
 from porelang.notebook.slice import slice_picture
 
 pytest.importorskip("anywidget")
@@ -178,7 +178,7 @@ PNG = b"\x89PNG not really"
 def test_a_picture_and_the_tables_stand_beside_the_viewer(
     program: porelang.Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(display, "still", lambda *_: PNG)
+    monkeypatch.setattr(still, "still", lambda *_: PNG)
     for shown in (program, program.design(r=7)):
         data, _ = shown._repr_mimebundle_()
         assert set(data) == {VIEW, "text/html", "image/png", "text/plain"}
@@ -199,9 +199,9 @@ def test_without_a_picture_there_are_tables(program: porelang.Program, monkeypat
     assert data["text/html"] == program._repr_html_()
     assert "image/png" not in data
     monkeypatch.setattr("porelang.render.picture.render_output", lambda *_: time.sleep(2))
-    monkeypatch.setattr(display, "PATIENCE", 0.05)
-    assert display.still(program, {}) == b""
-    monkeypatch.setattr(display, "bundle", fails)
+    monkeypatch.setattr(still, "PATIENCE", 0.05)
+    assert still.still(program, {}) == b""
+    monkeypatch.setattr(display, "_bundle", fails)
     assert program._repr_mimebundle_() == {}
 
 

@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from porelang.preview.scene import usual
+from porelang.diagnostics import fail
+from porelang.notebook.still import fallback
 from porelang.program import Design, Program
 from porelang.render.picture import bodies_of
-from porelang.session.jobs import Jobs
 from porelang.settings import Setting
 
 if TYPE_CHECKING:
     from porelang.notebook.widget import Viewer
-
-#: Seconds that a picture may take: nobody has asked for it.
-PATIENCE = 4.0
-#: Of a still picture, in pixels; it is kept in the notebook twice.
-SIZE = (400, 300)
-COLOURS = 64
 
 
 def in_kernel() -> bool:
@@ -34,9 +23,27 @@ def in_kernel() -> bool:
     return getattr(shell, "kernel", None) is not None
 
 
+def view(design: Design, name: str | Sequence[str] | None, *, paint: str, plane: bool, cut: str) -> Viewer:
+    """The viewer of a design, of an output or of several. Errors: E100, E126 where anywidget is missing."""
+    try:
+        from porelang.notebook.widget import Viewer
+    except ImportError:
+        raise fail("E126", "a viewer in a notebook needs the package anywidget",
+                   hint="pip install 'porelang[notebook]'") from None  # fmt: skip
+    names = [name] if isinstance(name, str) else list(name or ())
+    return Viewer(design.program, design.settings, outputs=names, paint=paint, plane=plane, cut=cut)
+
+
 def bundle(shown: Program | Design) -> Any:
     """The displays of a program or a design by their MIME types, and their metadata; none where there is no notebook,
-    or nothing to be drawn."""
+    or nothing to be drawn, or something goes wrong."""
+    try:
+        return _bundle(shown)
+    except Exception:  # the text says what it is
+        return {}
+
+
+def _bundle(shown: Program | Design) -> Any:
     program = shown if isinstance(shown, Program) else shown.program
     if not in_kernel() or not bodies_of(program):
         return {}
@@ -56,48 +63,3 @@ def viewer(program: Program, settings: Mapping[str, Setting]) -> Viewer | None:
     except ImportError:
         return None
     return Viewer(program, settings)
-
-
-def fallback(
-    shown: Program | Design,
-    settings: Mapping[str, Setting],
-    outputs: Sequence[str] = (),
-    known: bytes | None = None,
-) -> tuple[dict[str, str], bytes]:
-    """What is seen where no widgets run, by MIME type, and the picture in it, which may be `known`; none where there
-    can be none."""
-    png = still(shown, settings, outputs) if known is None else known
-    data = {"text/plain": repr(shown), "text/html": shown._repr_html_()}
-    if png:
-        text = base64.b64encode(png).decode()
-        # readers take HTML rather than a picture, and see one, or a picture alone, as LaTeX does
-        data["text/html"] = f'<img alt="the part" src="data:image/png;base64,{text}">{data["text/html"]}'
-        data["image/png"] = text
-    return data, png
-
-
-def still(shown: Program | Design, settings: Mapping[str, Setting], outputs: Sequence[str] = ()) -> bytes:
-    """A small picture, as PNG; none where it cannot be had, or would take long."""
-    from porelang.render.picture import render_output
-    from porelang.render.wishes import Wishes
-
-    def work() -> bytes:
-        design = shown.design(settings)
-        names = list(outputs) or usual(design.program)
-        return small(render_output(design, names, Wishes(size=SIZE, samples=2)).array)
-
-    job = Jobs().submit("still", work)
-    try:
-        return job.result(PATIENCE)
-    except Exception:  # no OpenGL, nothing solid, too slow: there are the tables
-        job.cancel()
-        return b""
-
-
-def small(pixels: NDArray[np.uint8], colours: int = COLOURS) -> bytes:
-    """A picture (height, width, 3) as PNG, in few colours: it is a quarter as long, and looks the same."""
-    from PIL import Image
-
-    file = io.BytesIO()
-    Image.fromarray(pixels).quantize(colours).save(file, "PNG", optimize=True)
-    return file.getvalue()

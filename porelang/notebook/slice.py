@@ -8,7 +8,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from porelang.analysis.box import Box
 from porelang.field import Field
-from porelang.notebook.display import small
+from porelang.notebook import display
+from porelang.notebook.still import small
 from porelang.preview.scene import usual
 from porelang.program import Design
 from porelang.render.legend import INK, legend, strip_of
@@ -20,6 +21,16 @@ AXES = "xyz"
 LONGEST, LOWEST = 360, 150
 #: Of values in the scale: those beyond are few, and have the colours of its ends.
 SHARE = (0.002, 0.998)
+
+
+def shown(field: Field) -> bytes | None:
+    """What a notebook shows of a field: a slice, as PNG; None where there is none."""
+    if field.of is None or not display.in_kernel():
+        return None
+    try:
+        return slice_picture(field, *field.of)
+    except Exception:  # a part without an end, say: the text says what it is
+        return None
 
 
 def slice_picture(field: Field, design: Design, name: str) -> bytes:

@@ -12,7 +12,7 @@ import traitlets
 from porelang import values
 from porelang.asked import read
 from porelang.diagnostics import PoreError, fail
-from porelang.notebook.display import fallback
+from porelang.notebook.still import fallback
 from porelang.preview import told
 from porelang.preview.doing import Message, begin, draw, refusal
 from porelang.preview.scene import Scene, Wish
