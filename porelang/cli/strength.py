@@ -106,7 +106,7 @@ def _missed(found: Missed) -> str:
     """What elements lack of the part, and hold beyond it."""
     said = f"{found.lacking:.3g} mm3 of the part, and hold {found.beyond:.3g} mm3 beyond it"
     if found.handles:
-        said += f"; they have {found.handles} holes more or fewer than its {found.of}"
+        said += f"; they have {found.handles} holes " + (f"more or fewer than its {found.of}" if found.of else "more")
     return said
 
 

@@ -25,8 +25,8 @@ _ROUNDED = 1e-6
 #: By how much of an edge of its triangles the middle of an area may be aside (measured: the ends of a gyroid .03, of
 #: bent pipes .0005), and by which share an area or a volume may be another besides what its rim shows.
 _ASIDE, _ANOTHER = 0.05, 0.002
-#: What is smaller than this of its size is 0 in a sentence.
-_NONE = 1e-9
+#: What is smaller than this of its size is 0 in a sentence: meshes are no more exact.
+_NONE = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,17 +92,27 @@ def _areas(loads: tuple[Load, ...], acting: tuple[Applied, ...], nodes: Nodes, f
     is given of a force, and of a couple its moment.
 
     Areas that are the same in elements are the same area, whatever their rims leave to chance: they are another
-    together, and what balances on them does so still.
+    together, and what balances on them does so still. By what they do on a motion for their pressure they may differ,
+    as their surface in elements leans.
     """
     some = [on for load, on in zip(loads, acting, strict=True) if not isinstance(load, Force | Moment)]
     found = np.full(len(free.named), _ANOTHER * sum(float(np.abs(on.forces).sum()) for on in some))
-    left = [(on.on, np.einsum("rkd,kd->r", free.named, on.forces)) for on in some if on.on is not None]
-    while left:
-        area = left[0][0].area
-        alike = [pair for pair in left if abs(pair[0].area - area) <= _ANOTHER * area]
-        off = max(area_off(nodes, np.unique(on.faces)) for on, _ in alike) / area
-        found += off * np.abs(np.sum([works for _, works in alike], axis=0))
-        left = [(on, works) for on, works in left if abs(on.area - area) > _ANOTHER * area]
+    on_areas = [(on.on, on.forces) for on in some if on.on is not None]
+    areas = np.array([on.area for on, _ in on_areas])
+    off = np.array([area_off(nodes, np.unique(on.faces)) for on, _ in on_areas])
+    works = np.array([np.einsum("rkd,kd->r", free.named, forces) for _, forces in on_areas])
+    pressures = np.array([np.abs(forces).sum() for _, forces in on_areas]) / areas
+    left = np.ones(len(areas), bool)
+    while left.any():
+        area = areas[left][0]
+        alike = left & (np.abs(areas - area) <= _ANOTHER * area)
+        left &= ~alike
+        share = off[alike].max() / area
+        each = works[alike] / pressures[alike, None]
+        each = np.where(np.abs(each) > share * area, each, 0)  # the rest may be how elements lean
+        same = pressures[alike] @ (np.sign(each) * np.abs(each).mean(axis=0))  # were they the same on each motion too
+        apart = np.minimum(np.abs(works[alike].sum(axis=0) - same), share * float(pressures[alike] @ areas[alike]))
+        found += apart + share * np.abs(same)
     return found
 
 

@@ -231,7 +231,7 @@ def _unbalanced(system: System) -> Diagnostic | None:
         f"the loads do not quite balance: they add up to {system.rest.said}, "
         f"{system.rest.share:.1g} of the loads; a force on all of the volume takes that",
         "see whether the loads as they are written do: then mend them, or put a support in place of one. "
-        f"These elements cannot tell where loads are wrong by less than {max(system.rest.open, system.rest.share):.1g} "
+        f"These elements cannot tell where loads are wrong by less than {system.rest.open + system.rest.share:.1g} "
         "of them: finer ones tell more",
     )
 

@@ -11,6 +11,9 @@ from porelang.fea.nodes import Nodes
 from porelang.fea.problem import Floats
 from porelang.fea.supports import Held
 
+#: What is less than this of the forces that it is the sum of is rounding.
+_ROUNDED = 1e-12
+
 
 @dataclass(frozen=True, slots=True)
 class Resultant:
@@ -40,8 +43,16 @@ def of_load(name: str, forces: Floats, on: Patch | None, nodes: Nodes) -> Result
     force, moment = forces.sum(axis=0), np.cross(nodes.points, forces).sum(axis=0)
     if on is None:
         middles = nodes.points[nodes.corners].mean(axis=1)
-        return Resultant(name, 0.0, np.average(middles, axis=0, weights=nodes.volumes), force, moment)
-    return Resultant(name, on.area, on.centre, force, moment)
+        centre = np.average(middles, axis=0, weights=nodes.volumes)
+        return Resultant(name, 0.0, centre, *_rounded(force, moment, forces, nodes))
+    return Resultant(name, on.area, on.centre, *_rounded(force, moment, forces, nodes))
+
+
+def _rounded(force: Floats, moment: Floats, forces: Floats, nodes: Nodes) -> tuple[Floats, Floats]:
+    """What forces come to, of which what is rounding of them is 0: a pressure in a tube comes to nothing."""
+    size, span = float(np.abs(forces).sum()), float(np.abs(nodes.points).max())
+    return (np.where(np.abs(force) > _ROUNDED * size, force, 0.0),
+            np.where(np.abs(moment) > _ROUNDED * size * span, moment, 0.0))  # fmt: skip
 
 
 def of_supports(names: tuple[str, ...], held: Held, rest: Floats, nodes: Nodes) -> tuple[Resultant, ...]:

@@ -145,7 +145,7 @@ class Viewer(anywidget.AnyWidget):
                 self._known = []
                 about = told.described(self.program, self.settings)
                 self._tell({"say": "program", "file": self.program.source.name, "wrong": [], **about})
-                self._draw(quick=False)
+                self._draw()
             case {"do": "preset", "name": str(name)}:
                 presets = self.program.presets
                 if not name or name in presets:
@@ -156,16 +156,16 @@ class Viewer(anywidget.AnyWidget):
 
     def _changed(self, change: Any) -> None:
         if self._asked not in (None, self._wished()):
-            self._draw(quick=change["name"] == "settings")
+            self._draw()
 
     def _wished(self) -> tuple[dict[str, Any], Wish]:
         return self.settings, Wish(tuple(self.outputs), self.paint.strip(), self.plane)
 
-    def _draw(self, quick: bool) -> None:
+    def _draw(self) -> None:
         self._asked = _, wish = self._wished()
 
         def work() -> None:
-            draw(self.design, wish, quick, self._tell)
+            draw(self.design, wish, self._tell)
 
         begin(self._jobs, "scene", work, self._tell)
 

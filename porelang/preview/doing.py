@@ -53,12 +53,9 @@ def begin(jobs: Jobs, purpose: str, work: Callable[[], None], tell: Tell, said: 
     return jobs.submit(purpose, whole, report)
 
 
-def draw(design: Design, wish: Wish, quick: bool, tell: Tell) -> Scene:
-    """Tell the scene of a design; if `quick`, one first that is there sooner and drawn more slowly.
-
-    Errors: those of `scene`.
-    """
-    for budget in (QUICK, BUDGET) if quick else (BUDGET,):
+def draw(design: Design, wish: Wish, tell: Tell) -> Scene:
+    """Tell the scene of a design: one first that is there sooner and drawn more slowly. Errors: those of `scene`."""
+    for budget in (QUICK, BUDGET):
         made = scene(design, wish, budget)
         checkpoint()
         tell(made)

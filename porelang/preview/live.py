@@ -118,7 +118,7 @@ class Live:
     def set(self, settings: Mapping[str, float | str]) -> None:
         """Set params, in base units or by their words."""
         self.settings = {**self.settings, **settings}
-        self._draw(quick=True)
+        self._draw()
 
     def preset(self, name: str) -> None:
         """Set params by a name of the program; `""` sets all back to their defaults."""
@@ -194,13 +194,13 @@ class Live:
             return
         self.settings = {name: told.word(program.params[name], v) for name, v in values.items()}
 
-    def _draw(self, quick: bool = False) -> None:
+    def _draw(self) -> None:
         if self._good() is not None:
-            self._job("scene", lambda: self._drawn(quick))
+            self._job("scene", self._drawn)
 
-    def _drawn(self, quick: bool) -> None:
+    def _drawn(self) -> None:
         design = self._design()
-        made = draw(design, self.wish, quick, self.tell)
+        made = draw(design, self.wish, self.tell)
         self._job("measure", lambda: self._measured(design, made.bodies[0].layer.name), "measuring")
 
     def _measured(self, design: Design, output: str) -> None:
