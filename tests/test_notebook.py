@@ -73,8 +73,8 @@ class Heard:
             time.sleep(0.01)
         return self.words[before:]
 
-    def head(self) -> Any:
-        last = self.scenes[-1]
+    def head(self, which: int = -1) -> Any:
+        last = self.scenes[which]
         return json.loads(last[4 : 4 + int.from_bytes(last[:4], "little")])
 
 
@@ -89,7 +89,7 @@ def test_what_is_set_in_the_browser_is_set_here(heard: Heard) -> None:
     heard.after(lambda: viewer._handle_custom_msg({"do": "begin"}, []))
     assert heard.words[0]["say"] == "program"
     assert [p["name"] for p in heard.words[0]["params"]] == ["r", "kind"]
-    large, text = heard.head()["hi"], heard.head()["bodies"][0]["text"]
+    large, text = heard.head()["hi"], heard.head(0)["bodies"][0]["text"]
     assert text.startswith("#version 300 es")
     seen: list[Any] = []
     viewer.observe(lambda change: seen.append(change["new"]), "settings")

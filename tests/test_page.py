@@ -56,16 +56,22 @@ class Page:
         before = self.drawn()
         act()
         self.until(lambda: self.drawn() > before)
-        while self.changes():  # a scene may follow what the page does at once
-            pass
-        return self.picture()
+        while True:
+            while self.changes():  # a scene may follow what the page does at once
+                pass
+            found = self.picture()
+            if not self.coarse(found.shape[1]):
+                return found
 
     def changes(self) -> bool:
         """Whether something is being drawn, or will be within a moment."""
         before = self.drawn()
         self.page.wait_for_timeout(300)
-        small = self.page.evaluate("(c => c.width < c.clientWidth)(document.getElementById('view'))")
+        small = self.coarse(self.page.evaluate("document.getElementById('view').width"))
         return bool(small or self.drawn() > before or self.page.is_visible("#doing"))
+
+    def coarse(self, width: int) -> bool:
+        return width < int(self.page.evaluate("document.getElementById('view').clientWidth"))
 
     def until(self, holds: Callable[[], bool], seconds: float = 60) -> None:
         end = time.monotonic() + seconds

@@ -259,8 +259,8 @@ def test_stress_beside_a_jump_of_the_material_is_said_to_jump() -> None:
 
 KNOWN = Got(
     elements=20_000, unknowns=100_000, iterations=60, residual=1e-9, order=2, size=1.2, finest=0, beside=1.2,
-    wall=4.33, wall_x=1, wall_y=2, wall_z=3, gap=0, gap_long=0, gap_across=0, gap_tapers=0, gap_of=0, gap_x=0, gap_y=0, gap_z=0,
-    area=1200, moved=0.01,
+    wall=4.33, wall_x=1, wall_y=2, wall_z=3, gap=0, gap_long=0, gap_across=0, gap_tapers=0, gap_of=0,
+    gap_x=0, gap_y=0, gap_z=0, area=1200, moved=0.01,
     strain=0.001, stiffest=0, densest=0, yields=0,
     lost=0, pieces=0, voxel=0.3, off=0, jumps=0, form=0,
     lacking=7.6, beyond=6.5, handles=1, holes=8, form_x=-3, form_y=6,
