@@ -537,6 +537,17 @@ def test_it_says_what_it_is_and_what_is_doubtful() -> None:
     assert "left out" in crumbs["W266"]
 
 
+def test_what_fills_a_closed_gap_is_in_the_error_of_the_volume() -> None:
+    """Two saw cuts of .1 mm, of which elements of 4 mm know nothing: 7 mm deep, in a bar of 20 x 10 mm."""
+    cuts = " ".join(f"\\ translate(box([0.1mm, 24mm, 8mm]), [{x}mm, 0mm, 2mm])" for x in (1.5, 14.5))
+    bend = f"study(bar, x < -29.9mm, force(x > 29.9mm, [0, 0, -10N]), {MATERIAL}, size=4mm)"
+    bar = f"let bar = box([60mm, 20mm, 10mm]) {cuts}"
+    volume = porelang.compile(f"{bar}\nlet s = {bend}\nbar").study("s").numbers["volume"]
+    filled = 2 * 0.1 * 20 * 7
+    assert volume.value == pytest.approx(12_000, rel=1e-6)
+    assert filled <= volume.error < 1.3 * filled
+
+
 # ---- commands
 
 

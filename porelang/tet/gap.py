@@ -18,13 +18,15 @@ OPEN = 3.0
 @dataclass(frozen=True, slots=True)
 class Gap:
     """A gap that is closed: up to how `wide` it is there, over how much (`reach`, the longer side first) and where its
-    middle is (mm); whether it `tapers`. It is the largest of `of`."""
+    middle is (mm); whether it `tapers`. It is the largest of `of`, which have a
+    `volume` (mm3) together."""
 
     wide: float
     reach: tuple[float, float]
     at: Floats
     tapers: bool
     of: int = 1
+    volume: float = 0.0
 
 
 def told(gap: Gap) -> str:

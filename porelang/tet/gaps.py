@@ -41,6 +41,8 @@ _TOGETHER = 1.3
 _FEWEST = 4
 #: A gap of which a tenth is narrower than this part of the rest runs out in an edge or a point.
 _TAPERS = 0.5
+#: Extents of gaps are found to a tenth: so much of them is no less than they hold.
+_AMPLE = 1.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +65,8 @@ def closed_gap(found: Spanned) -> Gap | None:
     _, which = connected_components(beside, directed=False)
     gaps = [_gap(middle[which == k], width[which == k]) for k in np.flatnonzero(np.bincount(which) >= _FEWEST)]
     most = max(gaps, key=lambda g: g.reach[0] * max(g.reach[1], float(np.median(length))), default=None)
-    return None if most is None else replace(most, of=len(gaps))
+    volume = _AMPLE * sum(g.wide * g.reach[0] * max(g.reach[1], g.wide) for g in gaps)
+    return None if most is None else replace(most, of=len(gaps), volume=volume)
 
 
 def closed(spans: Spanned, size: float) -> list[Diagnostic]:

@@ -136,7 +136,9 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
         moved = moved - _ridden(moved, solution.nodes, acting.rests)
     fields = _fields(solution, factor, moved, mesh)
     with activity(COMPARING):
-        lacks = missed(part, mesh, found.size)
+        lacks, gap = missed(part, mesh, found.size), closed_gap(spanned(part, mesh))
+        if gap is not None:  # narrower than the grid on which is counted what elements hold beyond the part
+            lacks = replace(lacks, beyond=max(lacks.beyond, gap.volume))
     between = interfaces(mesh, asked.young, asked.poisson)
     energy = energy_density(solution.stress_of_tets, young, poisson) * volumes(mesh)
     open_ = energy * between.gap / max(float(energy.sum()), 1e-300)
@@ -169,7 +171,7 @@ def on(asked: Question, part: Solid, mesh: TetMesh, found: Sized, lost: float, p
         missed=lacks,
         shared=measured.shared,
         seam=(x, y, z),
-        gap=closed_gap(spanned(part, mesh)),
+        gap=gap,
         unknowns=solution.unknowns,
         iterations=solution.iterations,
         residual=solution.residual,
