@@ -11,8 +11,9 @@ from porelang.fea.problem import Floats
 #: A rim that turns by more than this at a node, in radians, has a corner there, which elements have too.
 _CORNER = 0.8
 #: Segments of a rim lie in or out by chance, as the mesher makes up for what all of them have alike: so many times the
-#: root of the sum of their squares is nearly always enough.
-_SIGMAS = 3.0
+#: root of the sum of their squares is nearly always enough (measured: in 40 of 42 ends of lattices in cubes that are
+#: at most half of their walls; 3 times in 38).
+_SIGMAS = 4.0
 
 
 def area_off(nodes: Nodes, faces: NDArray[np.intp]) -> float:
