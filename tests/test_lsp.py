@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import re
+import subprocess
 import sys
 from collections.abc import Callable, Coroutine
 from pathlib import Path
@@ -220,3 +223,28 @@ def test_columns_are_counted_as_agreed(encoding: str) -> None:
     assert position(source, text.index("x"), encoding) == types.Position(0, wanted)
     assert offset(source, types.Position(0, 99), encoding) == text.index("\n")
     assert offset(source, types.Position(99, 0), encoding) == len(text)
+
+
+def test_a_request_that_cannot_be_read_is_answered(tmp_path: Path) -> None:
+    """Or its client waits for ever."""
+    hover = {"jsonrpc": "2.0", "method": "textDocument/hover"}
+    nothing: dict[str, Any] = {"jsonrpc": "2.0", "params": None}
+    begins = {"processId": None, "rootUri": None, "capabilities": {}}
+    said = [
+        {**nothing, "id": 1, "method": "initialize", "params": begins},
+        {**hover, "id": 2, "params": {}},
+        {**hover, "id": 3, "params": {"textDocument": 5}},
+        {**hover, "id": 4, "params": {"textDocument": {"uri": "file:///x.pore"}, "position": {"line": "a"}}},
+        {**nothing, "id": 5, "method": "shutdown"},
+        {**nothing, "method": "exit"},
+    ]
+    bodies = [json.dumps(word).encode() for word in said]
+    asked = b"".join(b"Content-Length: %d\r\n\r\n%s" % (len(body), body) for body in bodies)
+    ended = subprocess.run([sys.executable, "-m", "porelang", "lsp"], input=asked, capture_output=True, timeout=60)
+    answers = [json.loads(body) for body in re.split(rb"Content-Length.*?\r\n\r\n", ended.stdout, flags=re.S)[1:]]
+    by_id = {answer["id"]: answer for answer in answers if "id" in answer}
+    for number in (2, 3, 4):
+        assert by_id[number]["error"]["code"] == -32602
+        assert "parameters of textDocument/hover" in by_id[number]["error"]["message"]
+    assert by_id[5]["result"] is None  # it went on
+    assert ended.returncode == 0

@@ -19,6 +19,7 @@ from porelang.assist.hover import hover
 from porelang.diagnostics import Diagnostic, PoreError
 from porelang.lsp import answers
 from porelang.lsp.places import Encoding, location, offset, path_of, position, range_of, uri_of
+from porelang.lsp.protocol import Protocol
 from porelang.progress import CancelledError
 from porelang.session import Session, Snapshot
 from porelang.source import Span
@@ -33,7 +34,7 @@ class Server(LanguageServer):
 
     def __init__(self) -> None:
         super().__init__(
-            "porelang", porelang.__version__, text_document_sync_kind=types.TextDocumentSyncKind.Incremental
+            "porelang", porelang.__version__, types.TextDocumentSyncKind.Incremental, protocol_cls=Protocol
         )
         self.session = Session()
         self.folder = os.getcwd()
