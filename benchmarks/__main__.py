@@ -22,6 +22,7 @@ from meshes import compiling, pruning, specimen
 from metric import metric
 from peers import install
 from phases import phases
+from preview import preview
 from sampling import sampling
 from shapes import shapes
 from starts import starts
@@ -41,7 +42,7 @@ def main() -> None:
     parser.add_argument(
         "--only",
         help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tets, tetmeshers, loop, "
-        "elasticity, gpu, compiling, starts, edits, cells",
+        "elasticity, gpu, compiling, starts, edits, preview, cells",
     )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
@@ -67,6 +68,7 @@ def main() -> None:
         "compiling": lambda: compiling(max(3, options.rounds // 3)),
         "starts": lambda: starts(options.rounds),
         "edits": lambda: edits(options.rounds),
+        "preview": lambda: preview(options.rounds),
         "cells": cells,
     }
     if options.only and options.only not in sections:
