@@ -68,8 +68,17 @@ print(json.dumps(found))
 """
 
 
-@pytest.mark.slow
-def test_a_window_shows_the_part(tmp_path: Path) -> None:
+#: The command, on its screen; it is closed by a key when its window has the name of the file.
+COMMAND = """
+"$1" -m porelang view "$2" --window & pid=$!
+window=$(timeout 60 xdotool search --sync --name ball.pore) && sleep 3 && xdotool key --window $window Escape
+for i in $(seq 200); do kill -0 $pid 2>/dev/null || break; sleep 0.1; done
+kill $pid 2>/dev/null && echo still there
+wait $pid; echo "ended $?"
+"""
+
+
+def screened(tmp_path: Path, command: list[str]) -> subprocess.CompletedProcess[str]:
     pytest.importorskip("moderngl_window")
     if not shutil.which("xvfb-run"):
         if os.environ.get("PORELANG_TEST_BROWSER") == "required":
@@ -77,9 +86,20 @@ def test_a_window_shows_the_part(tmp_path: Path) -> None:
         pytest.skip("no Xvfb here")
     path = tmp_path / "ball.pore"
     path.write_text('param r = 8mm in 5mm..15mm step 0.5mm "its radius"\nsphere(r) & gyroid(6)\n')
-    command = ["xvfb-run", "-a", "-s", "-screen 0 640x480x24", sys.executable, "-c", DRIVER, str(path)]
+    screen = ["xvfb-run", "-a", "-s", "-screen 0 640x480x24", *command, str(path)]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=180, check=False)
+    return subprocess.run(screen, capture_output=True, text=True, env=environment, timeout=180, check=False)
+
+
+@pytest.mark.slow
+def test_the_command_opens_a_window(tmp_path: Path) -> None:
+    done = screened(tmp_path, ["sh", "-c", COMMAND, "sh", sys.executable])
+    assert done.stdout.split("\n")[-2] == "ended 0", done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_a_window_shows_the_part(tmp_path: Path) -> None:
+    done = screened(tmp_path, [sys.executable, "-c", DRIVER])
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout.splitlines()[-1])
     assert found["first"][0] > 5000

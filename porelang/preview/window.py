@@ -314,6 +314,7 @@ def _rest() -> None:
     time.sleep(0.02)
 
 
-def opened(path: str, start: Start, args: list[str] | None = None) -> None:
-    """Show a program in a window until it is closed; `args` are those of moderngl-window."""
-    moderngl_window.run_window_config(type("Shown", (Window,), {"path": path, "start": start}), args=args or [])
+def opened(path: str, start: Start) -> None:
+    """Show a program in a window until it is closed."""
+    shown = type("Shown", (Window,), {"path": path, "start": start})
+    moderngl_window.run_window_config(shown, args=["--window", "pyglet"])  # without any it reads those of `pore`
