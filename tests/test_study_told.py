@@ -305,6 +305,9 @@ def test_no_size_is_proposed_that_cannot_be_had_or_does_not_help() -> None:
     size, count = proposed(with_error(fine, 0.12))  # nothing affordable helps: what would, and what that takes
     assert size < 2.0 / 1.2
     assert count > 790_000
+    slit = finer(with_error(replace(large, gap=0.04, gap_long=20, gap_across=7, gap_of=1), 0.05))
+    assert slit.startswith("to open it takes `size=0.12mm` and some ")  # nothing coarser helps
+    assert slit.endswith("unknowns: leave it out, or take a part of it")
     most = replace(large, unknowns=2_000_000)
     assert "size=" not in finer(with_error(most, 0.3))
     assert "--refine" in finer(with_error(most, 0.3))

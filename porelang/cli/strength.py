@@ -106,7 +106,8 @@ def _missed(found: Missed) -> str:
     """What elements lack of the part, and hold beyond it."""
     said = f"{found.lacking:.3g} mm3 of the part, and hold {found.beyond:.3g} mm3 beyond it"
     if found.handles:
-        said += f"; they have {found.handles} holes " + (f"more or fewer than its {found.of}" if found.of else "more")
+        holes = "1 hole" if found.handles == 1 else f"{found.handles} holes"
+        said += f"; they have {holes} " + (f"more or fewer than its {found.of}" if found.of else "more")
     return said
 
 

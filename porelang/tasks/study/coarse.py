@@ -47,6 +47,8 @@ def _finer(got: Got) -> str:
     count = _unknowns(got, size)
     if count <= _ABOUT * AFFORDABLE:
         return f"take finer elements: `size={size:g}mm` makes some {many(count)} unknowns, {_time(got, count)}"
+    if got.gap and not (got.gap_tapers or _form(got) or _walls(got) or _stresses(got)):  # a gap is open or not
+        return f"to open it takes `size={size:g}mm` and some {many(count)} unknowns: leave it out, or take a part of it"
     least = float(rounded(_UP * _least(got)))
     if got.size >= _HELPS * least:
         few = _unknowns(got, least)
