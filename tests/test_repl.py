@@ -101,7 +101,7 @@ def test_files_are_written_and_never_over_others(tmp_path: Path) -> None:
     told = spoken("let r = 5mm", "sphere(r)", f":mesh {mesh}", f":save {program}", f":save {program}")
     assert "triangles" in told[1]
     assert mesh.stat().st_size > 1000
-    assert program.read_text() == "let r = 5mm\n"
+    assert program.read_text() == "let r = 5mm\nsphere(r)\n"
     assert "is there already" in told[3]
     assert "E112" in spoken("sphere(3)", f":mesh {tmp_path / 'a.doc'}")[1]
 
@@ -170,3 +170,39 @@ def test_a_terminal_completes_names_and_remembers_lines(keys: Callable[[str], li
     assert keys("1 + 1\n\x04") == ["a number: 2"]
     assert "+1 + 1" in (tmp_path / "repl.history").read_text()
     assert keys("let a = (\x03" + "2 + 2\n\x04") == ["a number: 4"]  # Ctrl-C leaves the line
+
+
+def test_what_is_wrong_is_at_its_place_in_the_line() -> None:
+    told = spoken("let w = 12mm", "let v = 3mm", "w * q", "let big = cube(1e9mm)", "big")
+    assert " --> <repl>:1:5\n  |\n1 | w * q\n" in told[0]
+    assert told[1].startswith("error[E117]: `big` lies ")
+    assert "\n1 | big\n" in told[1]
+
+
+def test_a_check_is_looked_at_as_soon_as_it_is_written() -> None:
+    said_of = spoken("let w = 12mm", 'check w > 2mm, "wide"', 'check w < 5mm, "narrow"')
+    assert said_of[0] == 'note: it holds: check w > 2mm, "wide"'
+    assert said_of[1].startswith("error[E068]: narrow\n --> <repl>:1:7")
+    kept = spoken("let w = 3mm", 'check w > 1mm, "a"', 'check w > 2mm, "b"', ":drop check 1", 'check w < 5mm, "c"',
+                  ":program")[-1]  # fmt: skip
+    assert '"b"' in kept
+    assert '"c"' in kept
+
+
+def test_what_a_file_does_not_have_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    param = "param t = 1mm in 0.5mm..2mm"
+    told = spoken(param, ":set t = 1.5mm", "sphere(9) |> shell(t)", ':save "my part.pore"', ":set t =")
+    assert told[-2] == (
+        "my part.pore: 1 statements; its part is `sphere(9) |> shell(t)`, which was asked for last; "
+        "not in it: t = 1.5mm, as was set here"
+    )
+    assert told[-1] == "t = 1mm"
+    assert (tmp_path / "my part.pore").read_text() == f"{param}\nsphere(9) |> shell(t)\n"
+    assert "`3` is a number, and no part" in spoken(":mesh a.stl 3")[0]
+    assert "nothing was asked for yet" in spoken(":mesh a.stl")[0]
+
+
+def test_names_and_docs_of_the_user_are_kept() -> None:
+    assert spoken("let it = 3", "let it_ = 4", "it + it_") == ["a number: 7"]
+    assert spoken("## twice as much", "def g(a) = 2 * a", ":doc g")[-1].endswith("twice as much")

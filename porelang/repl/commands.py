@@ -14,8 +14,8 @@ from porelang.atomic import save
 from porelang.backends.glsl import shader
 from porelang.diagnostics import PoreError, fail, suggest
 from porelang.elaborate.prelude import prelude_scope
-from porelang.elaborate.values import Scalar, describe
-from porelang.ir import show
+from porelang.elaborate.values import Scalar, Value, describe
+from porelang.ir import Stage, show
 from porelang.repl.shown import shown
 from porelang.repl.state import Said, State, said
 from porelang.source import Source
@@ -36,8 +36,11 @@ class Command:
 
 
 def asked(state: State, words: str) -> Said:
-    """An expression, and what it came to. Errors: those of its text; E108 where it is none."""
-    found = said(state, words)
+    """An expression, or without words what was asked for last, and what it came to. Errors: those of its text; E108
+    where it is none."""
+    if not (words or state.last) and "part" not in state.statements:
+        raise fail("E108", "nothing was asked for yet", hint="name an expression, as in `:type gyroid(10) & sphere(9)`")
+    found = said(state, words or state.last or "part")
     if any(d.severity == "error" for d in found.diagnostics):
         raise PoreError([d for d in found.diagnostics if d.severity == "error"])
     if found.value is None:
@@ -61,7 +64,7 @@ def _ir(state: State, words: str) -> Answer:
     value = asked(state, words).value
     if not isinstance(value, Scalar):
         raise fail("E108", "the graph is that of a number or a field", hint="as in `:ir gyroid(10)`")
-    return state, show({words: value.node})
+    return state, show({words or state.last: value.node})
 
 
 def _glsl(state: State, words: str) -> Answer:
@@ -77,7 +80,14 @@ def _set(state: State, words: str) -> Answer:
         lines = [f"{n} = {infos[n].shown(v)} in {infos[n].range}" for n, v in state.design.settings.items()]
         return state, "\n".join(lines) or "there is no param yet: `param w = 10mm in 5mm..20mm`"
     if not is_set:
-        raise fail("E108", f"`:set {name}` says no value", hint=f"write `:set {name} = 3mm`")
+        raise fail("E108", f"`:set {name}` says no value",
+                   hint=f"write `:set {name} = 3mm`, or `:set {name} =` for what the program says")  # fmt: skip
+    if not value:
+        new = replace(state, settings={k: v for k, v in state.settings.items() if k != name})
+        info = new.design.program.params.get(name)
+        if info is None:
+            raise fail("E108", f"there is no param `{name}`", hint=":set alone lists them")
+        return new, f"{name} = {info.shown(new.design.settings[name])}"
     new = replace(state, settings={**state.settings, name: value})
     return new, f"{name} = {new.design.program.params[name].shown(new.design.settings[name])}"
 
@@ -91,12 +101,12 @@ def _doc(state: State, words: str) -> Answer:
 
 
 def _slice(state: State, words: str) -> Answer:
-    found = asked(state, words or state.last)
+    found = asked(state, words)
     return found.state, shown(found, True, state.colours)
 
 
 def _mesh(state: State, words: str) -> Answer:
-    path, _, expression = words.partition(" ")
+    path, expression = _named(words)
     if not path:
         hint = "write `:mesh part.stl`, or `:mesh part.stl gyroid(10) & cube(20)`"
         raise fail("E108", "`:mesh` names a file", hint=hint)
@@ -105,19 +115,43 @@ def _mesh(state: State, words: str) -> Answer:
     from porelang.mesh.made import make
 
     writer_of(path)
-    found = asked(state, expression.strip() or state.last)
+    found = asked(state, expression)
+    if not _is_field(found.value):
+        assert found.value is not None
+        raise fail("E108", f"`{expression or state.last}` is {describe(found.value)}, and no part",
+                   hint="a part is a field, negative where it is solid, as in `:mesh part.stl sphere(9)`")  # fmt: skip
     made = make(found.design, found.name)
     write(made.surface, path)
     return found.state, f"{path}: {len(made.surface.faces):,} triangles, {made.surface.volume:.6g} mm3"
 
 
+def _is_field(value: Value | None) -> bool:
+    return isinstance(value, Scalar) and value.node.stage is Stage.FIELD
+
+
+def _named(words: str) -> tuple[str, str]:
+    """The name of a file, in quotes where it has blanks, and the rest."""
+    quote = words[:1]
+    if quote in ("'", '"') and quote in words[1:]:
+        path, _, rest = words[1:].partition(quote)
+    else:
+        path, _, rest = words.partition(" ")
+    return path, rest.strip()
+
+
 def _save(state: State, words: str) -> Answer:
-    path = words.strip() or "part.pore"
-    text = formatted(Source(path, state.text))
+    path = _named(words)[0] or "part.pore"
+    whole, said_too = state.text, []
+    if state.program is not None and not state.program.outputs and (state.last and _is_field(asked(state, "").value)):
+        whole += f"{state.last}\n"
+        said_too.append(f"its part is `{state.last}`, which was asked for last")
+    if state.settings:
+        said_too.append(f"not in it: {', '.join(f'{n} = {v}' for n, v in state.settings.items())}, as was set here")
+    text = formatted(Source(path, whole))
     if Path(path).exists():
         raise fail("E113", f"`{path}` is there already", hint="name another file: nothing is written over here")
     save(path, lambda file: _write(file, text))
-    return state, f"{path}: {len(state.statements)} statements"
+    return state, "; ".join([f"{path}: {len(state.statements)} statements", *said_too])
 
 
 def _write(file: BinaryIO, text: str) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from porelang.diagnostics import PoreError, fail, render, suggest
 from porelang.progress import CancelledError
+from porelang.repl.checked import checked, new_checks
 from porelang.repl.commands import COMMANDS
 from porelang.repl.shown import shown
 from porelang.repl.state import State, is_incomplete, said
@@ -40,8 +41,13 @@ def answered(state: State, line: str) -> Answered:
             return Answered(*COMMANDS[word].run(state, rest.strip()))
         found = said(state, line)
         told = [render(d) for d in found.diagnostics]
-        value = shown(found, state.colours, state.colours) if found.value is not None else ""
-        wrong = any(d.severity == "error" for d in found.diagnostics)
+        try:
+            value = shown(found, state.colours, state.colours) if found.value is not None else ""
+        except PoreError as error:
+            raise PoreError([found.typed(d) for d in error.diagnostics]) from None
+        holds = checked(found.state, new_checks(state, found.state))
+        told += [render(d) for d in holds]
+        wrong = any(d.severity == "error" for d in (*found.diagnostics, *holds))
         return Answered(found.state, "\n".join([*told, *([value] if value else [])]), wrong)
     except PoreError as error:
         return Answered(state, "\n".join(render(d) for d in error.diagnostics), True)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import count
 
 from porelang.diagnostics import Diagnostic, fail
 from porelang.elaborate.values import Poison, Scalar, Value
 from porelang.program import Design, Program
+from porelang.repl.typed import as_typed
 from porelang.session import Session
 from porelang.source import Source
 from porelang.syntax import tree
@@ -25,10 +27,9 @@ def is_incomplete(text: str) -> bool:
     """
     depth, last = 0, ""
     for token in lexed(text):
-        if token.type not in ("NEWLINE", "DOC"):
-            depth += (token.type in OPENING) - (token.type in CLOSING)
-            last = token.type
-    return depth > 0 or last in UNFINISHED
+        depth += (token.type in OPENING) - (token.type in CLOSING)
+        last = last if token.type == "NEWLINE" else token.type
+    return depth > 0 or last in UNFINISHED or last == "DOC"  # what is documented follows
 
 
 def goes_on(line: str) -> bool:
@@ -50,7 +51,7 @@ class State:
     statements: dict[str, str] = field(default_factory=dict)
     settings: dict[str, str] = field(default_factory=dict)
     program: Program | None = None
-    last: str = "part"
+    last: str = ""
     colours: bool = False
 
     @property
@@ -83,6 +84,12 @@ class Said:
         assert self.program is not None
         return self.program.design(self.state.settings)
 
+    def typed(self, found: Diagnostic) -> Diagnostic:
+        """What is wrong with the value, in words and at a place of the line that asks for it."""
+        last = self.state.last
+        places = pieces([*self.state.statements.values(), (f"out {self.name} = ", last)])
+        return as_typed(replace(found, message=found.message.replace(f"`{self.name}`", f"`{last}`")), places, NAME)
+
 
 def said(state: State, line: str, part: bool = False) -> Said:
     """A line that is no command: statements are added to the program, one that binds what is bound already takes its
@@ -99,10 +106,11 @@ def said(state: State, line: str, part: bool = False) -> Said:
         else:
             statements[_key(s, statements)] = _with_doc(s)
     text = "".join(f"{s}\n" for s in statements.values())
-    it = "it" if "it" not in statements else "it_"
+    it = next(name for name in ("it" + "_" * n for n in count()) if name not in statements)
     asking = f"let {it} = {question}\n" if question else ""
     snapshot = state.session.update(NAME, text + asking)
-    told = tuple(d for d in snapshot.diagnostics if d.code != "W220")
+    typed = pieces([*statements.values(), *([(f"let {it} = ", question)] if question else [])])
+    told = tuple(as_typed(d, typed, NAME) for d in snapshot.diagnostics if d.code != "W220")
     if snapshot.program is None:
         return Said(state, told)
     params = snapshot.program.params
@@ -118,10 +126,20 @@ def said(state: State, line: str, part: bool = False) -> Said:
     return Said(replace(new, last=question), told, value, program, it)
 
 
+def pieces(statements: list[str | tuple[str, str]]) -> list[tuple[int, str]]:
+    """Where each statement begins in the program, and its text; of a pair the first was not typed."""
+    found, begins = [], 0
+    for s in statements:
+        hidden, text = ("", s) if isinstance(s, str) else s
+        found.append((begins + len(hidden), text))
+        begins += len(hidden) + len(text) + 1
+    return found
+
+
 def _key(s: tree.Statement, known: dict[str, str]) -> str:
     """What a statement takes the place of."""
     if isinstance(s, tree.Check):
-        return f"check {1 + sum(name.startswith('check ') for name in known)}"
+        return next(name for name in (f"check {n}" for n in count(1)) if name not in known)
     return f"preset {s.name}" if isinstance(s, tree.Preset) else s.name
 
 
