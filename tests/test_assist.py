@@ -218,6 +218,15 @@ def test_what_fits_is_offered() -> None:
     ) == ["t", "ring"]
 
 
+def test_what_is_being_bound_is_not_offered_and_the_words_of_an_argument_are() -> None:
+    text = "let gyre = gy"
+    found = complete.completions(snapshot(text), len(text), "")
+    assert "gyre" not in labels(found)
+    assert "gyroid" in labels(found)
+    text = 'shell(gyroid(10), 1, side="'
+    assert labels(complete.completions(snapshot(text), len(text), "")) == ["both", "inside", "outside"]
+
+
 def test_files_and_the_arrays_in_them_are_offered(tmp_path: Path) -> None:
     folder = tmp_path
     (folder / "more").mkdir()

@@ -235,7 +235,14 @@ def test_a_request_that_cannot_be_read_is_answered(tmp_path: Path) -> None:
         {**hover, "id": 2, "params": {}},
         {**hover, "id": 3, "params": {"textDocument": 5}},
         {**hover, "id": 4, "params": {"textDocument": {"uri": "file:///x.pore"}, "position": {"line": "a"}}},
+        {**nothing, "id": 7, "method": "initialize", "params": begins},  # once is enough: documents would be lost
+        {"id": 8, "method": "textDocument/hover"},
         {**nothing, "id": 5, "method": "shutdown"},
+        {
+            **hover,
+            "id": 6,
+            "params": {"textDocument": {"uri": "file:///x.pore"}, "position": {"line": 1, "character": 0}},
+        },
         {**nothing, "method": "exit"},
     ]
     bodies = [json.dumps(word).encode() for word in said]
@@ -247,4 +254,6 @@ def test_a_request_that_cannot_be_read_is_answered(tmp_path: Path) -> None:
         assert by_id[number]["error"]["code"] == -32602
         assert "parameters of textDocument/hover" in by_id[number]["error"]["message"]
     assert by_id[5]["result"] is None  # it went on
+    assert {by_id[number]["error"]["code"] for number in (6, 7)} == {-32600}
+    assert -32600 in {answer["error"]["code"] for answer in answers if answer.get("id") is None and "error" in answer}
     assert ended.returncode == 0

@@ -41,6 +41,7 @@ class Item:
 
 _UNIT = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?([A-Za-z%]*)$")
 _WORD = re.compile(r"[A-Za-z_]\w*$")
+_QUOTED = re.compile(r'"([^"\n]+)"')
 _TEXT = re.compile(r'"([^"\n]*)$')
 #: What files a call or a statement reads, by their endings.
 _FILES = {
@@ -83,7 +84,10 @@ def completions(snapshot: Snapshot, offset: int, folder: str = "") -> list[Item]
 
 
 def _names(snapshot: Snapshot, offset: int, start: int) -> Iterator[Item]:
+    own = _being_bound(snapshot, start)
     for name, bound in visible(snapshot, offset).items():
+        if name == own and bound.kind != "prelude":  # nothing is defined by itself
+            continue
         found = signature(bound.by if isinstance(bound.by, tree.Def) else bound.value, name)
         doc = found.doc.partition("\n")[0] if found is not None else ""
         detail = _detail(bound, str(found) if found else "")
@@ -92,12 +96,24 @@ def _names(snapshot: Snapshot, offset: int, start: int) -> Iterator[Item]:
         yield Item(name, "value", name, start, offset, "bound in this statement", rank=0)
 
 
+def _statement(snapshot: Snapshot, start: int) -> list[LexedToken]:
+    """The tokens before a place of the statement that ends there."""
+    tokens = before(snapshot, start)
+    first = next((i for i in range(len(tokens) - 1, -1, -1) if _begins(snapshot, tokens[i])), 0)
+    return tokens[first:]
+
+
+def _being_bound(snapshot: Snapshot, start: int) -> str:
+    """The name that the statement at a place binds."""
+    tokens = _statement(snapshot, start)
+    binds = len(tokens) > 1 and tokens[0].type in HEADS and tokens[1].type == "NAME"
+    return tokens[1].text if binds else ""
+
+
 def _locals(snapshot: Snapshot, start: int) -> set[str]:
     """The names that are bound in the statement that ends at a place, read from its tokens: parameters of a def or of a
     function, items of a comprehension, lets of a block."""
-    tokens = before(snapshot, start)
-    first = next((i for i in range(len(tokens) - 1, -1, -1) if _begins(snapshot, tokens[i])), 0)
-    tokens = tokens[first:]
+    tokens = _statement(snapshot, start)
     found: set[str] = set()
     in_head = len(tokens) > 2 and tokens[0].type == "DEF"
     for i, t in enumerate(tokens):
@@ -181,6 +197,11 @@ def _texts(snapshot: Snapshot, offset: int, written: str, folder: str) -> Iterat
     if within is not None and within.named == "material":
         for name in MATERIALS:
             yield Item(name, "text", name, start, offset, rank=0)
+    elif within is not None and (found := signature_of(snapshot, start - 1, within.name)) is not None:
+        here = [p for i, p in enumerate(found.parameters)
+                if (p.name == within.named if within.named else i == within.argument)]  # fmt: skip
+        for word in dict.fromkeys(_QUOTED.findall(here[0].text) if here else ()):
+            yield Item(word, "text", word, start, offset, rank=0)
     if called in _FILES:
         base = os.path.dirname(snapshot.path) if called == "use" else folder
         yield from _files(base, written, _FILES[called], start, offset)

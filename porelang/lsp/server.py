@@ -177,7 +177,11 @@ def server() -> Server:
 
     @ls.feature(types.TEXT_DOCUMENT_REFERENCES)
     def references(params: types.ReferenceParams) -> list[types.Location]:
-        return [location(span, ls.encoding) for span in names.references(*ls.at(params))]
+        found = names.references(*ls.at(params))
+        if not params.context.include_declaration:
+            bound = names.definition(*ls.at(params))
+            found = [span for span in found if span != bound]
+        return [location(span, ls.encoding) for span in found]
 
     @ls.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
     def prepare_rename(params: types.PrepareRenameParams) -> types.Range | None:
