@@ -185,6 +185,21 @@ def test_mistakes_are_told_and_mended(tmp_path: Path) -> None:
     spoken(tmp_path, talk)
 
 
+def test_a_file_that_comes_back_is_seen(tmp_path: Path) -> None:
+    """As it does when a version is checked out, or where a `use` was typed before its file is there."""
+
+    async def talk(editor: Editor) -> None:
+        (missing,) = await editor.open('use "lib.pore" as lib\nlib.body\n')
+        assert "lib.pore" in missing.message
+        lib = tmp_path / "lib.pore"
+        lib.write_text("let body = sphere(3)\n")
+        change = types.FileEvent(lib.as_uri(), types.FileChangeType.Created)
+        editor.client.workspace_did_change_watched_files(types.DidChangeWatchedFilesParams([change]))
+        assert await editor.diagnostics(0) == []
+
+    spoken(tmp_path, talk)
+
+
 def test_what_samples_show_follows_when_nobody_types(tmp_path: Path) -> None:
     async def talk(editor: Editor) -> None:
         text = "sphere(3) \\ translate(sphere(1), [9, 0, 0])\n"

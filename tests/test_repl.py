@@ -203,6 +203,13 @@ def test_what_a_file_does_not_have_is_told(tmp_path: Path, monkeypatch: pytest.M
     assert "nothing was asked for yet" in spoken(":mesh a.stl")[0]
 
 
+def test_a_pipe_has_blank_lines_and_pipes() -> None:
+    text = "let c = union([\n  sphere(3),\n\n  sphere(4)\n])\n\n  |> shell(1)\n:program\n"
+    said_of = subprocess.run([sys.executable, "-m", "porelang", "repl"], input=text, capture_output=True, text=True)
+    assert said_of.returncode == 0
+    assert said_of.stdout == "let c = union([\n  sphere(3),\n  sphere(4)\n])\n  |> shell(1)\n"
+
+
 def test_names_and_docs_of_the_user_are_kept() -> None:
     assert spoken("let it = 3", "let it_ = 4", "it + it_") == ["a number: 7"]
     assert spoken("## twice as much", "def g(a) = 2 * a", ":doc g")[-1].endswith("twice as much")

@@ -32,8 +32,10 @@ def repl(options: Namespace) -> int:
     return 1 if wrong and not at_terminal else 0
 
 
-def _piped(lines: Iterator[str]) -> Read:
-    """Reads lines of a pipe, without a prompt: with those that go on with them, which a pipe can tell beforehand."""
+def _piped(every: Iterator[str]) -> Read:
+    """Reads lines of a pipe, without a prompt: with those that go on with them, which a pipe can tell beforehand. Empty
+    ones, which at a terminal end what was begun, are for the eye."""
+    lines = (line for line in every if line.strip())
     waiting: list[str] = []
 
     def read(_: str) -> str:

@@ -146,7 +146,13 @@ def server() -> Server:
     @ls.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
     def changed_on_disk(params: types.DidChangeWatchedFilesParams) -> None:
         changed = {path_of(change.uri) for change in params.changes}
-        ls.again([user for path in changed for user in ls.session.users(path)])
+        users = [user for path in changed for user in ls.session.users(path)]
+        broken = []  # which may want a file that was not there: it is no user of that yet
+        for uri in ls.workspace.text_documents:
+            snapshot = ls.session.snapshot(path_of(uri))
+            if snapshot is not None and snapshot.program is None:
+                broken.append(snapshot.path)
+        ls.again([*users, *broken])
 
     @ls.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[".", '"', "(", ","]))
     def completions(params: types.CompletionParams) -> types.CompletionList:

@@ -61,21 +61,26 @@ def _over(rewrite: Pure) -> Callable[[Graph, Known], Graph]:
     return lambda graph, known: graph.mapped(lambda roots: rewrite(roots, known))
 
 
-def _contracts(graph: Graph, _: Known) -> Graph:
-    """`ensure` nodes taken out of the values; what they ensure is kept beside the roots."""
+def _contracts(graph: Graph, known: Known) -> Graph:
+    """`ensure` nodes taken out of the values; what they ensure is kept beside the roots. `known` are nodes below which
+    nothing is ensured: they stay as they are."""
     found: dict[tuple[int, Node], None] = {}
 
     def taken_out(roots: Sequence[Node]) -> list[Node]:
         new: dict[Node, Node] = {}
-        for n in ir.order(roots):
-            args = tuple(new[a] for a in n.args)
+        for n in ir.order(roots, lambda n: () if n in known else n.args):
+            if n in known:
+                continue
+            args = tuple(known[a] if a in known else new[a] for a in n.args)
             if n.op == "ensure":
                 assert isinstance(n.value, int)
                 found[n.value, args[1]] = None
                 new[n] = args[0]
+            elif all(a in known for a in n.args):
+                known[n] = n
             else:
                 new[n] = ir.node(n.op, *args, value=n.value)
-        return [new[r] for r in roots]
+        return [known[r] if r in known else new[r] for r in roots]
 
     return replace(graph.mapped(taken_out), contracts=tuple(found))
 
@@ -118,7 +123,7 @@ class Passes:
 
 
 #: What passes have made of more nodes than this is forgotten: a graph that is larger is rewritten as a whole.
-MOST_KNOWN = 200_000
+MOST_KNOWN = 600_000
 
 #: So many flat graphs are remembered: doubts, bounds and samples ask for the same few one after the other.
 _REMEMBERED = 64

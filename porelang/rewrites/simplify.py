@@ -250,7 +250,8 @@ def share(roots: Sequence[Node], _: Known | None = None, into: Into = whole) -> 
     def step(n: Node) -> Node:
         if n.op in TABLE and "commutative" in TABLE[n.op].facts:
             # constants last, as a reader expects; the rest by first appearance, the same in every run
-            n = node(n.op, *sorted(n.args, key=lambda a: (a.op == "const", rank[a])), value=n.value)
+            args = tuple(sorted(n.args, key=lambda a: (a.op == "const", rank[a])))
+            n = n if args == n.args else node(n.op, *args, value=n.value)
         rank.setdefault(n, len(rank))
         return n
 
