@@ -185,6 +185,40 @@ def test_mistakes_are_told_and_mended(tmp_path: Path) -> None:
     spoken(tmp_path, talk)
 
 
+@pytest.mark.parametrize(
+    "address",
+    [
+        "my%20part.pore",
+        "B%C3%BCcher/a%28b%29%23.pore",
+        "a+b(1)'c@d!.pore",
+        "untitled:Untitled-1",
+        "git:/part.pore?HEAD",
+    ],
+)
+def test_addresses_are_those_of_the_client(tmp_path: Path, address: str) -> None:
+    """However it writes what may be encoded, and may not; what is published for another address nobody sees."""
+
+    async def talk(editor: Editor) -> None:
+        editor.uri = address if ":" in address else f"{tmp_path.as_uri()}/{address}"
+        assert [d.code for d in await editor.open("sphere(w)\n")] == ["E030"]
+        assert await editor.write("let w = 3\nsphere(w)\n") == []
+        place = types.HoverParams(**editor.at("let w = 3\nsphere(w)\n", "w)"))
+        assert await editor.client.text_document_hover_async(place) is not None
+
+    spoken(tmp_path, talk)
+
+
+def test_it_ends_while_it_is_looking(tmp_path: Path) -> None:
+    """At what takes long; its client waits for no more than the answer."""
+
+    async def talk(editor: Editor) -> None:
+        many = ", ".join(f"translate(metric(gyroid({4 + n / 10})) |> shell(1), [{9 * n}, 0, 0])" for n in range(40))
+        await editor.open(f"union([{many}]) & box([300, 30, 30])\n")
+        await asyncio.sleep(0.8)
+
+    spoken(tmp_path, talk)
+
+
 def test_a_file_that_comes_back_is_seen(tmp_path: Path) -> None:
     """As it does when a version is checked out, or where a `use` was typed before its file is there."""
 

@@ -17,12 +17,15 @@ pytestmark = pytest.mark.skipif(not NODE, reason="needs node")
 #: Activates the extension, asks for two previews of a file, and ends when an address was opened.
 ACTS = """
 const Module = require("node:module");
-const [extension, command, path, language] = process.argv.slice(2);
+const [extension, command, path, language, folder] = process.argv.slice(2);
 const said = { opened: [], wrong: [] };
-const done = (then) => setTimeout(() => { console.log(JSON.stringify(said)); then(); }, 300);
+// what is said while it is ended counts too
+const done = (then) => { then(); setTimeout(() => console.log(JSON.stringify(said)), 1500); };
 const vscode = {
-  workspace: { getConfiguration: () => ({ get: () => command }) },
+  workspace: { getConfiguration: () => ({ get: () => command }), workspaceFolders: [{ uri: { fsPath: folder } }] },
+  ProgressLocation: { Window: 1 },
   window: {
+    withProgress: (_, act) => act(),
     activeTextEditor: { document: { languageId: language, uri: { fsPath: path } } },
     showErrorMessage: (text) => { said.wrong.push(text); done(acts.deactivate); },
   },
@@ -54,7 +57,7 @@ def acted(tmp_path: Path, command: str, language: str = "pore") -> dict[str, obj
     program = tmp_path / "part.pore"
     program.write_text("sphere(10)")
     (tmp_path / "acts.js").write_text(ACTS)
-    asked = [NODE, str(tmp_path / "acts.js"), str(EXTENSION), command, str(program), language]
+    asked = [NODE, str(tmp_path / "acts.js"), str(EXTENSION), command, str(program), language, str(tmp_path)]
     ended = subprocess.run(asked, capture_output=True, text=True, timeout=60)  # it ends: no process is left
     assert ended.returncode == 0, ended.stderr
     found: dict[str, object] = json.loads(ended.stdout.splitlines()[0])
@@ -65,7 +68,7 @@ def test_a_preview_is_the_page_of_the_file(tmp_path: Path) -> None:
     command = tmp_path / "pore"
     command.write_text(f'#!/bin/sh\nexec {sys.executable} -m porelang "$@"\n')
     command.chmod(0o755)
-    said = acted(tmp_path, str(command))
+    said = acted(tmp_path, "${workspaceFolder}/pore")
     assert said["command"] == "pore.preview"
     assert said["server"] == [str(command), "lsp"]
     assert said["wrong"] == []
@@ -79,3 +82,8 @@ def test_what_is_missing_is_told(tmp_path: Path) -> None:
     assert "pore.command" in wrong
     (wrong,) = acted(tmp_path, "pore", "python")["wrong"]  # type: ignore[misc]
     assert "save this one first" in wrong
+    silent = tmp_path / "silent"
+    silent.write_text("#!/bin/sh\nexit 3\n")
+    silent.chmod(0o755)
+    (wrong,) = acted(tmp_path, str(silent))["wrong"]  # type: ignore[misc]
+    assert "status 3" in wrong

@@ -107,7 +107,8 @@ def _being_bound(snapshot: Snapshot, start: int) -> str:
     """The name that the statement at a place binds."""
     tokens = _statement(snapshot, start)
     binds = len(tokens) > 1 and tokens[0].type in HEADS and tokens[1].type == "NAME"
-    return tokens[1].text if binds else ""
+    another = start > 0 and snapshot.source.text[start - 1] == "\n"  # an expression in column 1
+    return tokens[1].text if binds and not another else ""
 
 
 def _locals(snapshot: Snapshot, start: int) -> set[str]:

@@ -3,6 +3,7 @@ characters, as client and server have agreed."""
 
 from __future__ import annotations
 
+import os
 from bisect import bisect_right
 from pathlib import Path
 
@@ -68,5 +69,5 @@ def uri_of(path: str) -> str:
 
 
 def path_of(uri: str) -> str:
-    """The path of an address; one that is no file's is its own name."""
-    return uris.to_fs_path(uri) or uri if uri.startswith("file:") else uri
+    """The path of an address, as sessions have it; one that is no file's is its own name."""
+    return os.path.normpath(uris.to_fs_path(uri) or uri if uri.startswith("file:") else uri)

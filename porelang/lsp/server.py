@@ -38,6 +38,7 @@ class Server(LanguageServer):
         )
         self.session = Session()
         self.folder = os.getcwd()
+        self.open: dict[str, str] = {}  # addresses of open documents, as the client writes them, by their paths
         self.doubts: dict[str, tuple[Diagnostic, ...]] = {}
 
     @property
@@ -47,9 +48,10 @@ class Server(LanguageServer):
 
     def opened(self, uri: str) -> Snapshot:
         """The snapshot of a document as it is now."""
-        if uri not in self.workspace.text_documents:
+        path = path_of(uri)
+        if path not in self.open:
             raise JsonRpcInvalidParams(message=f"{uri} is not open")
-        path, text = path_of(uri), self.workspace.get_text_document(uri).source
+        text = self.workspace.get_text_document(uri).source
         known = self.session.snapshot(path)
         return known if known is not None and known.source.text == text else self.session.update(path, text)
 
@@ -62,17 +64,19 @@ class Server(LanguageServer):
         """Publish what is wrong or doubtful in a document."""
         told = [answers.diagnostic(d, snapshot.source, self.encoding) for d in found]
         self.text_document_publish_diagnostics(
-            types.PublishDiagnosticsParams(uri_of(snapshot.path), told, version=self._version(snapshot.path))
+            types.PublishDiagnosticsParams(
+                self.open.get(snapshot.path) or uri_of(snapshot.path), told, version=self._version(snapshot.path)
+            )
         )
 
     def _version(self, path: str) -> int | None:
-        document = self.workspace.text_documents.get(uri_of(path))
-        return None if document is None else document.version
+        uri = self.open.get(path)
+        return None if uri is None else self.workspace.get_text_document(uri).version
 
     def again(self, paths: list[str]) -> None:
         """Tell again what is wrong in open documents, as a file that they use is another now."""
         for path in dict.fromkeys(paths):
-            if uri_of(path) in self.workspace.text_documents:
+            if path in self.open:
                 snapshot = self.session.update(path)
                 self.tell(snapshot, snapshot.diagnostics)
 
@@ -82,7 +86,7 @@ class Server(LanguageServer):
         snapshot = self.opened(uri)
         waiting = [snapshot]
         for path in self.session.users(snapshot.path):
-            if uri_of(path) in self.workspace.text_documents:
+            if path in self.open:
                 waiting.append(self.session.update(path))
         for one in waiting:
             still = {s.span.source for s in one.file.statements}  # what was doubted is, where its text is still there
@@ -121,8 +125,13 @@ def server() -> Server:
             asked = types.Registration("watched", types.WORKSPACE_DID_CHANGE_WATCHED_FILES, watched)
             ls.client_register_capability(types.RegistrationParams([asked]))
 
+    @ls.feature(types.SHUTDOWN)
+    def shut_down(*_: object) -> None:
+        ls.session.jobs.cancel()
+
     @ls.feature(types.TEXT_DOCUMENT_DID_OPEN)
     async def did_open(params: types.DidOpenTextDocumentParams) -> None:
+        ls.open[path_of(params.text_document.uri)] = params.text_document.uri
         await ls.changed(params.text_document.uri)
 
     @ls.feature(types.TEXT_DOCUMENT_DID_CHANGE)
@@ -137,6 +146,7 @@ def server() -> Server:
     def did_close(params: types.DidCloseTextDocumentParams) -> None:
         path = path_of(params.text_document.uri)
         users = ls.session.users(path)
+        ls.open.pop(path, None)
         ls.session.jobs.cancel(("doubts", path))
         ls.session.forget(path)
         ls.doubts.pop(path, None)
@@ -147,12 +157,9 @@ def server() -> Server:
     def changed_on_disk(params: types.DidChangeWatchedFilesParams) -> None:
         changed = {path_of(change.uri) for change in params.changes}
         users = [user for path in changed for user in ls.session.users(path)]
-        broken = []  # which may want a file that was not there: it is no user of that yet
-        for uri in ls.workspace.text_documents:
-            snapshot = ls.session.snapshot(path_of(uri))
-            if snapshot is not None and snapshot.program is None:
-                broken.append(snapshot.path)
-        ls.again([*users, *broken])
+        # what is broken may want a file that was not there: it is no user of that yet
+        known = [ls.session.snapshot(path) for path in ls.open]
+        ls.again([*users, *(snapshot.path for snapshot in known if snapshot is not None and snapshot.program is None)])
 
     @ls.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[".", '"', "(", ","]))
     def completions(params: types.CompletionParams) -> types.CompletionList:
@@ -209,7 +216,9 @@ def server() -> Server:
             user = ls.session.snapshot(path)
             found = names.uses_of(user, snapshot.path, here.name) if user is not None and here is not None else []
             if found:
-                edits[uri_of(path)] = [types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in found]
+                edits[ls.open.get(path) or uri_of(path)] = [
+                    types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in found
+                ]
         return types.WorkspaceEdit(edits)
 
     @ls.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
