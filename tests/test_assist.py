@@ -242,6 +242,10 @@ def test_files_and_the_arrays_in_them_are_offered(tmp_path: Path) -> None:
     (item,) = offered('let a = load("a.vtu", "', str(folder))
     assert (item.label, item.detail) == ("U", "a vector")
     assert offered('let a = load("nothing.vtu", "', str(folder)) == []
+    text = 'let a = load("'  # in a folder of the one that is open: beside the program, as it is loaded
+    (folder / "more" / "b.vtu").write_text("")
+    inner = Session(folder=str(folder)).update(str(folder / "more" / "c.pore"), text)
+    assert labels(complete.completions(inner, len(text), str(folder))) == ["b.vtu"]
     assert "PA12" in labels(offered('let s = compress(body, force=1kN, axis=z, material="'))
 
 

@@ -54,8 +54,8 @@ _FILES = {
 
 
 def completions(snapshot: Snapshot, offset: int, folder: str = "") -> list[Item]:
-    """What may stand where a character is about to be written, the likeliest first. Files are sought beside the file
-    (`use`) or in `folder` (data)."""
+    """What may stand where a character is about to be written, the likeliest first. Files are sought beside the
+    file, whose path begins in `folder`."""
     text = snapshot.source.text
     begins_at = text.rfind("\n", 0, offset) + 1
     line = text[begins_at:offset]
@@ -188,11 +188,12 @@ def _texts(snapshot: Snapshot, offset: int, written: str, folder: str) -> Iterat
     start = offset - len(written)
     tokens = [t for t in before(snapshot, offset) if t.start < start - 1]
     within = call_around(snapshot, start - 1)
+    beside = os.path.join(folder, os.path.dirname(snapshot.path))
     called = "use" if tokens and tokens[-1].type == "USE" else within.name if within is not None else ""
     if called.startswith("load"):
         named = [t for t in tokens if t.type == "STRING"][-1:] if tokens and tokens[-1].type == "_COMMA" else []
         if named and within is not None and within.argument == 1:
-            yield from _arrays(os.path.join(folder, named[0].text.strip('"')), start, offset)
+            yield from _arrays(os.path.join(beside, named[0].text.strip('"')), start, offset)
             return
         called = "load"
     if within is not None and within.named == "material":
@@ -204,8 +205,7 @@ def _texts(snapshot: Snapshot, offset: int, written: str, folder: str) -> Iterat
         for word in dict.fromkeys(_QUOTED.findall(here[0].text) if here else ()):
             yield Item(word, "text", word, start, offset, rank=0)
     if called in _FILES:
-        base = os.path.dirname(snapshot.path) if called == "use" else folder
-        yield from _files(base, written, _FILES[called], start, offset)
+        yield from _files(beside, written, _FILES[called], start, offset)
 
 
 def _files(base: str, written: str, endings: tuple[str, ...], start: int, end: int) -> Iterator[Item]:

@@ -27,6 +27,8 @@ from porelang.syntax.format import formatted
 
 #: Seconds without an edit after which what is doubtful is sampled.
 PAUSE = 0.3
+#: And within which edits are one: no longer than a key is held down.
+TOGETHER = 0.01
 
 
 class Server(LanguageServer):
@@ -39,6 +41,7 @@ class Server(LanguageServer):
         self.session = Session()
         self.folder = os.getcwd()
         self.open: dict[str, str] = {}  # addresses of open documents, as the client writes them, by their paths
+        self.edits: dict[str, int] = {}  # how many there were of each
         self.doubts: dict[str, tuple[Diagnostic, ...]] = {}
 
     @property
@@ -82,7 +85,11 @@ class Server(LanguageServer):
 
     async def changed(self, uri: str) -> None:
         """A document was opened or edited: it is compiled at once, as are the open ones that use it, and what samples
-        show is told when nobody has typed for a while."""
+        show is told when nobody has typed for a while. Of edits that come together the last is compiled alone."""
+        self.edits[uri] = edit = self.edits.get(uri, 0) + 1
+        await asyncio.sleep(TOGETHER)
+        if self.edits[uri] != edit or path_of(uri) not in self.open:
+            return
         snapshot = self.opened(uri)
         waiting = [snapshot]
         for path in self.session.users(snapshot.path):

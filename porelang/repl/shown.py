@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+
 import numpy as np
 
 from porelang.assist.shown import signature, told
@@ -15,9 +17,11 @@ from porelang.repl.state import Said
 SECONDS = 1e6
 #: Places at which a solid is looked at for how much of its box it fills.
 _PLACES = 20_000
+#: Columns of a picture.
+_LEAST, _MOST = 16, 60
 
 
-def shown(found: Said, picture: bool = False, colours: bool = False, width: int = 60) -> str:
+def shown(found: Said, picture: bool = False, colours: bool = False) -> str:
     """The value of a line: a number with its unit, a field with how far it reaches and how steep it is, a solid with
     its bounds and how much of them it fills; with a `picture`, a slice of it. Errors: those of what it reads."""
     value, program = found.value, found.program
@@ -31,7 +35,7 @@ def shown(found: Said, picture: bool = False, colours: bool = False, width: int 
     try:
         lines += _as_a_solid(found)
         if picture:
-            lines.append(slice_of(found.design, found.name, width, colours))
+            lines.append(slice_of(found.design, found.name, _room(len(lines)), colours))
     except PoreError as error:
         if picture:
             raise
@@ -39,6 +43,12 @@ def shown(found: Said, picture: bool = False, colours: bool = False, width: int 
             raise
         lines.append(f"as a part: {error.diagnostics[0].message}")
     return "\n".join(lines)
+
+
+def _room(lines: int) -> int:
+    """How many columns a picture may have, of which a row is half as many, below so many lines and above a prompt."""
+    columns, rows = shutil.get_terminal_size((80, 60))
+    return max(_LEAST, min(_MOST, columns, 2 * (rows - lines - 2)))
 
 
 def _as_a_solid(found: Said) -> list[str]:
