@@ -198,10 +198,10 @@ def test_pressures_on_equal_ends_of_a_lattice_balance() -> None:
     def ends(text: str, size: float, other: float) -> str:
         mesh = porelang.compile(text).tet(size=size)
         low, high = (Pressure(lambda p, s=s: s * p[:, 0] > 7.99, v) for s, v in ((-1, 1.0), (1, other)))  # type: ignore[misc]
-        return said(Problem(mesh, 2000.0, 0.3, loads=(low, high), balanced=True)).get("W289", "")
+        return said(Problem(mesh, 2000.0, 0.3, loads=(low, high), balanced=True, order=1)).get("W289", "")
 
     round_ = "rotate(gyroid(8) & cylinder(8, 16), [0, 1, 0], 90deg)"  # whose rims lean, to all sides
-    for lattice, size in (("gyroid(8) & box([16, 16, 16])", 2.5), (round_, 2), (round_, 3)):
+    for lattice, size in (("gyroid(8) & box([16, 16, 16])", 2.5), (round_, 3)):
         assert "do not quite balance" in ends(lattice, size, 1.0)
     rod, tube = (
         f"rotate({body}, [0, 1, 0], 90deg)" for body in ("cylinder(8, 16)", "cylinder(8, 16) \\ cylinder(4, 17)")

@@ -226,8 +226,8 @@ def test_an_unknown_envelope_is_named() -> None:
 def test_the_command_prints_the_keys_of_the_contract(capsys: pytest.CaptureFixture[str], tmp_path: object) -> None:
     path = f"{tmp_path}/part.pore"
     with open(path, "w") as file:
-        file.write('let c = cylinder(10, 20)\nlet g = gyroid(8)\ncheck porosity(g, c) > 60%, "too dense"\ng & c\n')
-    assert main(["measure", path, "--json", "--resolution", "40"]) == 1
+        file.write('let c = cylinder(8, 8)\nlet g = gyroid(8)\ncheck porosity(g, c) > 60%, "too dense"\ng & c\n')
+    assert main(["measure", path, "--json", "--resolution", "30"]) == 1
     found = json.loads(capsys.readouterr().out)
     keys = {
         "bounds",
@@ -274,8 +274,8 @@ def test_the_envelope_does_not_depend_on_how_a_part_is_written(text: str) -> Non
 
 @pytest.mark.slow
 def test_the_porosity_is_that_of_the_envelope() -> None:
-    found = report("gyroid(8) & (cylinder(20, 40) \\ cylinder(5, 50))", resolution=24)
-    cylinder = math.pi * 400 * 40
+    found = report("gyroid(4) & (cylinder(10, 8) \\ cylinder(2.5, 10))", resolution=24)
+    cylinder = math.pi * 100 * 8
     assert found["envelope_volume"] == pytest.approx(cylinder, rel=1e-3)
     assert found["porosity"] == pytest.approx(1 - found["volume"] / cylinder, abs=1e-3)  # type: ignore[operator]
 
