@@ -126,9 +126,9 @@ def save(path: str | Path, write_to: Callable[[BinaryIO], None]) -> None:
 
 
 @contextmanager
-def draft_in(folder: Path) -> Iterator[Path]:
+def draft_in(folder: Path, ending: str = "part") -> Iterator[Path]:
     """A name in a folder for what is not complete yet; a file that still has it after the block is deleted."""
-    draft = folder / unused_name("part")
+    draft = folder / unused_name(ending)
     with undone(lambda: draft.unlink(missing_ok=True)):
         yield draft
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import urllib.request
 from collections.abc import Callable
 from pathlib import Path
 
@@ -213,3 +214,23 @@ def test_a_pipe_has_blank_lines_and_pipes() -> None:
 def test_names_and_docs_of_the_user_are_kept() -> None:
     assert spoken("let it = 3", "let it_ = 4", "it + it_") == ["a number: 7"]
     assert spoken("## twice as much", "def g(a) = 2 * a", ":doc g")[-1].endswith("twice as much")
+
+
+def test_a_page_follows_what_is_written(tmp_path: Path) -> None:
+    """It is one page, and its file is gone with the session."""
+    command = [sys.executable, "-m", "porelang", "repl"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=tmp_path, text=True) as talking:
+        assert talking.stdin is not None
+        assert talking.stdout is not None
+        # a line of a pipe is answered when the next is there, which may go on with it
+        print("let w = 12mm\n:view sphere(w)\n:view box([w, w, w])\nw", file=talking.stdin, flush=True)
+        addresses = [talking.stdout.readline().split(" ")[0] for _ in range(2)]
+        assert addresses[0] == addresses[1]
+        with urllib.request.urlopen(addresses[0], timeout=20) as page:
+            assert b"<canvas" in page.read()
+        (file,) = tmp_path.iterdir()
+        assert file.read_text() == "let w = 12mm\nbox([w, w, w])\n"
+        talking.stdin.close()
+        assert talking.wait(20) == 0
+    assert list(tmp_path.iterdir()) == []
+    assert "nothing has been written yet" in spoken(":view")[0]

@@ -5,11 +5,13 @@ from __future__ import annotations
 import sys
 from argparse import Namespace
 from collections.abc import Iterator
+from functools import partial
 
 from porelang.cli import report
 from porelang.files import read_source
 from porelang.repl.loop import Read, talk
 from porelang.repl.state import State, goes_on, said
+from porelang.repl.view import View
 from porelang.session import Session
 
 
@@ -17,7 +19,11 @@ def repl(options: Namespace) -> int:
     """Read lines and answer them. Of a file that is named its statements are there already; its part is `part`. Exit
     status 1 where a line of a pipe was wrong."""
     at_terminal = sys.stdin is not None and sys.stdin.isatty()
-    state = State(Session(), colours=report.has_colours(sys.stdout))
+    with View(browse=at_terminal) as page:
+        return _talk(options, State(Session(), colours=report.has_colours(sys.stdout), page=page), at_terminal)
+
+
+def _talk(options: Namespace, state: State, at_terminal: bool) -> int:
     if options.file is not None:
         source = read_source(options.file)
         found = said(state, source.text, part=True)
@@ -27,8 +33,10 @@ def repl(options: Namespace) -> int:
 
     def heard(now: State) -> None:
         program[:] = [now.text]
+        if now.page is not None:
+            now.page.follow(now.with_part)
 
-    wrong = talk(_reader(program) if at_terminal else _piped(iter(sys.stdin)), print, state, heard)
+    wrong = talk(_reader(program) if at_terminal else _piped(iter(sys.stdin)), partial(print, flush=True), state, heard)
     return 1 if wrong and not at_terminal else 0
 
 

@@ -141,13 +141,12 @@ def _named(words: str) -> tuple[str, str]:
 
 def _save(state: State, words: str) -> Answer:
     path = _named(words)[0] or "part.pore"
-    whole, said_too = state.text, []
-    if state.program is not None and not state.program.outputs and (state.last and _is_field(asked(state, "").value)):
-        whole += f"{state.last}\n"
-        said_too.append(f"its part is `{state.last}`, which was asked for last")
+    said_too = []
+    if state.with_part != state.text:
+        said_too.append(f"its part is `{state.field}`, which was asked for last")
     if state.settings:
         said_too.append(f"not in it: {', '.join(f'{n} = {v}' for n, v in state.settings.items())}, as was set here")
-    text = formatted(Source(path, whole))
+    text = formatted(Source(path, state.with_part))
     if Path(path).exists():
         raise fail("E113", f"`{path}` is there already", hint="name another file: nothing is written over here")
     save(path, lambda file: _write(file, text))
@@ -166,6 +165,16 @@ def _time(state: State, words: str) -> Answer:
     text = shown(found, False)
     looked = time.perf_counter() - begun
     return state, f"{text}\ncompiled in {1e3 * compiled:.1f} ms, looked at in {1e3 * looked:.0f} ms"
+
+
+def _view(state: State, words: str) -> Answer:
+    if words:
+        state = asked(state, words).state
+    if state.with_part == "":
+        raise fail("E100", "nothing has been written yet", hint="write a part, as in `gyroid(10) & cube(20)`")
+    if state.page is None:
+        raise fail("E108", "there is no page here", hint="`pore view` shows a file")
+    return state, f"{state.page.show(state.with_part, state.settings)} follows what is written here, and ends with it"
 
 
 def _program(state: State, _: str) -> Answer:
@@ -193,6 +202,7 @@ COMMANDS: dict[str, Command] = {
         Command(":ir", "EXPR", "the graph that it becomes", _ir),
         Command(":glsl", "EXPR", "the shader that it becomes", _glsl),
         Command(":mesh", "FILE [EXPR]", "write the surface of what was asked for last, or of this", _mesh),
+        Command(":view", "[EXPR]", "show what was asked for last, or this, on a page that follows", _view),
         Command(":program", "", "all statements so far", _program),
         Command(":drop", "NAME", "take a statement back", _drop),
         Command(":save", "[FILE]", "write the program as a file", _save),

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+import dataclasses
+from dataclasses import dataclass, replace
 from itertools import count
 
 from porelang.diagnostics import Diagnostic, fail
 from porelang.elaborate.values import Poison, Scalar, Value
 from porelang.program import Design, Program
 from porelang.repl.typed import as_typed
+from porelang.repl.view import View
 from porelang.session import Session
 from porelang.source import Source
 from porelang.syntax import tree
@@ -45,19 +47,28 @@ def goes_on(line: str) -> bool:
 @dataclass(frozen=True)
 class State:
     """The statements so far, each its text by what it binds; what params are set to; the program that they make; the
-    expression that was asked for last, and whether pictures may have colours."""
+    expression that was asked for last, and the last that may be a part; whether pictures may have colours, and the page
+    that shows all of it."""
 
     session: Session
-    statements: dict[str, str] = field(default_factory=dict)
-    settings: dict[str, str] = field(default_factory=dict)
+    statements: dict[str, str] = dataclasses.field(default_factory=dict)
+    settings: dict[str, str] = dataclasses.field(default_factory=dict)
     program: Program | None = None
     last: str = ""
+    field: str = ""
     colours: bool = False
+    page: View | None = None
 
     @property
     def text(self) -> str:
         """The program as a file."""
         return "".join(f"{s}\n" for s in self.statements.values())
+
+    @property
+    def with_part(self) -> str:
+        """The same, whose part is what was asked for last where it has no output."""
+        none = self.program is None or not self.program.outputs
+        return f"{self.text}{self.field}\n" if none and self.field else self.text
 
     @property
     def design(self) -> Design:
@@ -122,6 +133,7 @@ def said(state: State, line: str, part: bool = False) -> Said:
         return Said(new, told)
     program = snapshot.program
     if isinstance(value, Scalar) and value.node.axes:  # a field may be a part
+        new = replace(new, field=question)
         program = state.session.update(NAME, f"{text}out {it} = {question}\n").program or program
     return Said(replace(new, last=question), told, value, program, it)
 
