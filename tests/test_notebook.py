@@ -40,6 +40,7 @@ let high = z + 3mm
 check r > 0mm, "it is there"
 out part = (kind(8) |> shell(0.7)) & sphere(r) & box([40, 40, 16])
 out foot = box([24, 24, 2]) |> translate([0, 0, -13])
+out none = sphere(1) & box([24, 24, 2]) |> translate([0, 0, -13])
 """
 
 
@@ -133,17 +134,61 @@ def test_what_is_wrong_is_told_and_the_last_picture_stays(heard: Heard) -> None:
     for wrong, code in none:
         viewer.set_state(wrong)
         assert code in viewer.wrong
-        assert heard.words[-1] == {"say": "refused", "of": "scene", "text": viewer.wrong}
+        refused = heard.words[-1]
+        assert (refused["say"], refused["of"], refused["text"]) == ("refused", "settings", viewer.wrong)
         (name,) = wrong
         assert heard.states[-1] == {name: getattr(viewer, name)}  # the browser is told what holds
     assert viewer.settings["r"] == 10
     scenes = len(heard.scenes)
-    told = heard.after(lambda: setattr(viewer, "paint", "hihg"))
+    told = heard.after(lambda: viewer.set_state({"paint": "hihg"}))
     assert "did you mean `high`" in next(word["text"] for word in told if word["say"] == "refused")
     assert "did you mean `high`" in viewer.wrong
-    assert len(heard.scenes) == scenes
-    heard.after(lambda: setattr(viewer, "paint", ""))
+    assert (viewer.paint, len(heard.scenes)) == ("", scenes)
+    told = heard.after(lambda: setattr(viewer, "paint", ""))
     assert viewer.wrong == ""
+    assert {"say": "refused", "of": "settings", "text": ""}.items() <= told[0].items()  # nor in the browser
+    # what can be set, and not drawn
+    heard.after(lambda: setattr(viewer, "outputs", ["part", "none"]))
+    assert "E103" in viewer.wrong
+    heard.after(lambda: setattr(viewer, "cut", "y<0"))
+    assert "E103" in viewer.wrong  # still
+    heard.after(lambda: setattr(viewer, "outputs", ["part"]))
+    assert viewer.wrong == ""
+
+
+def test_every_trait_refuses_what_cannot_be(program: porelang.Program) -> None:
+    viewer = program.view()
+    cannot: list[tuple[str, Any, str]] = [
+        ("cut", "q<0", "`q<0` cuts nothing"),
+        ("paint", "nonsense(", "E00"),
+        ("paint", "nothere", "nothere"),
+        ("height", -5, "-5 pixels"),
+        ("height", 100_000, "100000 pixels"),
+        ("settings", {"r": 99}, "E085"),
+        ("outputs", ["nothere"], "E100"),
+    ]
+    for name, value, why in cannot:
+        before = getattr(viewer, name)
+        with pytest.raises(PoreError):
+            setattr(viewer, name, value)
+        assert getattr(viewer, name) == before
+        assert why in viewer.wrong  # of the last one, not of one before
+    viewer.plane = True
+    assert viewer.wrong == ""
+    viewer.height = 300
+    with pytest.raises(PoreError, match="nothere"):
+        program.view(paint="nothere")
+
+
+def test_what_is_counted_is_a_whole_number() -> None:
+    counted = porelang.compile("param n = 4 in 2..8\nparam r = 5mm in 4mm..9mm\npreset \"many\": n = 8\n"
+                               "out part = ring(translate(sphere(r), [20, 0, 0]), n)")  # fmt: skip
+    viewer = counted.view(n="6")
+    assert [repr(value) for value in viewer.settings.values()] == ["6", "5.0"]
+    viewer._handle_custom_msg({"do": "preset", "name": ""}, [])
+    assert repr(viewer.settings["n"]) == "4"
+    viewer.settings = {"n": 3.0}
+    assert repr(viewer.settings["n"]) == "3"
 
 
 def test_a_viewer_begins_with_what_is_asked(program: porelang.Program) -> None:
@@ -342,7 +387,15 @@ def test_the_widget_draws_in_a_browser(heard: Heard) -> None:
         assert page.evaluate("said.at(-1).cut") == "x>2"
 
         # what is wrong lies over the picture that was there
+        page.fill("#paint", "hihg")
+        page.press("#paint", "Enter")
+        page.wait_for_function("said.at(-1).paint === 'hihg'")
         passed(lambda: viewer.set_state({"paint": "hihg"}))
+        page.evaluate("state => Object.entries(state).forEach(([n, v]) => model.set(n, v))", heard.states[-1])
+        assert page.evaluate("model.get('paint')") == ""
+        assert page.input_value("#paint") == "hihg"  # to be mended
+        page.evaluate("model.set('height', 350)")
+        assert page.locator("#view").evaluate("e => e.getRootNode().host.style.getPropertyValue('--height')") == "350px"
         assert "did you mean `high`" in page.inner_text("#said")
         assert (seen(0)[..., 3] > 0).any()
         ground = page.locator(".frame").first.evaluate("e => getComputedStyle(e).backgroundColor")
