@@ -9,8 +9,10 @@ import json
 import shutil
 import sys
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ from PIL import Image
 import porelang
 from porelang.diagnostics import PoreError
 from porelang.notebook import display, still
+from porelang.notebook.magic import load_ipython_extension
 from porelang.notebook.slice import slice_picture
 
 pytest.importorskip("anywidget")
@@ -272,6 +275,26 @@ def test_a_field_shows_a_slice(program: porelang.Program, monkeypatch: pytest.Mo
     assert slice_picture(made, *made.of).startswith(b"\x89PNG")
 
 
+def test_a_cell_tells_its_own_lines_and_no_others(
+    program: porelang.Program, capsys: pytest.CaptureFixture[str]
+) -> None:
+    known: dict[str, Any] = {}
+    shell = SimpleNamespace(user_ns=known, register_magic_function=lambda made, kind, name: known.update({name: made}))
+    load_ipython_extension(shell)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        known["pore"]("bowl", "let unread = z\nout part = sphere(3)")
+    assert "bowl" in known
+    told = capsys.readouterr().err
+    assert told.startswith("warning[W220]: nothing reads `unread`\n --> bowl:1:5\n")
+    assert ".py" not in told
+    with pytest.raises(PoreError) as caught:
+        program.view().paint = "nothere"
+    lines = caught.value._render_traceback_()
+    assert "test_notebook.py" in lines[0]
+    assert not any("traitlets" in line for line in lines)
+
+
 # ---- the bundle -----------------------------------------------------------------------------------------------------
 
 
@@ -295,6 +318,7 @@ const model = window.model = {
   on: (name, act) => { (heard[name] ??= []).push(act); },
   off: (name, act) => { heard[name] = heard[name].filter((one) => one !== act); },
 };
+window.lost = () => call("comm_live_update");
 window.tell = (word, text) => {  // bytes of a message begin wherever they do
   const bytes = Uint8Array.from(atob(text ?? ""), (c) => c.charCodeAt(0)), odd = new Uint8Array(bytes.length + 3);
   odd.set(bytes, 3);
@@ -400,6 +424,14 @@ def test_the_widget_draws_in_a_browser(heard: Heard) -> None:
         assert (seen(0)[..., 3] > 0).any()
         ground = page.locator(".frame").first.evaluate("e => getComputedStyle(e).backgroundColor")
         assert ground == "rgb(27, 28, 26)"  # the dark of the notebook, whatever the browser's is
+
+        # the kernel is started again: nobody hears what is set
+        page.evaluate("lost()")
+        assert "run the cell again" in page.inner_text("#said")
+        assert page.locator("#panel").evaluate("e => e.inert")
+        page.evaluate("tell({ say: 'done', of: 'scene' })")
+        assert "run the cell again" not in page.inner_text("#said")
+        assert not page.locator("#panel").evaluate("e => e.inert")
 
         # another view of the same, later
         page.evaluate("() => { stop(); document.getElementById('cell').replaceChildren(); again(); }")

@@ -7,13 +7,18 @@ import look from "../../../porelang/preview/web/page.css";
 import own from "./widget.css";
 
 const AXES = "xyz";
+const GONE = "The kernel that this belongs to has been restarted: run the cell again. The picture is the last one.";
 
 export default () => {
   const views = new Set(), texts = new Texts();
   const last = {};  // the words that a new view has to hear, by what they say and of what
+  let gone = false;
   return {
     initialize({ model }) {
+      // the one word that a notebook has for it: it says so of models whose kernel is started again
+      const lost = () => { gone = true; for (const view of views) view.lost(gone); };
       const hear = (word, buffers) => {
+        if (gone) { gone = false; for (const view of views) view.lost(gone); }  // it was not so
         if (word.say === "scene") {
           const { buffer, byteOffset, byteLength } = buffers[0];
           word = unpacked(buffer.slice(byteOffset, byteOffset + byteLength));
@@ -25,8 +30,9 @@ export default () => {
         for (const view of views) view.heard(own_of(word));
       };
       model.on("msg:custom", hear);
+      model.on("comm_live_update", lost);
       model.send({ do: "begin" });
-      return () => model.off("msg:custom", hear);
+      return () => { model.off("msg:custom", hear); model.off("comm_live_update", lost); };
     },
 
     render({ model, el }) {
@@ -68,6 +74,10 @@ export default () => {
       }
       follow.height(model.get("height"));
       const view = {
+        lost(so) {
+          element("panel").inert = so;  // nobody would hear what is set there
+          viewer.wrong("kernel", so ? GONE : "");
+        },
         heard(word) {
           if (word.say === "program") element("panel").hidden = false;
           viewer.heard(word);
@@ -78,6 +88,7 @@ export default () => {
       views.add(view);
       for (const word of [last.program, last.scene]) if (word) view.heard(own_of(word));
       for (const word of Object.values(last)) if (word.say === "refused") view.heard(word);
+      if (gone) view.lost(gone);
       return () => {
         views.delete(view);
         viewer.close();
