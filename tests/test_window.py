@@ -261,6 +261,13 @@ def test_letters_are_of_one_width(monkeypatch: pytest.MonkeyPatch) -> None:
     letters.font.cache_clear()
 
 
+def test_messages_keep_their_columns_and_words() -> None:
+    text = "error: something\n   |\n12 | let q = z + nothere\n   |             ^^^^^^^ nothing is called so"
+    assert letters.broken(text, 80) == text.splitlines()
+    assert letters.broken(text, 32)[-2:] == ["   |             ^^^^^^^ nothing", "    is called so"]
+    assert letters.broken("x" * 20, 12) == ["x" * 12, "    " + "x" * 8]
+
+
 def test_what_is_wrong_covers_two_fifths_at_most() -> None:
     text = "\n".join(f"line {i}" for i in range(80))
     made = notice(text, (400, 300))

@@ -41,9 +41,17 @@ def wrapped(text: str, room: int) -> list[str]:
 
 
 def broken(text: str, room: int) -> list[str]:
-    """A message in lines of at most `room` letters, broken where they end: what stands in columns is not moved."""
+    """A message in lines of at most `room` letters; what stands in columns is not moved, and words stay whole."""
     room = max(room, 8)
-    return [line[i : i + room] for line in text.splitlines() for i in range(0, max(len(line), 1), room)]
+    out = []
+    for line in text.splitlines():
+        while len(line) > room:
+            space = line.rfind(" ", room // 2, room + 1)
+            end = space if space > 0 and line[:space].strip() else room
+            out.append(line[:end])
+            line = "    " + line[end:].lstrip()
+        out.append(line)
+    return out
 
 
 def premultiplied(image: Image.Image) -> Image.Image:
