@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -288,3 +289,17 @@ def test_colours_have_their_numbers_and_unit() -> None:
     assert (pixels[..., :3] <= pixels[..., 3:]).all()  # premultiplied
     assert colours(made, (100, 60)) is None
     assert colours(scene(program.design()), (640, 480)) is None
+
+
+def test_what_takes_long_is_cancelled() -> None:
+    pytest.importorskip("moderngl_window")
+    from porelang.preview.window import Window
+
+    known, cancelled = Known(), []
+    for purpose in ("scene", "measure"):
+        known.hear({"say": "doing", "of": purpose, "what": "solving", "share": 0.1})
+    Window._cancel(SimpleNamespace(known=known, live=SimpleNamespace(cancel=cancelled.append)))  # type: ignore[arg-type]
+    assert cancelled == ["scene", "measure"]
+    assert known.wrong["scene"].startswith("cancelled")
+    known.hear({"say": "done", "of": "scene"})
+    assert known.doing == {"measure": "solving 10%"}

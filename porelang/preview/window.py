@@ -296,7 +296,8 @@ class Window(WindowConfig):
         """What takes long is not wanted any more; the picture stays."""
         for purpose in self.known.doing:
             self.live.cancel(purpose)
-            self.known.wrong["scene"] = "cancelled: the picture is as it was" if purpose == "scene" else ""
+            if purpose == "scene":
+                self.known.wrong["scene"] = "cancelled: the picture is as it was"
 
     def on_close(self) -> None:
         self.ended.set()
