@@ -114,8 +114,9 @@ class PoreError(Exception):
         import traceback
 
         inside = os.path.dirname(__file__) + os.sep
+        between = [f"{os.sep}{name}{os.sep}" for name in ("IPython", "traitlets")]  # a viewer's are assigned by these
         own = [f for f in traceback.extract_tb(self.__traceback__)
-               if not f.filename.startswith(inside) and f"{os.sep}IPython{os.sep}" not in f.filename
+               if not f.filename.startswith(inside) and not any(name in f.filename for name in between)
                and "run_cell_magic('pore'" not in (f.line or "")]  # fmt: skip
         if not own:  # a cell that is a program
             return str(self).split("\n")

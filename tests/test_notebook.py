@@ -9,8 +9,10 @@ import json
 import shutil
 import sys
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ from PIL import Image
 import porelang
 from porelang.diagnostics import PoreError
 from porelang.notebook import display, still
+from porelang.notebook.magic import load_ipython_extension
 from porelang.notebook.slice import slice_picture
 
 pytest.importorskip("anywidget")
@@ -40,6 +43,7 @@ let high = z + 3mm
 check r > 0mm, "it is there"
 out part = (kind(8) |> shell(0.7)) & sphere(r) & box([40, 40, 16])
 out foot = box([24, 24, 2]) |> translate([0, 0, -13])
+out none = sphere(1) & box([24, 24, 2]) |> translate([0, 0, -13])
 """
 
 
@@ -133,17 +137,61 @@ def test_what_is_wrong_is_told_and_the_last_picture_stays(heard: Heard) -> None:
     for wrong, code in none:
         viewer.set_state(wrong)
         assert code in viewer.wrong
-        assert heard.words[-1] == {"say": "refused", "of": "scene", "text": viewer.wrong}
+        refused = heard.words[-1]
+        assert (refused["say"], refused["of"], refused["text"]) == ("refused", "settings", viewer.wrong)
         (name,) = wrong
         assert heard.states[-1] == {name: getattr(viewer, name)}  # the browser is told what holds
     assert viewer.settings["r"] == 10
     scenes = len(heard.scenes)
-    told = heard.after(lambda: setattr(viewer, "paint", "hihg"))
+    told = heard.after(lambda: viewer.set_state({"paint": "hihg"}))
     assert "did you mean `high`" in next(word["text"] for word in told if word["say"] == "refused")
     assert "did you mean `high`" in viewer.wrong
-    assert len(heard.scenes) == scenes
-    heard.after(lambda: setattr(viewer, "paint", ""))
+    assert (viewer.paint, len(heard.scenes)) == ("", scenes)
+    told = heard.after(lambda: setattr(viewer, "paint", ""))
     assert viewer.wrong == ""
+    assert {"say": "refused", "of": "settings", "text": ""}.items() <= told[0].items()  # nor in the browser
+    # what can be set, and not drawn
+    heard.after(lambda: setattr(viewer, "outputs", ["part", "none"]))
+    assert "E103" in viewer.wrong
+    heard.after(lambda: setattr(viewer, "cut", "y<0"))
+    assert "E103" in viewer.wrong  # still
+    heard.after(lambda: setattr(viewer, "outputs", ["part"]))
+    assert viewer.wrong == ""
+
+
+def test_every_trait_refuses_what_cannot_be(program: porelang.Program) -> None:
+    viewer = program.view()
+    cannot: list[tuple[str, Any, str]] = [
+        ("cut", "q<0", "`q<0` cuts nothing"),
+        ("paint", "nonsense(", "E00"),
+        ("paint", "nothere", "nothere"),
+        ("height", -5, "-5 pixels"),
+        ("height", 100_000, "100000 pixels"),
+        ("settings", {"r": 99}, "E085"),
+        ("outputs", ["nothere"], "E100"),
+    ]
+    for name, value, why in cannot:
+        before = getattr(viewer, name)
+        with pytest.raises(PoreError):
+            setattr(viewer, name, value)
+        assert getattr(viewer, name) == before
+        assert why in viewer.wrong  # of the last one, not of one before
+    viewer.plane = True
+    assert viewer.wrong == ""
+    viewer.height = 300
+    with pytest.raises(PoreError, match="nothere"):
+        program.view(paint="nothere")
+
+
+def test_what_is_counted_is_a_whole_number() -> None:
+    counted = porelang.compile("param n = 4 in 2..8\nparam r = 5mm in 4mm..9mm\npreset \"many\": n = 8\n"
+                               "out part = ring(translate(sphere(r), [20, 0, 0]), n)")  # fmt: skip
+    viewer = counted.view(n="6")
+    assert [repr(value) for value in viewer.settings.values()] == ["6", "5.0"]
+    viewer._handle_custom_msg({"do": "preset", "name": ""}, [])
+    assert repr(viewer.settings["n"]) == "4"
+    viewer.settings = {"n": 3.0}
+    assert repr(viewer.settings["n"]) == "3"
 
 
 def test_a_viewer_begins_with_what_is_asked(program: porelang.Program) -> None:
@@ -227,6 +275,26 @@ def test_a_field_shows_a_slice(program: porelang.Program, monkeypatch: pytest.Mo
     assert slice_picture(made, *made.of).startswith(b"\x89PNG")
 
 
+def test_a_cell_tells_its_own_lines_and_no_others(
+    program: porelang.Program, capsys: pytest.CaptureFixture[str]
+) -> None:
+    known: dict[str, Any] = {}
+    shell = SimpleNamespace(user_ns=known, register_magic_function=lambda made, kind, name: known.update({name: made}))
+    load_ipython_extension(shell)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        known["pore"]("bowl", "let unread = z\nout part = sphere(3)")
+    assert "bowl" in known
+    told = capsys.readouterr().err
+    assert told.startswith("warning[W220]: nothing reads `unread`\n --> bowl:1:5\n")
+    assert ".py" not in told
+    with pytest.raises(PoreError) as caught:
+        program.view().paint = "nothere"
+    lines = caught.value._render_traceback_()
+    assert "test_notebook.py" in lines[0]
+    assert not any("traitlets" in line for line in lines)
+
+
 # ---- the bundle -----------------------------------------------------------------------------------------------------
 
 
@@ -250,6 +318,7 @@ const model = window.model = {
   on: (name, act) => { (heard[name] ??= []).push(act); },
   off: (name, act) => { heard[name] = heard[name].filter((one) => one !== act); },
 };
+window.lost = () => call("comm_live_update");
 window.tell = (word, text) => {  // bytes of a message begin wherever they do
   const bytes = Uint8Array.from(atob(text ?? ""), (c) => c.charCodeAt(0)), odd = new Uint8Array(bytes.length + 3);
   odd.set(bytes, 3);
@@ -342,11 +411,27 @@ def test_the_widget_draws_in_a_browser(heard: Heard) -> None:
         assert page.evaluate("said.at(-1).cut") == "x>2"
 
         # what is wrong lies over the picture that was there
+        page.fill("#paint", "hihg")
+        page.press("#paint", "Enter")
+        page.wait_for_function("said.at(-1).paint === 'hihg'")
         passed(lambda: viewer.set_state({"paint": "hihg"}))
+        page.evaluate("state => Object.entries(state).forEach(([n, v]) => model.set(n, v))", heard.states[-1])
+        assert page.evaluate("model.get('paint')") == ""
+        assert page.input_value("#paint") == "hihg"  # to be mended
+        page.evaluate("model.set('height', 350)")
+        assert page.locator("#view").evaluate("e => e.getRootNode().host.style.getPropertyValue('--height')") == "350px"
         assert "did you mean `high`" in page.inner_text("#said")
         assert (seen(0)[..., 3] > 0).any()
         ground = page.locator(".frame").first.evaluate("e => getComputedStyle(e).backgroundColor")
         assert ground == "rgb(27, 28, 26)"  # the dark of the notebook, whatever the browser's is
+
+        # the kernel is started again: nobody hears what is set
+        page.evaluate("lost()")
+        assert "run the cell again" in page.inner_text("#said")
+        assert page.locator("#panel").evaluate("e => e.inert")
+        page.evaluate("tell({ say: 'done', of: 'scene' })")
+        assert "run the cell again" not in page.inner_text("#said")
+        assert not page.locator("#panel").evaluate("e => e.inert")
 
         # another view of the same, later
         page.evaluate("() => { stop(); document.getElementById('cell').replaceChildren(); again(); }")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
 from typing import Any
 
 from porelang.compiler import compile
-from porelang.diagnostics import fail
+from porelang.diagnostics import PoreWarning, fail
 from porelang.program import Program
 
 
@@ -19,7 +21,13 @@ def load_ipython_extension(shell: Any) -> None:
             raise fail(
                 "E108", f"`{name}` is no name for a program", hint="write `%%pore`, or a name: `%%pore specimen`"
             )
-        program = compile(cell, name=name)
+        with warnings.catch_warnings(record=True) as doubts:
+            program = compile(cell, name=name)
+        for doubt in doubts:
+            if issubclass(doubt.category, PoreWarning):  # of a line of the cell, and none of IPython's
+                print(doubt.message, file=sys.stderr)
+            else:
+                warnings.warn_explicit(doubt.message, doubt.category, doubt.filename, doubt.lineno)
         shell.user_ns[name] = program
         return program
 

@@ -19,11 +19,14 @@ from porelang.preview.scene import Scene, Wish
 from porelang.preview.wire import packed, texts
 from porelang.program import Design, Program
 from porelang.render.cuts import HalfSpace
+from porelang.render.picture import field_of
 from porelang.session.jobs import Jobs
 from porelang.settings import Setting, settle
 
 #: Traits of which each change is another scene.
 DRAWN = ("settings", "outputs", "paint", "plane")
+#: What a viewer may be high, in pixels.
+LOWEST, HIGHEST = 100, 4000
 
 
 class Viewer(anywidget.AnyWidget):
@@ -32,8 +35,8 @@ class Viewer(anywidget.AnyWidget):
     `settings` has the value of every param, in base units (mm, rad, N, MPa) or by its word. What is assigned may name
     some, also with units (`viewer.settings = {"w": "2cm"}`): the others stay. `outputs` are those that are drawn (none:
     the usual one), `paint` the field that gives the colours, `plane` whether it is shown on the section, `cut` the
-    section, as `pore render --cut` has it (`"y<0"`, "" for none). `wrong` is what the viewer says is wrong.
-    Each of these can be observed; `design` has the settings bound.
+    section, as `pore render --cut` has it (`"y<0"`, "" for none). `wrong` is why what was last assigned was not taken,
+    or why it is not drawn; "" where nothing is wrong. Each of these can be observed; `design` has the settings bound.
     """
 
     _esm = Path(__file__).with_name("widget.js")
@@ -53,7 +56,8 @@ class Viewer(anywidget.AnyWidget):
         self._asked: Any = None  # of what the last picture is; None before a browser has asked for one
         self._from_browser = False
         # what was accepted: where several traits are set at once, they have their new values before they are validated
-        self._accepted: dict[str, Any] = {"settings": {}, "outputs": [], "cut": ""}
+        self._accepted: dict[str, Any] = {"settings": {}, "outputs": [], "paint": "", "cut": "", "height": 460}
+        self._why: dict[str, str] = {}  # what is wrong, by its purpose: what is set, or the picture of it
         self._refused: set[str] = set()
         self._still_of: Any = None  # what was set when the still picture was made
         super().__init__(settings=dict(settings or {}), **traits)
@@ -94,6 +98,8 @@ class Viewer(anywidget.AnyWidget):
         finally:
             self._from_browser = False
             refused, self._refused = self._refused, set()
+            if not refused:
+                self._well()
             for name in refused:
                 self.send_state(name)
 
@@ -103,7 +109,7 @@ class Viewer(anywidget.AnyWidget):
             found = settle(self.program.params, {**self._accepted["settings"], **proposal["value"]})
         except PoreError as error:
             return self._rejected("settings", error)
-        return self._taken("settings", {n: told.word(self.program.params[n], v) for n, v in found.items()})
+        return self._taken("settings", {n: self._value(n, v) for n, v in found.items()})
 
     @traitlets.validate("outputs")
     def _chosen(self, proposal: Any) -> Any:
@@ -112,6 +118,28 @@ class Viewer(anywidget.AnyWidget):
         except PoreError as error:
             return self._rejected("outputs", error)
         return self._taken("outputs", found)
+
+    @traitlets.validate("paint")
+    def _painted(self, proposal: Any) -> Any:
+        text = proposal["value"].strip()
+        try:
+            if text:
+                field_of(self.program, text, "colour by")
+        except PoreError as error:
+            return self._rejected("paint", error)
+        return self._taken("paint", text)
+
+    @traitlets.validate("plane")
+    def _planed(self, proposal: Any) -> Any:
+        return self._taken("plane", proposal["value"])
+
+    @traitlets.validate("height")
+    def _high(self, proposal: Any) -> Any:
+        pixels = proposal["value"]
+        if not LOWEST <= pixels <= HIGHEST:
+            return self._rejected("height", fail("E108", f"height: a viewer cannot be {pixels} pixels high",
+                                                 hint=f"from {LOWEST} to {HIGHEST} it can"))  # fmt: skip
+        return self._taken("height", pixels)
 
     @traitlets.validate("cut")
     def _sides(self, proposal: Any) -> Any:
@@ -125,17 +153,29 @@ class Viewer(anywidget.AnyWidget):
             return self._rejected("cut", error)
         return self._taken("cut", "".join(str(HalfSpace(*side)) for side in sides))
 
+    def _value(self, name: str, value: float) -> Setting:
+        """A value of a param as it is shown: what counts something is a whole number."""
+        info = self.program.params[name]
+        return int(value) if info.structural and not info.choices else told.word(info, value)
+
     def _taken(self, name: str, value: Any) -> Any:
         self._accepted[name] = value
+        if not self._from_browser:  # of several that are set there, one may be refused
+            self._well()
         return value
 
     def _rejected(self, name: str, error: PoreError) -> Any:
         """What a trait is where it cannot be what was asked for. Errors: why, unless a browser has asked."""
-        self._tell(refusal("scene", error.diagnostics))
+        self._tell(refusal("settings", error.diagnostics))
         if not self._from_browser:
             raise error
         self._refused.add(name)
         return self._accepted[name]
+
+    def _well(self) -> None:
+        """What was last set has been taken: what was wrong with something before it is past."""
+        if self._why.get("settings"):
+            self._tell(refusal("settings", []))
 
     # ---- what is drawn ----------------------------------------------------------------------------------------------
 
@@ -149,7 +189,7 @@ class Viewer(anywidget.AnyWidget):
             case {"do": "preset", "name": str(name)}:
                 presets = self.program.presets
                 if not name or name in presets:
-                    defaults = {n: told.word(info, info.default) for n, info in self.program.params.items()}
+                    defaults = {n: self._value(n, info.default) for n, info in self.program.params.items()}
                     self.settings = defaults | presets.get(name, {})
             case {"do": "cancel"}:
                 self._jobs.cancel()
@@ -163,6 +203,7 @@ class Viewer(anywidget.AnyWidget):
 
     def _draw(self) -> None:
         self._asked = _, wish = self._wished()
+        self._wrong("scene", "")  # of what was set before
 
         def work() -> None:
             draw(self.design, wish, self._tell)
@@ -171,10 +212,14 @@ class Viewer(anywidget.AnyWidget):
 
     def _tell(self, message: Message) -> None:
         if isinstance(message, Scene):
-            self.wrong = ""
+            self._wrong("scene", "")
             self.send({"say": "scene"}, buffers=[packed(message, self._known)])
             self._known = texts(message)
             return
         if message["say"] == "refused":
-            self.wrong = message["text"]
+            self._wrong(message["of"], message["text"])
         self.send(message)
+
+    def _wrong(self, purpose: str, text: str) -> None:
+        self._why[purpose] = text
+        self.wrong = self._why.get("settings") or self._why.get("scene", "")

@@ -1,11 +1,12 @@
-"""The preview in a window of the system: the part, its params by keys, and what is wrong, on it."""
+"""The preview in a window of the system: the part, beside it what is set and was measured, and what is wrong."""
 
 from __future__ import annotations
 
-import math
+import logging
 import queue
 import threading
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import moderngl
@@ -14,18 +15,17 @@ from moderngl_window.context.base import KeyModifiers, WindowConfig
 from PIL import Image
 
 from porelang.preview.doing import Message
-from porelang.preview.drawing import Drawing, Section, diagonal
+from porelang.preview.drawing import Drawing, diagonal
+from porelang.preview.frames import Frames
+from porelang.preview.heard import Known
+from porelang.preview.items import Desk
 from porelang.preview.live import Live, Start
 from porelang.preview.orbit import Orbit
-from porelang.preview.panel import panel
-from porelang.preview.scene import Scene, Wish
+from porelang.preview.panel import WIDE, Column, colours, column, notice
+from porelang.preview.scene import Scene
 from porelang.preview.watched import LOOK, Watched
 from porelang.render.camera import VIEWS
 
-#: Seconds that a frame may take while something moves, and a strip of the full picture; without a change until that is
-#: begun.
-FRAME, STRIP, STILL = 0.04, 0.03, 0.15
-COARSEST = 8.0
 SHOWN = """#version 330
 uniform sampler2D picture; uniform vec2 size; uniform vec2 corner; out vec4 colour;
 void main() { colour = texture(picture, (gl_FragCoord.xy - corner) / size); }"""
@@ -37,33 +37,29 @@ class Window(WindowConfig):
     """A program in a window. `path` and `start` say which, and what it begins with."""
 
     gl_version = (4, 3)
-    window_size = (960, 720)
+    window_size = (1120, 760)
     aspect_ratio = None  # type: ignore[assignment]  # as wide as it is made
     title = "porelang"
+    log_level = logging.WARNING  # the terminal is not told what the driver is called
     path = ""
     start = Start({}, None, {})
 
     def __init__(self, **more: Any) -> None:
         super().__init__(**more)
-        self.orbit, self.section = Orbit(), Section()
-        self.drawing = Drawing(self.ctx)
+        self.orbit, self.drawing, self.known = Orbit(), Drawing(self.ctx), Known()
+        self.frames = Frames(self.ctx, self.drawing)
         self.heard: queue.Queue[Message] = queue.Queue()
-        self.told: dict[str, str] = {}
-        self.params: list[dict[str, Any]] = []
-        self.bodies: list[str] = []
-        self.fields: list[str] = []
-        self.chosen, self.file, self.doing = 0, "", ""
-        self.paint, self.fitted = "", ""
-        self.coarse, self.per_pixel = 4.0, 0.0
-        self.moved, self.left = True, -1  # rows of the full picture that are not drawn yet
-        self.since = time.monotonic()
-        self.pictures = 0  # full ones so far
-        self.shown: moderngl.Framebuffer | None = None
-        self.full: moderngl.Framebuffer | None = None
-        self.words: moderngl.Texture | None = None
+        self.chosen, self.fitted = 0, ""
+        self.beside, self.scrolled = True, 0  # whether the column is seen, and by how many pixels it is moved up
+        self.column: Column | None = None
+        self.pulled: int | None = None  # the item whose slider the mouse holds; -1 elsewhere on the column
+        # what stands beside and over the picture, by what it is
+        self.words: dict[str, moderngl.Texture] = {}
+        self.written = 0, 0  # the size that these were made for
         program = self.ctx.program(vertex_shader=PLACED, fragment_shader=SHOWN)
         self.shower = program, self.ctx.vertex_array(program, [])
         self.live = Live(self.path, self.heard.put, self.start)
+        self.desk = Desk(self.live, self.known)
         self.ended = threading.Event()
         threading.Thread(target=self._follow, daemon=True).start()
 
@@ -83,99 +79,75 @@ class Window(WindowConfig):
             changed = True
             if isinstance(word, Scene):
                 self._take(word)
-            elif word["say"] == "program":
-                self.params, self.bodies, self.fields = word["params"], word["bodies"], word["fields"]
-                self.chosen = min(self.chosen, max(len(self.params) - 1, 0))
-                self.file, self.wnd.title = word["file"], word["file"]
-                self.told["text"] = "\n\n".join(word["wrong"])
-            elif word["say"] == "refused":
-                self.told[word["of"]] = word["text"]
-            elif word["say"] == "doing" and word["of"] == "scene":
-                self.doing = f"{word['what']} {word['share']:.0%}"
-            elif word["say"] == "done" and word["of"] == "scene":
-                self.doing = ""
-        if changed:
+            else:
+                self.known.hear(word)
+        if changed and self.known.file:
+            self.wnd.title = self.known.file
+        if changed or self.written != self.wnd.buffer_size:
             self._write()
 
     def _take(self, scene: Scene) -> None:
         try:
             self.drawing.take(scene)
         except moderngl.Error as error:
-            self.told["scene"] = f"this graphics driver refuses the shader of the part:\n{error}"
+            self.known.wrong["scene"] = f"this graphics driver refuses the shader of the part:\n{error}"
             return
-        self.told["scene"] = ""
-        names = " ".join(b.layer.name for b in scene.bodies)
+        self.known.wrong["scene"] = ""
+        self.desk.stage, self.desk.drawn = scene.stage, tuple(b.layer.name for b in scene.bodies)
+        names = " ".join(self.desk.drawn)
         if names != self.fitted:
-            self.orbit.fit(scene.stage, self.wnd.buffer_size)
+            self.orbit.fit(scene.stage, self._size())
         self.fitted = names
-        self.moved = True
+        self.frames.moved = True
+
+    # ---- what stands beside the picture -----------------------------------------------------------------------------
+
+    @property
+    def _scale(self) -> float:
+        """Pixels of a screen to one of a window's."""
+        return float(self.wnd.pixel_ratio)
+
+    def _left(self) -> int:
+        """Where the picture begins: a narrow window has no room for a column."""
+        wide = round(WIDE * self._scale)
+        return wide if self.beside and self.wnd.buffer_size[0] >= 1.6 * wide else 0
+
+    def _size(self) -> tuple[int, int]:
+        """Of the picture."""
+        width, height = self.wnd.buffer_size
+        return max(1, width - self._left()), max(1, height)
 
     def _write(self) -> None:
-        """What stands over the picture."""
-        wrong = "\n\n".join(filter(None, self.told.values()))
-        image = panel(self.file, self.params, self.chosen, self._looks(), wrong, self.doing)
-        if self.words is not None:
-            self.words.release()
-        self.words = self.ctx.texture(image.size, 4, image.transpose(Image.Transpose.FLIP_TOP_BOTTOM).tobytes())
+        self.written = self.wnd.buffer_size
+        height, scale = self.written[1], self._scale
+        items = self.desk.items()
+        self.chosen = min(self.chosen, len(items) - 1)
+        self.column = column(self.known, items, self.chosen, height, scale) if self._left() else None
+        if self.column is not None:
+            self.scrolled = min(max(self.scrolled, 0), self.column.image.height - height)
+            self._put("column", self.column.image.crop((0, self.scrolled, self._left(), self.scrolled + height)))
+        wrong = "\n\n".join(filter(None, self.known.wrong.values()))
+        self._put("notice", notice(wrong, self._size(), scale) if wrong else None)
+        scene = self.drawing.scene
+        self._put("colours", None if scene is None else colours(scene, self._size()))
 
-    def _looks(self) -> str:
-        axis = self.section.axis
-        across = "" if axis < 0 else f"section {'xyz'[axis]} = {self.section.offset:.4g} mm   "
-        return across + (f"colour: {self.paint}" if self.paint else "")
+    def _put(self, name: str, image: Image.Image | None) -> None:
+        before = self.words.pop(name, None)
+        if before is not None:
+            before.release()
+        if image is not None:
+            upright = image.transpose(Image.Transpose.FLIP_TOP_BOTTOM)
+            self.words[name] = self.ctx.texture(image.size, 4, upright.tobytes())
 
     # ---- what is drawn ----------------------------------------------------------------------------------------------
 
     def on_render(self, time: float, frame_time: float) -> None:
         self._hear()
-        if self.drawing.scene is not None:
-            if self.moved:
-                self._quick()
-            elif self.left != 0 and _now() - self.since > STILL:
-                self._strip()
+        if (scene := self.drawing.scene) is not None:
+            self.frames.draw(self.orbit.camera(diagonal(scene.stage)), self.desk.section, self._size())
         self._present()
-        if not self.moved and self.left == 0:
+        if scene is None or self.frames.still:
             _rest()
-
-    def _camera(self) -> Any:
-        assert self.drawing.scene is not None
-        return self.orbit.camera(diagonal(self.drawing.scene.stage))
-
-    def _target(self, coarse: float, before: moderngl.Framebuffer | None) -> moderngl.Framebuffer:
-        width, height = self.wnd.buffer_size
-        size = max(1, round(width / coarse)), max(1, round(height / coarse))
-        if before is not None and before.size == size:
-            return before
-        depth = self.ctx.depth_renderbuffer(size)
-        made: moderngl.Framebuffer = self.ctx.framebuffer([self.ctx.texture(size, 4)], depth)
-        return made
-
-    def _quick(self) -> None:
-        begun = _now()
-        self.shown = self._target(self.coarse, self.shown if self.shown is not self.full else None)
-        self.drawing.draw(self.shown, self._camera(), self.section, 0, self.shown.height)
-        self.ctx.finish()
-        taken = _now() - begun
-        self.per_pixel = taken / (self.shown.width * self.shown.height)
-        if taken > FRAME:
-            self.coarse = min(COARSEST, self.coarse * (taken / FRAME) ** 0.5)
-        elif taken < FRAME / 3:
-            self.coarse = max(1.0, self.coarse / 1.3)
-        self.moved, self.left, self.since = False, -1, _now()
-
-    def _strip(self) -> None:
-        """Some more rows of the full picture, from the top."""
-        if self.left < 0:
-            self.full = self._target(1.0, self.full if self.full is not self.shown else None)
-            self.left = self.full.height
-        assert self.full is not None
-        rows = max(1, int(STRIP / max(self.per_pixel, 1e-12) / self.full.width))
-        first = max(0, self.left - rows)
-        self.drawing.draw(self.full, self._camera(), self.section, first, self.left)
-        self.ctx.finish()
-        self.left = first
-        if not first:
-            self.shown = self.full
-            self.pictures += 1
 
     def _present(self) -> None:
         self.wnd.use()
@@ -183,12 +155,17 @@ class Window(WindowConfig):
         self.ctx.clear(1.0, 1.0, 1.0, 1.0)
         self.ctx.enable_only(moderngl.BLEND)
         self.ctx.blend_func = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
-        if self.shown is not None:
-            picture = self.shown.color_attachments[0]
+        width, height = self.wnd.buffer_size
+        left = self._left()
+        if self.frames.shown is not None:
+            picture = self.frames.shown.color_attachments[0]
             assert isinstance(picture, moderngl.Texture)
-            self._show(picture, self.wnd.buffer_size, (0, 0))
-        if self.words is not None:
-            self._show(self.words, self.words.size, (0, self.wnd.buffer_size[1] - self.words.height))
+            self._show(picture, self._size(), (left, 0))
+        for name, made in self.words.items():
+            if name == "column" and not left:
+                continue
+            corner = {"column": (0, height - made.height), "notice": (left, 0)}
+            self._show(made, made.size, corner.get(name, (width - made.width, height - made.height)))
 
     def _show(self, picture: moderngl.Texture, size: tuple[int, int], corner: tuple[int, int]) -> None:
         program, corners = self.shower
@@ -205,108 +182,126 @@ class Window(WindowConfig):
     # ---- hands ------------------------------------------------------------------------------------------------------
 
     def on_resize(self, width: int, height: int) -> None:
-        self.moved = True
+        self.frames.moved = True
+
+    def on_mouse_press_event(self, x: int, y: int, button: int) -> None:
+        self.pulled = None
+        place = self._on_column(x, y)
+        if place is None or self.column is None:
+            return
+        self.pulled = -1
+        for i, (top, bottom) in enumerate(self.column.rows):
+            if top <= place[1] < bottom:
+                self.chosen, item = i, self.desk.items()[i]
+                if item.put is None:  # a click goes on, the right button back
+                    item.step(1 if button == self.wnd.mouse.left else -1)
+                else:
+                    self.pulled = i
+                    if place[1] >= top + (bottom - top) / 2:  # on the slider, not on its name
+                        self._pull(place[0])
+        self._changed()
+
+    def on_mouse_release_event(self, x: int, y: int, button: int) -> None:
+        self.pulled = None
 
     def on_mouse_drag_event(self, x: int, y: int, dx: int, dy: int) -> None:
-        if self.wnd.mouse_states.right or self.wnd.modifiers.shift:
+        if self.pulled is not None:
+            self._pull(x * self._scale)
+        elif self.wnd.mouse_states.right or self.wnd.modifiers.shift:
             self.orbit.move(dx, dy, self.wnd.size[1])
         else:
             self.orbit.turn(-0.4 * dx, 0.4 * dy)
-        self.moved = True
+        self.frames.moved = True
 
     def on_mouse_scroll_event(self, x_offset: float, y_offset: float) -> None:
-        self.orbit.closer(1.1**y_offset)
-        self.moved = True
+        if self._on_column(*map(int, self.mouse_at)) is None:
+            self.orbit.closer(1.1**y_offset)
+            self.frames.moved = True
+        else:
+            self.scrolled -= round(60 * y_offset * self._scale)
+            self._write()
+
+    def on_mouse_position_event(self, x: int, y: int, dx: int, dy: int) -> None:
+        self.mouse_at = x, y
+
+    #: Where the mouse was last seen, in pixels of the window.
+    mouse_at: tuple[float, float] = (1e6, 0.0)
+
+    def _on_column(self, x: int, y: int) -> tuple[float, float] | None:
+        """The place in the column's picture; None elsewhere."""
+        place = x * self._scale, y * self._scale + self.scrolled
+        return place if place[0] < self._left() else None
+
+    def _pull(self, x: float) -> None:
+        """The slider that the mouse holds, to under it."""
+        items = self.desk.items()
+        if self.column is None or self.pulled is None or not 0 <= self.pulled < len(items):
+            return
+        put = items[self.pulled].put
+        if put is not None:
+            put((x - self.column.left) / (self.column.right - self.column.left))
+            self._changed()
 
     def on_key_event(self, key: Any, action: Any, modifiers: KeyModifiers) -> None:
-        keys = self.wnd.keys
-        scene = self.drawing.scene
-        if action != keys.ACTION_PRESS or scene is None:
+        keys, desk = self.wnd.keys, self.desk
+        if action != keys.ACTION_PRESS:
             return
         turn = 1.0 if modifiers.shift else 5.0
+        toward: Sequence[float] = self.orbit.axes()[0].tolist()
         acts: dict[Any, Any] = {
             keys.LEFT: lambda: self.orbit.turn(-turn, 0), keys.RIGHT: lambda: self.orbit.turn(turn, 0),
             keys.UP: lambda: self.orbit.turn(0, turn), keys.DOWN: lambda: self.orbit.turn(0, -turn),
             keys.EQUAL: lambda: self.orbit.closer(1.15), keys.MINUS: lambda: self.orbit.closer(1 / 1.15),
-            keys.F: lambda: self.orbit.fit(scene.stage, self.wnd.buffer_size), keys.O: self._project,
-            keys.X: lambda: self._cross(0), keys.Y: lambda: self._cross(1), keys.Z: lambda: self._cross(2),
-            keys.PAGE_UP: lambda: self._slide(1), keys.PAGE_DOWN: lambda: self._slide(-1), keys.C: self._colour,
+            keys.F: self._fit, keys.O: self._project, keys.H: self._hide,
+            keys.X: lambda: desk.cross(0, toward), keys.Y: lambda: desk.cross(1, toward),
+            keys.Z: lambda: desk.cross(2, toward), keys.P: desk.field_on, keys.C: desk.colour,
+            keys.PAGE_UP: lambda: desk.slide(1), keys.PAGE_DOWN: lambda: desk.slide(-1),
             keys.TAB: lambda: self._choose(-1 if modifiers.shift else 1),
-            keys.PERIOD: lambda: self._set(1), keys.COMMA: lambda: self._set(-1),
+            keys.PERIOD: lambda: self._set(1), keys.COMMA: lambda: self._set(-1), keys.BACKSPACE: self._cancel,
         }  # fmt: skip
         acts |= {getattr(keys, f"NUMBER_{i + 1}"): lambda v=v: self._stand(v) for i, v in enumerate(VIEWS.values())}
         if key in acts:
             acts[key]()
-            self.moved = True
-            self._write()
+            self._changed()
+
+    def _changed(self) -> None:
+        self.frames.moved = True
+        self._write()
 
     def _project(self) -> None:
         self.orbit.perspective = not self.orbit.perspective
 
+    def _hide(self) -> None:
+        self.beside = not self.beside
+
+    def _fit(self) -> None:
+        if self.desk.stage is not None:
+            self.orbit.fit(self.desk.stage, self._size())
+
     def _stand(self, view: tuple[float, float]) -> None:
-        assert self.drawing.scene is not None
         self.orbit.azimuth, self.orbit.elevation = view
-        self.orbit.fit(self.drawing.scene.stage, self.wnd.buffer_size)
-
-    def _cross(self, axis: int) -> None:
-        """A section across an axis, through the middle; the same key again takes it away."""
-        assert self.drawing.scene is not None
-        box = self.drawing.scene.stage
-        if self.section.axis == axis:
-            self.section.axis = -1
-        else:
-            away = -1 if self.orbit.axes()[0][axis] > 0 else 1  # what is before it is taken away
-            self.section = Section(axis, (box.lo[axis] + box.hi[axis]) / 2, away)
-        self._wish()
-
-    def _slide(self, way: int) -> None:
-        axis = self.section.axis
-        if axis >= 0 and self.drawing.scene is not None:
-            box = self.drawing.scene.stage
-            moved = self.section.offset + way * box.size[axis] / 50
-            self.section.offset = min(max(moved, box.lo[axis]), box.hi[axis])
-
-    def _colour(self) -> None:
-        """The next of the fields."""
-        offered = ["", *self.fields]
-        self.paint = offered[(offered.index(self.paint) + 1) % len(offered)] if self.paint in offered else ""
-        self._wish()
-
-    def _wish(self) -> None:
-        self.told["scene"] = ""
-        self.live.show(Wish((), self.paint, self.section.axis >= 0))
+        self._fit()
 
     def _choose(self, way: int) -> None:
-        if self.params:
-            self.chosen = (self.chosen + way) % len(self.params)
+        self.chosen = (self.chosen + way) % len(self.desk.items())
+        self._write()
+        if self.column is not None:  # what is chosen is to be seen
+            top, bottom = self.column.rows[self.chosen]
+            self.scrolled = min(max(self.scrolled, bottom + 80 - self.wnd.buffer_size[1]), top)
 
     def _set(self, way: int) -> None:
-        """The chosen param, a step up or down."""
-        if not self.params:
-            return
-        param = self.params[self.chosen]
-        if param["choices"]:
-            place = (param["choices"].index(param["value"]) + way) % len(param["choices"])
-            param["value"] = param["choices"][place]
-        else:
-            step = param["step"] or param["scale"] * _fine((param["high"] - param["low"]) / param["scale"])
-            param["value"] = min(max(param["value"] + way * step, param["low"]), param["high"])
-        self.told["scene"] = ""
-        self.live.set({param["name"]: param["value"]})
+        self.desk.items()[self.chosen].step(way)
+
+    def _cancel(self) -> None:
+        """What takes long is not wanted any more; the picture stays."""
+        for purpose in self.known.doing:
+            self.live.cancel(purpose)
+            if purpose == "scene":
+                self.known.wrong["scene"] = "cancelled: the picture is as it was"
 
     def on_close(self) -> None:
         self.ended.set()
         self.live.close()
-
-
-def _fine(range: float) -> float:
-    """A step of 1, 2 or 5 times a power of ten, of which some fifty make a range."""
-    power = 10.0 ** math.floor(math.log10(range / 50))
-    return next(power * n for n in (5, 2, 1) if n * power <= range / 50)
-
-
-def _now() -> float:
-    return time.monotonic()
 
 
 def _rest() -> None:
@@ -314,7 +309,7 @@ def _rest() -> None:
     time.sleep(0.02)
 
 
-def opened(path: str, start: Start) -> None:
-    """Show a program in a window until it is closed."""
-    shown = type("Shown", (Window,), {"path": path, "start": start})
-    moderngl_window.run_window_config(shown, args=["--window", "pyglet"])  # without any it reads those of `pore`
+def opened(path: str, start: Start, args: Sequence[str] = ("--window", "pyglet")) -> None:
+    """Show a program in a window until it is closed; `args` are those of moderngl-window, which takes an empty list
+    for none and reads the command line of whoever called: there has to be one."""
+    moderngl_window.run_window_config(type("Shown", (Window,), {"path": path, "start": start}), args=list(args))

@@ -7,30 +7,36 @@ import look from "../../../porelang/preview/web/page.css";
 import own from "./widget.css";
 
 const AXES = "xyz";
+const GONE = "The kernel that this belongs to has been restarted: run the cell again. The picture is the last one.";
 
 export default () => {
   const views = new Set(), texts = new Texts();
-  const last = {};  // the words that a new view has to hear, by what they say
+  const last = {};  // the words that a new view has to hear, by what they say and of what
+  let gone = false;
   return {
     initialize({ model }) {
+      // the one word that a notebook has for it: it says so of models whose kernel is started again
+      const lost = () => { gone = true; for (const view of views) view.lost(gone); };
       const hear = (word, buffers) => {
+        if (gone) { gone = false; for (const view of views) view.lost(gone); }  // it was not so
         if (word.say === "scene") {
           const { buffer, byteOffset, byteLength } = buffers[0];
           word = unpacked(buffer.slice(byteOffset, byteOffset + byteLength));
           texts.into(word);
         }
-        if (["program", "scene", "refused"].includes(word.say)) last[word.say] = word;
-        if (word.say === "scene") delete last.refused;
+        if (["program", "scene"].includes(word.say)) last[word.say] = word;
+        if (word.say === "refused") last[`refused ${word.of}`] = word;
+        if (word.say === "scene") delete last["refused scene"];
         for (const view of views) view.heard(own_of(word));
       };
       model.on("msg:custom", hear);
+      model.on("comm_live_update", lost);
       model.send({ do: "begin" });
-      return () => model.off("msg:custom", hear);
+      return () => { model.off("msg:custom", hear); model.off("comm_live_update", lost); };
     },
 
     render({ model, el }) {
       const host = document.createElement("div"), root = host.attachShadow({ mode: "open" });
-      host.style.setProperty("--height", `${model.get("height")}px`);
       el.append(host);
       const forget = [themed(host, root), pictured(root, model)];
       const keep = (changes) => {
@@ -48,7 +54,12 @@ export default () => {
       const follow = {
         settings: (value) => viewer.put(value),
         outputs: (value) => { state.outputs = value; },
-        paint: (value) => { state.paint = element("paint").value = value; },
+        paint: (value) => {
+          state.paint = value;
+          // who has written something that cannot be mends it: it stays as long as they are there
+          if (root.activeElement !== element("paint")) element("paint").value = value;
+        },
+        height: (value) => host.style.setProperty("--height", `${value}px`),
         plane: (value) => {
           state.plane = value;
           if (value && state.scene && viewer.section.axis < 0) viewer.cross(1);  // it is shown somewhere
@@ -61,7 +72,12 @@ export default () => {
         model.on(`change:${name}`, changed);
         forget.push(() => model.off(`change:${name}`, changed));
       }
+      follow.height(model.get("height"));
       const view = {
+        lost(so) {
+          element("panel").inert = so;  // nobody would hear what is set there
+          viewer.wrong("kernel", so ? GONE : "");
+        },
         heard(word) {
           if (word.say === "program") element("panel").hidden = false;
           viewer.heard(word);
@@ -70,7 +86,9 @@ export default () => {
         },
       };
       views.add(view);
-      for (const say of ["program", "scene", "refused"]) if (last[say]) view.heard(own_of(last[say]));
+      for (const word of [last.program, last.scene]) if (word) view.heard(own_of(word));
+      for (const word of Object.values(last)) if (word.say === "refused") view.heard(word);
+      if (gone) view.lost(gone);
       return () => {
         views.delete(view);
         viewer.close();
