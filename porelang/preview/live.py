@@ -123,7 +123,7 @@ class Live:
     # ---- what is drawn ----------------------------------------------------------------------------------------------
 
     def set(self, settings: Mapping[str, float | str]) -> None:
-        """Set params, in base units, by their words, or as a text with a unit. What cannot be is told, and not taken."""
+        """Set params, in base units, by their words, or as texts with units. What cannot be is told, and not taken."""
         program = self._good()
         if program is None:  # they are looked at when there is one
             self.settings = {**self.settings, **settings}
@@ -183,9 +183,8 @@ class Live:
         if purpose != "scene" or self._drawing is None or self._drawing.done:
             return
         still = self._still()
-        if self._shown is not None:
-            drawn = self._shown[1]
-            self.wish = Wish(drawn.outputs, drawn.paint, self.wish.plane and drawn.plane)
+        if self._shown is not None and (program := self._good()) is not None:
+            self.wish = Look(wish=self._shown[1]).wished(program)
         if still or self._shown is None:  # else it was only to be drawn more quickly
             self.tell({"say": "stopped", "of": purpose, "still": still, "wish": word(self.wish)})
 
@@ -248,7 +247,7 @@ class Live:
             return ""
         design, wish = self._shown
         if design.program.source.text != program.source.text:
-            return "the program as it was before"
+            return "of the program as it was"
         now, then = settle(program.params, self.settings), design.settings
         parts = [
             f"{n} = {info.shown(then[n])}" for n, info in program.params.items() if n in then and then[n] != now[n]
@@ -257,6 +256,8 @@ class Live:
             parts.append(", ".join(f"`{name}`" for name in wish.outputs or [usual(program)]))
         if self.wish.paint != wish.paint:
             parts.append(f"the colours of `{wish.paint}`" if wish.paint else "no colours of a field")
+        if self.wish.plane != wish.plane:
+            parts.append(f"{'the' if wish.plane else 'no'} field on the section")
         return ", ".join(parts)
 
     def _drawn(self) -> None:

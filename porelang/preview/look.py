@@ -23,7 +23,7 @@ class Look:
     """Params by their texts, and what is drawn."""
 
     settings: dict[str, str] = field(default_factory=dict)
-    wish: Wish = Wish()
+    wish: Wish = field(default_factory=Wish)
 
     @classmethod
     def read(cls, said: Iterable[tuple[str, str]]) -> Look:
