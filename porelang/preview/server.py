@@ -33,7 +33,20 @@ from porelang.preview.wire import packed, texts
 
 WEB = Path(__file__).with_name("web")
 #: What a page consists of, and what each file is.
-_SCRIPTS = ("page", "address", "camera", "controls", "editor", "hands", "line", "painter", "section", "source", "viewer", "wire")
+_SCRIPTS = (
+    "page",
+    "address",
+    "camera",
+    "controls",
+    "editor",
+    "hands",
+    "line",
+    "painter",
+    "section",
+    "source",
+    "viewer",
+    "wire",
+)
 FILES = {
     "": ("page.html", "text/html"),
     "page.css": ("page.css", "text/css"),

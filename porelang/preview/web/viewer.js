@@ -71,7 +71,8 @@ export class Viewer {
     const { element } = this;
     if (text) this.told[of] = { text, label, again };
     else delete this.told[of];
-    const all = Object.values(this.told), one = all.find((some) => some.again);
+    const { line, file, ...others } = this.told;  // what keeps all else from being done is said first
+    const all = [line, file, ...Object.values(others)].filter(Boolean), one = all.find((some) => some.again);
     element("said-text").replaceChildren(...told(all.map((some) => some.text).join("\n\n")));
     element("said").hidden = !all.length;
     element("said-again").hidden = !one;
