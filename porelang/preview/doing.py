@@ -25,7 +25,7 @@ OFTEN = 0.1
 def refusal(purpose: str, diagnostics: Sequence[Diagnostic]) -> dict[str, Any]:
     """What is told of errors."""
     text = "\n\n".join(render(on_page(d)) for d in diagnostics)
-    return {"say": "refused", "of": purpose, "text": text, "codes": [d.code for d in diagnostics]}
+    return {"say": "refused", "of": purpose, "text": text}
 
 
 def begin(jobs: Jobs, purpose: str, work: Callable[[], None], tell: Tell, said: str = "") -> Job[None]:

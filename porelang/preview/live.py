@@ -171,7 +171,8 @@ class Live:
             try:
                 name, what = self.made.mesh(self._design(), output, ending, voxel, force)
             except PoreError as error:
-                self._refused("export", error)
+                lost = any(d.code == "E118" for d in error.diagnostics)  # what there is can be had all the same
+                self.tell(refusal("export", error.diagnostics) | {"lost": lost})
             else:
                 self.tell({"say": "made", "name": name, "what": what})
 

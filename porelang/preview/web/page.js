@@ -99,10 +99,10 @@ function gone({ why }) {
   viewer.wrong("file", why && `${state.program?.file ?? "The program"} ${why}. ${way}`);
 }
 
-function refused({ of, codes }) {
+function refused({ of, lost }) {
   if (of !== "export") return;
   element("made").replaceChildren();
-  if (codes.includes("E118")) queueMicrotask(() => viewer.wrong("export", viewer.told.export.text, "Make it all the same", () => mesh(true)));
+  if (lost) queueMicrotask(() => viewer.wrong("export", viewer.told.export.text, "Make it all the same", () => mesh(true)));
 }
 
 function ended(others) {
