@@ -174,6 +174,7 @@ export class Viewer {
   project() {
     this.camera.perspective = !this.camera.perspective;
     this.element("projection").setAttribute("aria-pressed", String(!this.camera.perspective));
+    if (this.camera.fitted) this.fit();
     this.moved();
   }
 
