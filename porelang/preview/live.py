@@ -138,11 +138,11 @@ class Live:
             else:
                 taken[name] = told.word(program.params[name], number)
         self.settings = {**self.settings, **taken}
-        self.tell(refusal("settings", wrong))
         if wrong or any(taken[name] != settings[name] for name in taken):  # a slider knows where it is
             values = program.design(self.settings).settings
             known = {n: told.word(program.params[n], values[n]) for n in settings if n in program.params}
             self.tell({"say": "settings", "settings": known})
+        self.tell(refusal("settings", wrong))
         if taken:
             self._draw()
 
