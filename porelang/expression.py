@@ -12,10 +12,13 @@ from porelang.ir import Node
 from porelang.program import Program
 from porelang.rewrites import flatten
 from porelang.source import Source, Span
+from porelang.syntax.parse import parse
 from porelang.units import Dimension
 
 #: What an expression is called for as long as it is compiled.
 _NAME = "asked_for"
+_STATEMENTS = frozenset({"use", "param", "let", "def", "out", "check", "preset"})
+_FUNCTION = "the function "
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +57,10 @@ def expression(program: Program, text: str, option: str) -> Expression:
         return _compiled(program, text, option)
     except PoreError as error:
         if any(d.code == "E066" for d in error.diagnostics):
-            said = error.diagnostics[0].label.removeprefix("this is ")
+            first = error.diagnostics[0]
+            said = first.label.removeprefix("this is ")
+            if said.startswith(_FUNCTION):
+                raise fail("E101", f"`{text}` is a function, and no field", hint=first.hint) from None
             raise fail("E101", f"`{text}` is {said}: several numbers in each place",
                        hint=_one_of(text)) from None  # fmt: skip
         if text.isidentifier() or not text:
@@ -81,8 +87,20 @@ def _compiled(program: Program, text: str, option: str) -> Expression:
         made = program.also(f"{before}{text}\n)\n")  # the end of a line ends a comment too
     except PoreError as error:
         asked = Source(option, text)
+        _alone(asked)
         raise PoreError([_placed(d, program.source.name, len(before), asked) for d in error.diagnostics]) from None
     return Expression(text, made.graph.outputs[name], made.outputs[name].value)
+
+
+def _alone(asked: Source) -> None:
+    """What is wrong in the syntax of a text, without the parentheses that it stands in. Errors: that."""
+    read, wrong = parse(asked)
+    if wrong:
+        raise PoreError(wrong)
+    word = asked.text.split(maxsplit=1)[0] if asked.text else ""
+    if word in _STATEMENTS and read.statements:
+        raise fail("E007", f"a value is asked for, and `{word}` begins a statement", read.statements[0].span,
+                   label="value expected", hint="write an expression, such as `z / 2`")  # fmt: skip
 
 
 def _placed(d: Diagnostic, file: str, begin: int, asked: Source) -> Diagnostic:

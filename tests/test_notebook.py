@@ -299,7 +299,17 @@ def test_a_cell_tells_its_own_lines_and_no_others(
 
 
 def test_bundle_is_made_of_these_sources() -> None:
-    web = ("camera.js", "controls.js", "hands.js", "painter.js", "viewer.js", "wire.js", "page.css", "page.html")
+    web = (
+        "camera.js",
+        "controls.js",
+        "hands.js",
+        "painter.js",
+        "section.js",
+        "viewer.js",
+        "wire.js",
+        "page.css",
+        "page.html",
+    )
     sources = [PAGE / "build.js", PAGE / "package-lock.json", *sorted((PAGE / "widget").iterdir())]
     digest = hashlib.sha256(b"".join(s.read_bytes() for s in [*sources, *(WEB / name for name in web)])).hexdigest()
     assert digest in BUNDLE.read_text(encoding="utf-8").partition("\n")[0], "make page"

@@ -57,8 +57,7 @@ class Page:
         act()
         self.until(lambda: self.drawn() > before)
         while True:
-            while self.changes():  # a scene may follow what the page does at once
-                pass
+            self.until(lambda: not self.changes())  # a scene may follow what the page does at once
             found = self.picture()
             if not self.coarse(found.shape[1]):
                 return found
@@ -122,7 +121,7 @@ def page(browser: Any, served: tuple[Path, int]) -> Iterator[Page]:
     opened = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
     made = Page(opened, path, port)
     opened.goto(f"http://127.0.0.1:{port}/token/?stats&refine=0")
-    made.until(lambda: made.drawn() > 0)
+    made.until(lambda: made.drawn() > 0 and not made.changes())  # the better scene is there too
     yield made
     opened.close()
     assert made.wrong == []
@@ -191,6 +190,57 @@ def test_a_slider_changes_the_part_and_no_shader(page: Page) -> None:
     page.page.select_option("#param-kind", "schwarz_p")
     page.until(lambda: "fails" in (page.page.get_attribute("#checks li", "class") or ""))
     assert "r = 6mm" in page.page.inner_text("#checks")
+    page.until(lambda: page.page.locator("#rows dd").count() > 0)
+    assert page.page.inner_text("#rows dd.of").startswith("of the shape")
+    heights = page.page.locator("#rows dd:not(.of)").evaluate_all("all => all.map(e => e.clientHeight)")
+    assert max(heights) < 1.5 * min(heights)  # a number and its unit are in one line
+
+
+def test_numbers_have_units_and_the_address_keeps_what_is_set(page: Page, browser: Any) -> None:
+    box, of = page.page, "input[aria-label='r in mm']"
+
+    def enter(text: str) -> None:
+        box.fill(of, text)
+        box.press(of, "Enter")
+
+    enter("0.8cm")
+    page.until(lambda: box.input_value(of) == "8")
+    box.press(of, "ArrowUp")
+    assert box.input_value(of) == "8.02"
+    for text, code in (("99", "E085"), ("thick", "E084"), ("8", "")):
+        enter(text)
+        page.until(lambda code=code: code in box.inner_text("#said") and box.is_visible("#said") == bool(code))  # type: ignore[misc]
+        assert box.input_value(of) == ("8.02" if code else "8")
+    box.select_option("#param-kind", "schwarz_p")
+    box.check("#output-1")
+    box.fill("#paint", "high")
+    box.press("#paint", "Enter")
+    page.until(lambda: box.is_visible("#legend"))
+    box.click("#across-y")
+    box.click("#views button:has-text('front')")
+    box.click("#projection")
+    page.until(lambda: "parallel" in box.evaluate("location.hash"))
+    other = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+    try:
+        other.goto(box.url)
+        second = Page(other, page.path, page.port)
+        second.until(lambda: second.drawn() > 0 and not second.changes())
+        assert other.input_value(of) == "8"
+        assert (other.input_value("#param-kind"), other.input_value("#paint")) == ("schwarz_p", "high")
+        assert other.get_attribute("#view", "data-outputs") == "part foot"
+        assert other.get_attribute("#projection", "aria-pressed") == "true"
+        page.until(lambda: not page.changes())
+        assert (second.picture() == page.picture()).mean() > 0.999
+        assert other.evaluate("location.hash") == box.evaluate("location.hash")
+        other.goto(
+            f"{box.url.partition('#')[0]}#p.r=1000&p.kind=none&paint=nonsense(&cut=q<<&eye=1,x&at=-1,0,0,0&outputs=,&p"
+        )
+        # the page is loaded anew by itself
+        second.until(lambda: other.locator(of).count() == 1 and other.input_value(of) == "10" and second.drawn() > 0)
+        assert not other.is_visible("#said")
+    finally:
+        other.close()
+    assert second.wrong == []
 
 
 def test_a_broken_program_keeps_its_picture_under_what_is_wrong(page: Page) -> None:
@@ -199,6 +249,9 @@ def test_a_broken_program_keeps_its_picture_under_what_is_wrong(page: Page) -> N
     page.path.write_text(PART.replace("sphere(r)", "sphere(r"), encoding="utf-8")
     page.until(lambda: page.page.is_visible("#said"))
     assert "E005" in page.page.inner_text("#said")
+    code = page.page.locator("#said .code").evaluate_all("all => all.map(e => [e.textContent, e.clientHeight])")
+    assert any("^" in text for text, _ in code)
+    assert len({height for _, height in code}) == 1  # none is wrapped: marks stand below what they mean
     assert (page.picture()[..., 3] > 0).any()
     other = page.path.with_suffix(".saved")
     other.write_text(PART.replace("+ 3mm", "+ 4mm"), encoding="utf-8")
@@ -220,22 +273,41 @@ def test_a_section_with_the_field_on_it(page: Page) -> None:
     assert red.sum() > 200  # the cut face
     moved = page.after(lambda: page.slide("#offset", 4))
     assert (moved != cut).any()
+    page.page.fill("#offset-number", "500")
+    page.page.press("#offset-number", "Enter")
+    assert page.page.is_visible("#offset-beyond")
+    assert float(page.page.input_value("#offset-number")) == pytest.approx(10, abs=0.1)
+    page.after(lambda: page.slide("#offset", 4.0004123))
+    assert page.page.input_value("#offset-number") == "4"
+    assert not page.page.is_visible("#offset-beyond")
     coloured = page.after(lambda: page.page.click("#plane"))
     blue = (coloured[..., 2].astype(int) > coloured[..., 0] + 30) & (coloured[..., 3] > 0)
     assert blue.sum() > 200  # beside the part its field is positive
     assert "part" in page.page.inner_text("#legend")
+    page.page.evaluate("""() => {
+        const gl = WebGL2RenderingContext.prototype, read = gl.readPixels;
+        window.labels = [];
+        gl.readPixels = function (...all) {
+          labels.push(document.getElementById("legend").getAttribute("aria-label"));
+          return read.apply(this, all);
+        };
+    }""")
     page.page.fill("#paint", "high")
     by_height = page.after(lambda: page.page.press("#paint", "Enter"))
+    labels = page.page.evaluate("labels")
+    assert labels[0].startswith("Colours of part")  # until there is a picture: it is what is waited for here
+    assert labels[-1].startswith("Colours of high")
     assert (by_height != coloured).any()
     assert page.page.get_attribute("#legend", "aria-label").startswith("Colours of high")
     page.page.fill("#paint", "nothing_such")
     page.page.press("#paint", "Enter")
     page.until(lambda: "E100" in page.page.inner_text("#said"))
+    assert "The picture is as before: the colours of `high`." in page.page.inner_text("#said")
     page.page.fill("#paint", "")
     page.page.press("#paint", "Enter")
     page.until(lambda: not page.page.is_visible("#said"))
-    whole = page.after(lambda: page.page.click("#across-none"))
-    assert (whole == first).all()
+    page.page.click("#across-none")
+    page.until(lambda: page.picture().shape == first.shape and bool((page.picture() == first).all()))
 
 
 def test_several_outputs_are_shown_in_their_colours(page: Page) -> None:
@@ -253,6 +325,74 @@ def test_a_mesh_and_a_picture_can_be_had(page: Page) -> None:
         page.page.click("#made a")
     assert download.value.suggested_filename == "part-part.stl"
     assert Path(download.value.path()).stat().st_size > 10_000
+    page.slide("#param-r", 9)
+    assert page.page.locator("#made a").count() == 0  # it was of the part before
     with page.page.expect_download() as download:
         page.page.click("#picture")
     assert Image.open(download.value.path()).size == page.picture().shape[1::-1]
+
+
+def test_a_mesh_that_lost_much_can_be_had_all_the_same(page: Page) -> None:
+    page.page.fill("#voxel", "1mm")
+    page.page.click("#export")
+    page.page.wait_for_selector("#said-again")
+    assert "--" not in page.page.inner_text("#said").replace("-->", "")
+    page.page.click("#said-again")
+    page.page.wait_for_selector("#made a")
+    assert not page.page.is_visible("#said")
+
+
+def test_a_narrow_canvas_shows_all_that_was_seen(page: Page) -> None:
+    page.after(lambda: page.page.set_viewport_size({"width": 660, "height": 800}))
+    page.until(lambda: page.picture().shape[0] == 800)
+    edges = page.picture()[:, [0, -1], 3]
+    assert not edges.any()
+
+
+def test_a_page_finds_its_way_back_with_its_text(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "part.pore"
+    path.write_text("param r = 5mm in 2mm..9mm\nsphere(r)\n", encoding="utf-8")
+    opened, port = door()
+
+    def serve(token: str) -> tuple[uvicorn.Server, threading.Thread]:
+        made = application(str(path), token, port)
+        server = uvicorn.Server(uvicorn.Config(made, log_level="critical", lifespan="off", ws="websockets-sansio"))
+        at = opened if opened.fileno() >= 0 else door(port)[0]
+        thread = threading.Thread(target=lambda: asyncio.run(server.serve([at])), daemon=True)
+        thread.start()
+        return server, thread
+
+    def stop(server: uvicorn.Server, thread: threading.Thread) -> None:
+        server.should_exit = True
+        thread.join(20)
+        opened.close()
+
+    running = serve("token")
+    made = Page(browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]}), path, port)
+    try:
+        made.page.goto(f"http://127.0.0.1:{port}/token/?refine=0")
+        made.until(lambda: made.drawn() > 0)
+        made.slide("#param-r", 7)
+        made.page.click("#open")
+        made.page.wait_for_selector("#editor .cm-content")
+        made.page.keyboard.press("Control+End")
+        made.page.keyboard.type("# mine")
+        made.until(lambda: made.page.inner_text("#state") == "not saved")
+        stop(*running)
+        made.until(lambda: f"--port {port}" in made.page.inner_text("#said"))
+        assert "Your text is not saved" in made.page.inner_text("#said")
+        made.page.keyboard.press("Control+s")
+        assert "Nothing was saved" in made.page.inner_text("#state")
+        running = serve("another")  # a page gives its token only to who knows it
+        made.until(lambda: "is not of this page" in made.page.inner_text("#said"))
+        stop(*running)
+        running = serve("token")
+        made.until(lambda: not made.page.is_visible("#said"))
+        assert made.page.inner_text("#state") == "not saved"
+        made.page.keyboard.press("Control+s")
+        made.until(lambda: made.page.inner_text("#state") == "saved")
+        assert path.read_text(encoding="utf-8").endswith("# mine")
+        assert made.page.input_value("#param-r") == "7"
+    finally:
+        made.page.close()
+        stop(*running)

@@ -43,7 +43,8 @@ window.editor = edit(document.getElementById("editor"), {
     await new Promise((resolve) => setTimeout(resolve, slow));
     open--;
     const start = offset - /\w*$/.exec(text.slice(0, offset))[0].length;
-    const about = { kind: "function", detail: "a solid", doc: "One line.\nAnother.", start, end: offset };
+    const detail = `(${"round: length, ".repeat(12)})`;
+    const about = { kind: "function", detail, doc: "One line.\nAnother.", start, end: offset };
     return ["sphere", "shell", "side"].map((label) => ({ ...about, label, text: label + "()" }));
   },
 });
@@ -203,6 +204,8 @@ def test_editor_in_a_browser(page: Any) -> None:
     press("Control+End")
     write("let a = sp")
     page.locator(".cm-tooltip-autocomplete li", has_text="sphere").wait_for()
+    cut = page.locator(".cm-tooltip-autocomplete li").evaluate_all("all => all.map(e => e.scrollWidth > e.clientWidth)")
+    assert not any(cut)  # long signatures are wrapped
     page.wait_for_timeout(200)
     assert said("changed") == [TEXT + "let a = sp"]
     press("Enter")

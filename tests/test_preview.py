@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import http.client
 import json
+import os
 import struct
 import threading
 import time
@@ -21,13 +22,18 @@ from websockets.sync.client import ClientConnection, connect
 
 import porelang
 from porelang.cli import main
-from porelang.diagnostics import PoreError
+from porelang.diagnostics import Diagnostic, PoreError
 from porelang.preview import told
 from porelang.preview.doing import Message
 from porelang.preview.live import NOTHING, Live, Start
+from porelang.preview.look import Look as Address
 from porelang.preview.scene import QUICK, Wish, scene
 from porelang.preview.server import FILES, LONGEST, MOST_A_SECOND, WEB, application, door
+from porelang.preview.tokens import proof, token_of
+from porelang.preview.watched import PATIENCE, Watched
 from porelang.preview.wire import packed, texts
+from porelang.preview.words import on_page
+from porelang.progress import checkpoint
 
 BALL = 'param r = 10mm in 5mm..20mm step 1mm "its radius"\nsphere(r) & gyroid(8) + r / 1mm * 0\n'
 TWO = """param w = 8mm in 5mm..20mm
@@ -345,6 +351,143 @@ def test_characters_and_utf_16_units() -> None:
     assert [told.characters(text, i) for i in (0, 1, 3, 4)] == [0, 1, 2, 3]
 
 
+def test_what_counts_has_whole_numbers(look: Look) -> None:
+    page, _ = look(
+        "param n = 6 in 3..12\nparam w = 8 in 5..9\nring(sphere(2) |> translate([6, 0, 0]), n) | sphere(w / 4)"
+    )
+    n, w = page.said("program")["params"]
+    assert (n["step"], w["step"]) == (1, None)
+
+
+def test_a_setting_may_have_a_unit_and_what_cannot_be_is_told_and_not_taken(look: Look) -> None:
+    page, _ = look(TWO)
+    page.said("scene")
+    for text, value, code in (("1.2cm", 12, ""), ("abc", 12, "E084"), ("", 12, "E084"), (99.0, 12, "E085"),
+                               ("2mm", 12, "E085"), ("0.5in", 12.7, ""), (10.0, 10, "")):  # fmt: skip
+        count = len(page.words)
+        page.live.set({"w": text})
+        refused = page.said("refused", after=count)
+        assert refused["of"] == "settings"
+        assert code in refused["text"]
+        assert bool(refused["text"]) == bool(code)
+        if isinstance(text, str) or code:  # a slider knows where it is
+            assert page.said("settings", after=count)["settings"] == {"w": pytest.approx(value)}
+        assert page.live.settings["w"] == pytest.approx(value)
+    page.live.set({"angle": "0.5rad", "nothing": 3})
+    assert page.live.settings["angle"] == 0.5
+
+
+def test_what_is_refused_says_of_what_the_picture_is(look: Look) -> None:
+    page, _ = look(TWO)
+    page.said("scene")
+    page.live.set({"w": 9.0})
+    page.said("measuring")
+    page.live.show(Wish(("plate",), "far"))
+    page.said("measuring", after=len(page.words))
+    count = len(page.words)
+    page.live.show(Wish(("walls", "plate"), "nonsense"))
+    page.live.set({"w": 11.0})
+    until = time.monotonic() + 60
+    wanted = "w = 9mm, `plate`, the colours of `far`"
+    while not any(isinstance(w, dict) and w.get("still") == wanted for w in page.words[count:]):
+        assert time.monotonic() < until
+        time.sleep(0.02)
+    count = len(page.words)
+    page.live.edit(TWO.replace("sphere(10)", "sphere(11)"))
+    while not any(isinstance(w, dict) and w.get("still") == "of the program as it was" for w in page.words[count:]):
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
+def test_a_picture_that_is_cancelled_is_said_and_its_colours_are_not(
+    look: Look, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page, _ = look(TWO)
+    page.said("measuring")
+
+    def slow(*_: object) -> None:
+        while True:
+            time.sleep(0.01)
+            checkpoint()
+
+    monkeypatch.setattr("porelang.preview.doing.scene", slow)
+    count = len(page.words)
+    page.live.show(Wish(("plate",), "far"))
+    page.live.cancel("scene")
+    stopped = page.said("stopped", after=count)
+    assert stopped["still"] == "`walls`, no colours of a field"
+    assert stopped["wish"] == {"outputs": [], "paint": "", "plane": False}
+    page.live.cancel("scene")
+    page.said("cancelled", after=count)
+    count = len(page.words)
+    page.live.cancel("scene")  # nothing is being done
+    page.live.cancel("export")
+    assert len(page.words) == count
+
+
+def test_a_page_begins_with_what_its_address_says(tmp_path: Path) -> None:
+    path = tmp_path / "two.pore"
+    path.write_text(TWO)
+
+    def begun(**said: str) -> dict[str, Any]:
+        page = Page(path, Start({"angle": "60deg", "w": "9mm"}, None, {}))
+        page.live._look = Address.read([(name.replace("__", "."), text) for name, text in said.items()])
+        page.live.begin()
+        page.live.close()
+        found: dict[str, Any] = page.said("program")
+        return {p["name"]: p["value"] for p in found["params"]} | found["wish"]
+
+    assert begun(p__w="12", p__kind="schwarz_p", outputs="plate,walls", paint="far", plane="1") == {
+        "w": 12, "angle": pytest.approx(np.pi / 3), "kind": "schwarz_p", "outputs": ["plate", "walls"], "paint": "far",
+        "plane": True,
+    }  # fmt: skip
+    assert begun(p__w="99", p__kind="nothing", p__none="1", outputs="mask,none", paint="nonsense(", q="7") == {
+        "w": 8, "angle": pytest.approx(np.pi / 3), "kind": "gyroid", "outputs": [], "paint": "", "plane": False,
+    }  # fmt: skip
+
+
+def test_what_a_page_is_told_names_no_option_of_a_command(look: Look) -> None:
+    hints = {
+        "use --voxel 0.9mm: why; or keep it as it is, --force": "use a voxel of 0.9mm: why; or have it as it is",
+        "a voxel of 1 mm would do; or take a part of it, with --bounds": "a voxel of 1 mm would do",
+        "intersect it with a shape, `... & box([5, 5, 5])`, or pass --bounds x0,y0,z0,x1,y1,z1":
+            "intersect it with a shape, `... & box([5, 5, 5])`",
+        "that takes 3 samples: take a part of it, with --bounds": "that takes 3 samples",
+        "use a smaller --voxel": "use a smaller voxel",
+        "`pore mesh --backend numpy` has no such limit": "`pore mesh --backend numpy` has no such limit",
+    }  # fmt: skip
+    for hint, said in hints.items():
+        assert on_page(Diagnostic("E118", "", hint=hint)).hint == said
+    page, _ = look("gyroid(4) |> shell(0.3) & sphere(8)")
+    page.said("scene")
+    page.live.export("part", ".stl", "1mm")
+    refused = page.said("refused")
+    assert refused["lost"]
+    assert "E118" in refused["text"]
+    assert "--" not in refused["text"].replace("-->", "")
+    page.live.export("part", ".stl", "1mm", force=True)
+    made = page.said("made")
+    assert "voxel" in made["what"].partition("\n")[2]  # that it has lost much
+
+
+def test_colours_are_refused_in_words_of_what_was_written() -> None:
+    program = porelang.compile(BALL)
+    for text, code, words in (("z +", "E007", "after `+`\n"), ("let q = 3", "E007", "`let` begins a statement"),
+                              ("gyroid", "E101", "`gyroid(w=...)`"), ("(z", "E005", "never closed")):  # fmt: skip
+        with pytest.raises(PoreError, match=code) as error:
+            scene(program.design(), Wish(paint=text))
+        assert words in str(error.value)
+        assert "`)`, or" not in str(error.value)
+
+
+def test_porosity_is_of_something(look: Look) -> None:
+    page, _ = look("sphere(10)")
+    assert page.said("measured")["envelope"] == "its box"
+    page.live.edit("gyroid(8) & sphere(10)")
+    count = len(page.words)
+    assert page.said("measured", after=count)["envelope"] == "the shapes that the part is intersected with"
+
+
 # ---- the server -----------------------------------------------------------------------------------------------------
 
 
@@ -389,9 +532,9 @@ def test_the_page_is_for_who_knows_its_address(served: tuple[int, Path]) -> None
         assert asked(port, f"/right/{outside}")[0] in (403, 404)
 
 
-def opened(port: int, token: str = "right", origin: str | None = None) -> ClientConnection:
+def opened(port: int, token: str = "right", origin: str | None = None, look: str = "") -> ClientConnection:
     own = f"http://127.0.0.1:{port}"
-    return connect(f"ws://127.0.0.1:{port}/{token}/live", origin=origin or own, max_size=1 << 24)  # type: ignore[arg-type]
+    return connect(f"ws://127.0.0.1:{port}/{token}/live{look}", origin=origin or own, max_size=1 << 24)  # type: ignore[arg-type]
 
 
 def test_a_line_is_for_the_page_alone(served: tuple[int, Path]) -> None:
@@ -416,7 +559,7 @@ def ended(line: ClientConnection) -> None:
     with contextlib.suppress(ConnectionClosed):
         for _ in range(200):
             line.recv(timeout=30)
-    assert line.close_code in (1008, 1009)
+    assert line.close_code in (1003, 1008, 1009)
 
 
 def until_reaching(line: ClientConnection, x: float) -> None:
@@ -453,7 +596,7 @@ def test_nonsense_is_passed_over_or_ends_the_line(served: tuple[int, Path]) -> N
             line.send(json.dumps(word))
         line.send(json.dumps({"do": "style", "text": "let  a=1"}))
         assert until(line, "styled")["text"] == "let a = 1\n"  # it is still there
-    for nonsense in ("{", "[1]", "x" * (LONGEST + 1)):
+    for nonsense in ("{", "[1]", "x" * (LONGEST + 1), b"bytes"):
         with opened(port) as line:
             line.send(nonsense)
             ended(line)
@@ -466,3 +609,69 @@ def test_a_page_that_floods_is_dropped(served: tuple[int, Path]) -> None:
             for _ in range(3 * MOST_A_SECOND):
                 line.send('{"do": "fly"}')
         ended(line)
+
+
+def test_who_listens_can_show_that_it_knows_a_page(served: tuple[int, Path]) -> None:
+    port, _ = served
+    nonce = "0123456789abcdef" * 2
+    status, body, _ = asked(port, f"/known/{nonce}")
+    assert (status, body.decode()) == (200, proof("right", nonce))
+    assert b"right" not in body
+    assert proof("wrong", nonce) != proof("right", nonce)
+    assert asked(port, "/known/right")[0] == 403
+    assert asked(port, f"/known/{nonce}", Host=f"evil.example:{port}")[0] == 403
+    assert asked(port, f"/known/{nonce}", Origin="http://evil.example")[0] == 403
+
+
+def test_a_token_is_kept_for_a_file_and_a_port_where_nobody_else_reads_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PORELANG_CACHE", str(tmp_path / "cache"))
+    first = token_of("a.pore", 8000, again=True)
+    assert token_of("a.pore", 8000, again=True) == first
+    assert len({first, token_of("b.pore", 8000, again=True), token_of("a.pore", 8001, again=True)}) == 3
+    other = token_of("a.pore", 8000, again=False)
+    assert other != first
+    kept = [f for f in (tmp_path / "cache").iterdir() if f.read_text() == other]
+    assert [f.stat().st_mode & 0o777 for f in kept] == [0o600]
+    os.utime(kept[0], (time.time() - 90_000,) * 2)  # a day has gone by
+    assert token_of("a.pore", 8000, again=True) != other
+    seen = token_of("a.pore", 8000, again=True)
+    kept[0].chmod(0o644)  # others may have read it
+    assert token_of("a.pore", 8000, again=True) != seen
+    (tmp_path / "cache").chmod(0o777)
+    assert token_of("a.pore", 8000, again=True) != token_of("a.pore", 8000, again=True)
+
+
+def test_a_file_that_is_gone_is_said_but_not_in_the_moment_of_a_save(tmp_path: Path) -> None:
+    path = tmp_path / "part.pore"
+    path.write_text("sphere(10)")
+    watched = Watched(str(path))
+    assert watched.gone() == ""
+    path.rename(tmp_path / "other")
+    assert [watched.gone() for _ in range(PATIENCE)] == ["", "", "", "is no longer there"]
+    (tmp_path / "other").rename(path)
+    assert watched.gone() == ""
+
+
+def test_a_page_is_told_that_its_file_is_gone(served: tuple[int, Path]) -> None:
+    port, path = served
+    text = path.read_text()
+    with opened(port) as line:
+        until(line, "scene")
+        path.unlink()
+        assert until(line, "gone")["why"] == "is no longer there"
+        line.send(json.dumps({"do": "save", "text": text, "over": False}))
+        until(line, "saved")
+        assert until(line, "gone")["why"] == ""
+    assert path.read_text() == text
+
+
+def test_an_address_is_looked_at_from_the_beginning(served: tuple[int, Path]) -> None:
+    port, path = served
+    path.write_text("param r = 10mm in 5mm..20mm\nsphere(r)")
+    with opened(port, look="?p.r=15&paint=z&outputs=%00") as line:
+        assert until(line, "program")["params"][0]["value"] == 15
+        head, _ = read(until(line, "scene"))
+        assert head["hi"][0] == pytest.approx(15, abs=0.1)
+        assert head["scale"]["shown"] == "z"

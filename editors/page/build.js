@@ -7,7 +7,7 @@ import { build } from "esbuild";
 const WEB = "../../porelang/preview/web/";
 const inside = (folder) => readdirSync(folder).sort().map((name) => `${folder}/${name}`);
 const common = ["build.js", "package-lock.json"];
-const viewer = ["camera.js", "controls.js", "hands.js", "painter.js", "viewer.js", "wire.js", "page.css", "page.html"].map((name) => WEB + name);
+const viewer = ["camera.js", "controls.js", "hands.js", "painter.js", "section.js", "viewer.js", "wire.js", "page.css", "page.html"].map((name) => WEB + name);
 
 async function bundle(entry, outfile, sources, notices) {
   const digest = createHash("sha256");

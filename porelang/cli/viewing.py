@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 import webbrowser
 from argparse import Namespace
 
@@ -33,11 +32,12 @@ def _page(options: Namespace, start: Start) -> int:
         import uvicorn
 
         from porelang.preview.server import application, door
+        from porelang.preview.tokens import token_of
     except ImportError:
         raise fail("E126", "`pore view` needs the packages starlette, uvicorn and websockets",
                    hint="pip install 'porelang[view]'") from None  # fmt: skip
     opened, port = door(options.port or 0)
-    token = secrets.token_urlsafe(24)
+    token = token_of(options.file, port, again=bool(options.port))
     address = f"http://127.0.0.1:{port}/{token}/{'?stats' if options.stats else ''}"
     print(address, flush=True)
     report.note("the page follows every save of the program; Ctrl-C ends it")

@@ -9,6 +9,7 @@ from typing import Any
 from porelang.diagnostics import Diagnostic, PoreError, render
 from porelang.failures import failure
 from porelang.preview.scene import QUICK, Scene, Wish, scene
+from porelang.preview.words import on_page
 from porelang.program import Design
 from porelang.progress import CancelledError, checkpoint
 from porelang.render.cells import BUDGET
@@ -23,7 +24,8 @@ OFTEN = 0.1
 
 def refusal(purpose: str, diagnostics: Sequence[Diagnostic]) -> dict[str, Any]:
     """What is told of errors."""
-    return {"say": "refused", "of": purpose, "text": "\n\n".join(render(d) for d in diagnostics)}
+    text = "\n\n".join(render(on_page(d)) for d in diagnostics)
+    return {"say": "refused", "of": purpose, "text": text}
 
 
 def begin(jobs: Jobs, purpose: str, work: Callable[[], None], tell: Tell, said: str = "") -> Job[None]:

@@ -11,6 +11,7 @@ from porelang.asked import keep_checks, length
 from porelang.mesh.export import write, writer_of
 from porelang.mesh.made import make
 from porelang.mesh.part import notes_of
+from porelang.preview.words import on_page
 from porelang.program import Design
 
 
@@ -20,16 +21,20 @@ class Made:
     def __init__(self) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="pore-view-")
 
-    def mesh(self, design: Design, output: str, ending: str, voxel: str = "auto") -> tuple[str, str]:
-        """Mesh an output into a file: its name, and what is in it. Errors: those of `pore mesh`."""
+    def mesh(
+        self, design: Design, output: str, ending: str, voxel: str = "auto", force: bool = False
+    ) -> tuple[str, str]:
+        """Mesh an output into a file: its name, and what is in it; with `force` also a mesh that has lost much of the
+        part. Errors: those of `pore mesh`."""
         design.program.solid(output)
         name = f"{Path(design.program.source.name).stem}-{output}{ending}"
         writer_of(name)
         keep_checks(design)
-        made = make(design, output, length("voxel", voxel, values.spacing))
+        made = make(design, output, length("voxel", voxel, values.spacing), force=force)
         write(made.surface, self.path(name), notes_of(design, output))
         size = os.path.getsize(self.path(name)) / 1e6
-        return name, f"{len(made.surface.faces):,} triangles, voxel {made.facts['voxel']:.3g} mm, {size:.1f} MB"
+        what = f"{len(made.surface.faces):,} triangles, voxel {made.facts['voxel']:.3g} mm, {size:.1f} MB"
+        return name, "\n".join([what, *(on_page(d).message for d in made.doubts)])
 
     def path(self, name: str) -> Path:
         """Where a file of this name is, or would be."""

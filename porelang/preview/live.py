@@ -11,18 +11,20 @@ import numpy as np
 
 from porelang.asked import Report
 from porelang.assist.complete import completions
-from porelang.diagnostics import PoreError
+from porelang.diagnostics import Diagnostic, PoreError
 from porelang.elaborate.context import Bound
 from porelang.measure import measure
 from porelang.preview import told
 from porelang.preview.document import Document
 from porelang.preview.doing import Message, begin, draw, refusal
 from porelang.preview.exports import Made
-from porelang.preview.scene import Wish
+from porelang.preview.look import Look, word
+from porelang.preview.scene import Wish, usual
 from porelang.program import Design, Program
 from porelang.progress import checkpoint
 from porelang.session import Session, Snapshot
-from porelang.settings import Setting
+from porelang.session.jobs import Job
+from porelang.settings import Setting, settle
 
 #: Seconds that nothing has to change for before the part is measured.
 STILL = 0.8
@@ -47,13 +49,18 @@ class Live:
     Whatever takes long is a job of its purpose (`text`, `scene`, `measure`, `export`), of which the latest wins.
     """
 
-    def __init__(self, path: str, tell: Callable[[Message], None], start: Start = NOTHING) -> None:
+    def __init__(
+        self, path: str, tell: Callable[[Message], None], start: Start = NOTHING, look: Look | None = None
+    ) -> None:
         self.session = Session(bound=start.bound)
         self._start: Start | None = start
+        self._look = look or Look()
         self.document = Document(self.session, path)
         self.tell = tell
         self.settings: told.Settings = {}
         self.wish = Wish()
+        self._shown: tuple[Design, Wish] | None = None  # of what the picture is
+        self._drawing: Job[None] | None = None
         self.made = Made()
 
     def begin(self) -> None:
@@ -116,9 +123,28 @@ class Live:
     # ---- what is drawn ----------------------------------------------------------------------------------------------
 
     def set(self, settings: Mapping[str, float | str]) -> None:
-        """Set params, in base units or by their words."""
-        self.settings = {**self.settings, **settings}
-        self._draw()
+        """Set params, in base units, by their words, or as texts with units. What cannot be is told, and not taken."""
+        program = self._good()
+        if program is None:  # they are looked at when there is one
+            self.settings = {**self.settings, **settings}
+            return
+        taken: told.Settings = {}
+        wrong: list[Diagnostic] = []
+        for name, value in settings.items():
+            try:
+                number = settle(program.params, {name: value})[name]
+            except PoreError as error:
+                wrong += error.diagnostics
+            else:
+                taken[name] = told.word(program.params[name], number)
+        self.settings = {**self.settings, **taken}
+        if wrong or any(taken[name] != settings[name] for name in taken):  # a slider knows where it is
+            values = program.design(self.settings).settings
+            known = {n: told.word(program.params[n], values[n]) for n in settings if n in program.params}
+            self.tell({"say": "settings", "settings": known})
+        self.tell(refusal("settings", wrong))
+        if taken:
+            self._draw()
 
     def preset(self, name: str) -> None:
         """Set params by a name of the program; `""` sets all back to their defaults."""
@@ -138,22 +164,30 @@ class Live:
         self.wish = wish
         self._draw()
 
-    def export(self, output: str, ending: str, voxel: str) -> None:
-        """Mesh an output into a file that the page can have."""
+    def export(self, output: str, ending: str, voxel: str, force: bool = False) -> None:
+        """Mesh an output into a file that the page can have, with `force` even where it has lost much of the part."""
 
         def work() -> None:
             try:
-                name, what = self.made.mesh(self._design(), output, ending, voxel)
+                name, what = self.made.mesh(self._design(), output, ending, voxel, force)
             except PoreError as error:
-                self._refused("export", error)
+                lost = any(d.code == "E118" for d in error.diagnostics)  # what there is can be had all the same
+                self.tell(refusal("export", error.diagnostics) | {"lost": lost})
             else:
                 self.tell({"say": "made", "name": name, "what": what})
 
         self._job("export", work)
 
     def cancel(self, purpose: str) -> None:
-        """What is being done for a purpose is not wanted any more; what is shown stays."""
+        """What is being done for a purpose is not wanted any more; what is shown stays, and so do its colours."""
         self.session.jobs.cancel(purpose)
+        if purpose != "scene" or self._drawing is None or self._drawing.done:
+            return
+        still = self._still()
+        if self._shown is not None and (program := self._good()) is not None:
+            self.wish = Look(wish=self._shown[1]).wished(program)
+        if still or self._shown is None:  # else it was only to be drawn more quickly
+            self.tell({"say": "stopped", "of": purpose, "still": still, "wish": word(self.wish)})
 
     def _good(self) -> Program | None:
         found = self.session.snapshot(self.document.path)
@@ -179,28 +213,62 @@ class Live:
             self.settings = told.kept(found.good, self.settings)
             bodies = set(found.good.outputs)
             self.wish = Wish(tuple(n for n in self.wish.outputs if n in bodies), self.wish.paint, self.wish.plane)
-        self.tell(told.program(found, self.settings))
+        self.tell(told.program(found, self.settings) | {"wish": word(self.wish)})
         if found.program is not None:
             self._draw()
 
     def _begin_with(self, program: Program) -> None:
         start, self._start = self._start, None
-        if start is None or not (start.settings or start.preset):
+        if start is None:
             return
-        try:
-            values = program.design(start.settings, preset=start.preset).settings
-        except PoreError as error:
-            self._refused("text", error)
-            return
-        self.settings = {name: told.word(program.params[name], v) for name, v in values.items()}
+        if start.settings or start.preset:
+            try:
+                values = program.design(start.settings, preset=start.preset).settings
+            except PoreError as error:
+                self._refused("text", error)
+            else:
+                self.settings = {name: told.word(program.params[name], v) for name, v in values.items()}
+        self.settings = {**self.settings, **self._look.settings}  # its own are later than those of the command
+        self.wish = self._look.wished(program)
 
     def _draw(self) -> None:
         if self._good() is not None:
-            self._job("scene", self._drawn)
+            self._drawing = begin(self.session.jobs, "scene", self._drawn, self._of_scene)
+
+    def _of_scene(self, message: Message) -> None:
+        """Tell a word about the picture; of what it is still, where it is refused."""
+        if isinstance(message, dict) and message["say"] == "refused":
+            message = message | {"still": self._still()}
+        self.tell(message)
+
+    def _still(self) -> str:
+        """Of what the picture is, in so far as it is not of what is set; "" where it is."""
+        program = self._good()
+        if self._shown is None or program is None:
+            return ""
+        design, wish = self._shown
+        if design.program.source.text != program.source.text:
+            return "of the program as it was"
+        now, then = settle(program.params, self.settings), design.settings
+        parts = [
+            f"{n} = {info.shown(then[n])}" for n, info in program.params.items() if n in then and then[n] != now[n]
+        ]
+        if self.wish.outputs != wish.outputs:
+            parts.append(", ".join(f"`{name}`" for name in wish.outputs or [usual(program)]))
+        if self.wish.paint != wish.paint:
+            parts.append(f"the colours of `{wish.paint}`" if wish.paint else "no colours of a field")
+        if self.wish.plane != wish.plane:
+            parts.append(f"{'the' if wish.plane else 'no'} field on the section")
+        return ", ".join(parts)
 
     def _drawn(self) -> None:
-        design = self._design()
-        made = draw(design, self.wish, self.tell)
+        design, wish = self._design(), self.wish
+
+        def tell(message: Message) -> None:
+            self._shown = design, wish
+            self.tell(message)
+
+        made = draw(design, wish, tell)
         self._job("measure", lambda: self._measured(design, made.bodies[0].layer.name), "measuring")
 
     def _measured(self, design: Design, output: str) -> None:

@@ -25,13 +25,28 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from porelang.diagnostics import PoreError, fail
 from porelang.preview.doing import Message
 from porelang.preview.live import NOTHING, Live, Start
+from porelang.preview.look import Look
 from porelang.preview.scene import Scene, Wish
+from porelang.preview.tokens import NONCE, proof
 from porelang.preview.watched import LOOK, Watched
 from porelang.preview.wire import packed, texts
 
 WEB = Path(__file__).with_name("web")
 #: What a page consists of, and what each file is.
-_SCRIPTS = ("page", "camera", "controls", "editor", "hands", "line", "painter", "source", "viewer", "wire")
+_SCRIPTS = (
+    "page",
+    "address",
+    "camera",
+    "controls",
+    "editor",
+    "hands",
+    "line",
+    "painter",
+    "section",
+    "source",
+    "viewer",
+    "wire",
+)
 FILES = {
     "": ("page.html", "text/html"),
     "page.css": ("page.css", "text/css"),
@@ -67,10 +82,12 @@ def application(path: str, token: str, port: int, start: Start = NOTHING) -> Sta
     pages: dict[str, Live] = {}
 
     def refused(asked: HTTPConnection) -> bool:
-        known = hmac.compare_digest(str(asked.path_params["token"]), token)
+        return foreign(asked) or not hmac.compare_digest(str(asked.path_params["token"]).encode(), token.encode())
+
+    def foreign(asked: HTTPConnection) -> bool:
         hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
         origin = asked.headers.get("origin")
-        return not known or asked.headers.get("host") not in hosts or (
+        return asked.headers.get("host") not in hosts or (
             origin is not None and origin not in {f"http://{host}" for host in hosts}
         )  # fmt: skip
 
@@ -92,15 +109,27 @@ def application(path: str, token: str, port: int, start: Start = NOTHING) -> Sta
             await page.close(1008)
             return
         await page.accept()
-        await _attend(page, path, start, secrets.token_urlsafe(12), pages)
+        look = Look.read(page.query_params.multi_items())
+        await _attend(page, Live(path, _nobody, start, look), secrets.token_urlsafe(12), pages)
+
+    async def known(request: Request) -> Response:
+        nonce = request.path_params["nonce"]
+        if foreign(request) or not NONCE.fullmatch(nonce):
+            return PlainTextResponse("nothing is here for you\n", 403, HEADERS)
+        return PlainTextResponse(proof(token, nonce), headers=HEADERS)
 
     return Starlette(routes=[
         Route("/{token}/made/{key}/{name}", made), WebSocketRoute("/{token}/live", live),
+        Route("/known/{nonce}", known),
         Route("/{token}/{name:path}", page),
     ])  # fmt: skip
 
 
-async def _attend(page: WebSocket, path: str, start: Start, key: str, pages: dict[str, Live]) -> None:
+def _nobody(message: Message) -> None:
+    """Before there is somebody to be told."""
+
+
+async def _attend(page: WebSocket, live: Live, key: str, pages: dict[str, Live]) -> None:
     """Speak with one page until it leaves."""
     loop = asyncio.get_running_loop()
     waiting: asyncio.Queue[Message] = asyncio.Queue()
@@ -111,7 +140,7 @@ async def _attend(page: WebSocket, path: str, start: Start, key: str, pages: dic
         with contextlib.suppress(RuntimeError):  # the server has ended
             loop.call_soon_threadsafe(waiting.put_nowait, message)
 
-    live = pages[key] = Live(path, tell, start)
+    live.tell, pages[key] = tell, live
     tasks = [asyncio.create_task(work) for work in (_send(page, waiting), _hear(page, live), _watch(live))]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -161,7 +190,7 @@ def _obey(live: Live, word: dict[str, Any]) -> None:
         case {"do": "complete", "number": int(number), "text": str(text), "offset": int(offset)}:
             live.complete(number, text, offset)
         case {"do": "export", "output": str(output), "ending": str(ending), "voxel": str(voxel)}:
-            live.export(output, ending, voxel)
+            live.export(output, ending, voxel, force=word.get("force") is True)
         case {"do": "cancel", "of": str(purpose)}:
             live.cancel(purpose)
 
@@ -171,7 +200,13 @@ async def _words(page: WebSocket) -> AsyncIterator[dict[str, Any]]:
     loop = asyncio.get_running_loop()
     begun, count = loop.time(), 0
     while True:
-        text = await page.receive_text()
+        message = await page.receive()
+        if message["type"] == "websocket.disconnect":
+            return
+        text = message.get("text")
+        if text is None:
+            await page.close(1003)  # a page says nothing in bytes
+            return
         if loop.time() - begun > 1:
             begun, count = loop.time(), 0
         count += 1
@@ -189,8 +224,12 @@ async def _watch(live: Live) -> None:
     """Read the program again whenever it, or a file that it names, was saved."""
     await asyncio.to_thread(live.begin)
     watched = Watched(live.document.path)
+    gone = ""
     while True:
         await asyncio.sleep(LOOK)
+        if (now := watched.gone()) != gone:
+            gone = now
+            live.tell({"say": "gone", "why": gone})
         if watched.changed():
             try:
                 await asyncio.to_thread(live.reread)

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import Any
 
 from porelang.asked import Report
 from porelang.assist.complete import Item
 from porelang.checks import broken_checks, failed_checks
-from porelang.diagnostics import Diagnostic, in_order, render
+from porelang.diagnostics import Diagnostic, PoreError, in_order, render
 from porelang.elaborate.results import ParamInfo
 from porelang.elaborate.values import Scalar
 from porelang.ir import Stage
+from porelang.measure import BOUNDS
+from porelang.preview.words import on_page
 from porelang.program import Design, Program
 from porelang.render.picture import bodies_of
 from porelang.session import Snapshot
+from porelang.settings import settle
 from porelang.source import Source
 from porelang.units import UNITS
 
@@ -59,7 +63,7 @@ def doubts(found: Snapshot, more: Iterable[Diagnostic] = ()) -> dict[str, Any]:
 
 
 def _rendered(found: Snapshot, some: Iterable[Diagnostic], severity: str) -> list[str]:
-    return [render(d) for d in in_order(list(some), found.source) if d.severity == severity]
+    return [render(on_page(d)) for d in in_order(list(some), found.source) if d.severity == severity]
 
 
 def marks(some: Iterable[Diagnostic], main: Source) -> list[dict[str, Any]]:
@@ -70,7 +74,8 @@ def marks(some: Iterable[Diagnostic], main: Source) -> list[dict[str, Any]]:
             continue
         here = d.span is not None and d.span.in_file.source.name == main.name
         begin, end = (d.span.in_file.start, d.span.in_file.end) if here and d.span is not None else (0, 0)
-        said = [d.message if here or d.span is None else f"{d.span}: {d.message}", d.label, d.hint]
+        told = on_page(d)
+        said = [told.message if here or d.span is None else f"{d.span}: {told.message}", told.label, told.hint]
         out.append({
             "from": units(main.text, begin), "to": units(main.text, end), "severity": d.severity,
             "message": "\n".join(filter(None, said)),
@@ -102,8 +107,9 @@ def checked(design: Design) -> dict[str, Any]:
 
 
 def measured(found: Report) -> dict[str, Any]:
-    """What was measured of an output, each with its error."""
-    return {"say": "measured", "output": found.output, "rows": [list(row) for row in found.rows()]}
+    """What was measured of an output, each with its error, and of what its porosity is."""
+    envelope = "its box" if found["envelope"] == BOUNDS else found["envelope"]
+    return {"say": "measured", "output": found.output, "rows": [list(r) for r in found.rows()], "envelope": envelope}
 
 
 def units(text: str, offset: int) -> int:
@@ -121,15 +127,9 @@ def kept(program: Program, settings: Settings) -> Settings:
     """The settings that a program still takes."""
     out: Settings = {}
     for name, value in settings.items():
-        info = program.params.get(name)
-        if info is None:
-            continue
-        if isinstance(value, str):
-            fits = value in info.choices
-        else:
-            fits = value in info.numbers if info.numbers else not info.choices and info.low <= value <= info.high
-        if fits:
-            out[name] = value
+        with suppress(PoreError):
+            number = settle(program.params, {name: value})[name]
+            out[name] = word(program.params[name], number)
     return out
 
 
@@ -148,7 +148,7 @@ def _param(info: ParamInfo, value: float | str | None) -> dict[str, Any]:
         "default": default,
         "low": info.low,
         "high": info.high,
-        "step": info.step,
+        "step": info.step or (1.0 if info.structural else None),  # what counts is a whole number
         "choices": list(info.numbers or info.choices),
         "unit": info.written or info.unit,
         "scale": UNITS[info.written].scale if info.written else 1.0,

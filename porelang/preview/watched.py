@@ -8,6 +8,8 @@ from porelang.stamps import changed, stamps
 
 #: Seconds between two looks at the files.
 LOOK = 0.1
+#: Looks at which the program has to be missing before it counts as gone.
+PATIENCE = 4
 
 
 class Watched:
@@ -19,6 +21,14 @@ class Watched:
     def __init__(self, path: str) -> None:
         self.path = path
         self._seen = self._before = stamps(path)
+        self._missed = 0
+
+    def gone(self) -> str:
+        """Why the program cannot be read any more, or "". A save that renames has a moment without the file."""
+        self._missed = 0 if os.access(self.path, os.R_OK) else self._missed + 1
+        if self._missed < PATIENCE:
+            return ""
+        return "cannot be read any more" if os.path.exists(self.path) else "is no longer there"
 
     def changed(self) -> bool:
         """Whether something was saved since the last time that this was so."""

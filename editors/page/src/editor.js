@@ -73,7 +73,7 @@ export function edit(parent, { changed, complete, save, format } = {}) {
       extensions: [
         EditorState.lineSeparator.of("\n"),
         EditorView.clipboardInputFilter.of((pasted) => pasted.replace(/\r\n?/g, "\n")),
-        lineNumbers(), highlightActiveLine(), highlightActiveLineGutter(), highlightSpecialChars(),
+        lineNumbers(), EditorView.lineWrapping, highlightActiveLine(), highlightActiveLineGutter(), highlightSpecialChars(),
         lintGutter(), history(), drawSelection(), rectangularSelection(),
         EditorState.allowMultipleSelections.of(true), EditorState.tabSize.of(2), indentUnit.of("  "),
         language, indentOnInput(), bracketMatching(), closeBrackets(),

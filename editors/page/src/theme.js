@@ -85,7 +85,9 @@ export const theme = EditorView.theme({
   ".cm-tooltip.cm-tooltip-autocomplete > ul": {
     fontFamily: "ui-monospace, monospace", maxHeight: "16em", maxWidth: "min(560px, 95vw)",
   },
-  ".cm-tooltip.cm-tooltip-autocomplete > ul > li": { padding: "2px 8px", color: "var(--text)" },
+  ".cm-tooltip.cm-tooltip-autocomplete > ul > li": {
+    padding: "2px 8px 2px 2.4em", textIndent: "-1.6em", color: "var(--text)", whiteSpace: "normal", overflowWrap: "anywhere",
+  },
   ".cm-tooltip.cm-tooltip-autocomplete > ul > li[aria-selected]": { background: faint("--accent", 22), color: "var(--text)" },
   ".cm-completionMatchedText": { textDecoration: "none", fontWeight: "700" },
   ".cm-completionDetail": { color: "var(--quiet)", fontStyle: "normal", marginLeft: "1em" },

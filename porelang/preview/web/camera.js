@@ -18,6 +18,7 @@ export class Camera {
     this.target = [0, 0, 0];                     // mm
     this.height = 100;                           // what the picture takes in at the target, mm
     this.perspective = true;
+    this.fitted = true;                          // nothing was moved since all of the part was shown
   }
 
   axes() {
@@ -28,22 +29,26 @@ export class Camera {
   }
 
   turn(azimuth, elevation) {
+    this.fitted = false;
     this.azimuth = (this.azimuth + azimuth) % 360;
     this.elevation = Math.min(90, Math.max(-90, this.elevation + elevation));
   }
 
   move(dx, dy, pixels) {
+    this.fitted = false;
     const { right, up } = this.axes();
     const mm = this.height / pixels;
     this.target = add(add(this.target, right, -dx * mm), up, dy * mm);
   }
 
   closer(factor) {
+    this.fitted = false;
     this.height = Math.min(1e7, Math.max(1e-4, this.height / factor));
   }
 
   // All of a box.
   fit(lo, hi, aspect) {
+    this.fitted = true;
     const { out, right, up } = this.axes();
     this.target = lo.map((v, i) => (v + hi[i]) / 2);
     let distance = 0, spread = 0;

@@ -7,14 +7,20 @@ export function made(kind, options = {}, ...inside) {
   return element;
 }
 
+// What is said of a program. Lines of its text keep their shape, so that the marks below them point right; words are wrapped.
+export const told = (text) => text.split("\n").map((line) =>
+  made("div", { className: /^ *\d* \|/.test(line) ? "code" : "words", textContent: line || " " }));
+
 // A step of 1, 2 or 5 times a power of ten, so that some hundreds make a range.
 function fine(range) {
   const power = 10 ** Math.floor(Math.log10(range / 250));
   return power * [5, 2, 1].find((n) => n * power <= range / 250);
 }
 
-// A slider with its number, or a choice; `set(name, value)` is told of each change, in base units. Its `put(value)` shows a value
-// that was set elsewhere.
+const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+
+// A slider with its number, or a choice; `set(name, value)` is told of each change, in base units, or as the text that was written:
+// whoever is told knows units, and what cannot be. Its `put(value)` shows a value that was set elsewhere.
 export function control(param, set) {
   const id = `param-${param.name}`;
   const name = made("div", { className: "name" }, made("label", { textContent: param.name, htmlFor: id }));
@@ -28,23 +34,35 @@ export function control(param, set) {
   } else {
     const [low, high, step] = [param.low, param.high, param.step].map((v) => v === null ? null : v / param.scale);
     main = made("input", { type: "range" });
-    const number = made("input", { type: "number" });
+    const number = made("input", { type: "text", className: "number", autocomplete: "off", spellcheck: false });
     number.setAttribute("aria-label", `${param.name}${param.unit ? ` in ${param.unit}` : ""}`);
-    for (const input of [main, number]) {
-      // a step counts from the default, and a range from its lowest value: the number may be any, and is brought to a step
-      Object.assign(input, { min: low, max: high, step: input === main ? step ?? fine(high - low) : "any" });
-    }
+    Object.assign(main, { min: low, max: high, step: step ?? fine(high - low) });
+    let told = null;  // the text that was told, until there is an answer
     box.put = (given) => {
       main.value = given / param.scale;
-      if (number.getRootNode().activeElement !== number) number.value = shown(given / param.scale);  // nobody is writing there
+      if (number.value === told || number.getRootNode().activeElement !== number) number.value = shown(given / param.scale);  // nobody is writing there
+      told = null;
     };
     const take = (given) => {
-      const within = Math.min(Math.max(given, low), high);
-      number.value = shown(within);
-      set(param.name, Math.min(Math.max(within * param.scale, param.low), param.high));
+      number.value = shown(given);
+      set(param.name, Math.min(Math.max(given * param.scale, param.low), param.high));
+    };
+    const step_by = (way) => {
+      main.value = Number(main.value) + way * Number(main.step);
+      take(Number(main.value));
     };
     main.oninput = () => take(Number(main.value));
-    number.onchange = () => { if (number.value === "") number.value = main.value; main.value = number.value; take(Number(number.value)); };
+    number.onchange = () => {
+      told = number.value;
+      const text = told.trim();
+      set(param.name, NUMBER.test(text) ? Number(text) * param.scale : text);
+    };
+    number.onkeydown = (e) => {
+      const way = { ArrowUp: 1, ArrowDown: -1 }[e.key];
+      if (!way || e.altKey || e.ctrlKey || e.metaKey) return;
+      e.preventDefault();
+      step_by(way);
+    };
     main.title = "Double click: its default";
     main.ondblclick = () => { main.value = param.default / param.scale; take(param.default / param.scale); };
     name.append(made("div", { className: "box" }, number, param.unit));

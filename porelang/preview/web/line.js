@@ -1,25 +1,54 @@
 // The line to `pore view`: words as objects, scenes with their textures.
 import { unpacked } from "./wire.js";
 
+const AGAIN = 1000;  // ms between two tries
+
+// Whether who listens at our port knows the token of this page, without telling it: what was `pore view` may be another program now.
+async function known() {
+  const hex = (bytes) => [...new Uint8Array(bytes)].map((b) => b.toString(16).padStart(2, "0")).join("");
+  const nonce = hex(crypto.getRandomValues(new Uint8Array(16)));
+  const bytes = (text) => new TextEncoder().encode(text);
+  const key = await crypto.subtle.importKey("raw", bytes(location.pathname.split("/")[1]), { name: "HMAC", hash: "SHA-256" }, false, ["sign"]);
+  const answer = await fetch(`/known/${nonce}`);
+  return (await answer.text()) === hex(await crypto.subtle.sign("HMAC", key, bytes(nonce)));
+}
+
 export class Line {
-  // `heard(word)` is given each word, `opened()` is called whenever the line is there, `closed()` when it is not.
-  constructor(heard, opened, closed) {
-    Object.assign(this, { heard, opened, closed });
+  // `heard(word)` is given each word, `opened()` is called whenever the line is there. `closed(other)` is called when it is not: is there
+  // another program at its end? `look()` is how the part is looked at, for who is at its end.
+  constructor(heard, opened, closed, look) {
+    Object.assign(this, { heard, opened, closed, look });
     this.connect();
   }
 
   connect() {
-    this.socket = new WebSocket(`ws://${location.host}${location.pathname}live`);
+    this.socket = new WebSocket(`ws://${location.host}${location.pathname}live?${this.look()}`);
     this.socket.binaryType = "arraybuffer";
-    this.socket.onopen = () => this.opened();
+    let there = false;
+    this.socket.onopen = () => { there = true; this.opened(); };
     this.socket.onmessage = ({ data }) => this.heard(typeof data === "string" ? JSON.parse(data) : unpacked(data));
     this.socket.onclose = () => {
-      this.closed();
-      setTimeout(() => this.connect(), 1000);
+      if (!there) this.closed(true);
+      setTimeout(() => this.again(), there ? 100 : AGAIN);
     };
   }
 
+  async again() {
+    let ours = null;
+    try {
+      ours = await known();
+    } catch {
+      // nobody listens
+    }
+    if (ours) return this.connect();
+    this.closed(ours === false);
+    setTimeout(() => this.again(), AGAIN);
+  }
+
+  // Whether somebody has been told.
   send(word) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(word));
+    const open = this.socket.readyState === WebSocket.OPEN;
+    if (open) this.socket.send(JSON.stringify(word));
+    return open;
   }
 }

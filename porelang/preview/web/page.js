@@ -1,5 +1,6 @@
 // The page of `pore view`: the viewer, and beside it measures, files and the text of the program.
-import { made } from "./controls.js";
+import { look, written } from "./address.js";
+import { made, told } from "./controls.js";
 import { Line } from "./line.js";
 import { SourcePane } from "./source.js";
 import { Viewer } from "./viewer.js";
@@ -9,9 +10,10 @@ const element = (id) => document.getElementById(id);
 const options = new URLSearchParams(location.search);
 const texts = new Texts();
 const viewer = new Viewer(document, {
-  set: (settings) => line.send({ do: "set", settings }),
-  show: (wish) => line.send({ do: "show", ...wish }),
-  preset: (name) => line.send({ do: "preset", name }),
+  set: (settings) => { line.send({ do: "set", settings }); other(); },
+  show: (wish) => { line.send({ do: "show", ...wish }); if (String(wish.outputs) !== exported) other(); },
+  preset: (name) => { line.send({ do: "preset", name }); other(); },
+  moved: () => { remembering ??= setTimeout(remember, 300); },
   cancel: (of) => line.send({ do: "cancel", of }),
   cut: () => {},  // the page alone knows where it is
 }, {
@@ -21,15 +23,31 @@ const viewer = new Viewer(document, {
 });
 const { canvas, state } = viewer;
 
+// ---- the address ----------------------------------------------------------------------------------------------------
+
+let remembering = null;
+
+function remember() {
+  remembering = null;
+  if (!state.scene) return;  // the address is still to be followed
+  const now = written(viewer);
+  if (now !== location.hash.slice(1)) history.replaceState(null, "", now ? `#${now}` : location.pathname + location.search);
+}
+
+look(viewer, location.hash.slice(1));
+addEventListener("hashchange", () => location.reload());  // an address was written there
+
 // ---- measures and files ---------------------------------------------------------------------------------------------
 
 const MEASURED = { porosity: "porosity", volume: "volume", area: "area", size: "size", solid_components: "pieces" };
 
-function measured({ output, rows }) {
+function measured({ output, rows, envelope }) {
   element("measures-head").textContent = `Measures of ${output}`;
   element("rows").style.opacity = 1;
   element("rows").replaceChildren(...rows.filter(([name]) => MEASURED[name] || !/^[a-z_]+$/.test(name)).flatMap(([name, value, error]) => [
-    made("dt", { textContent: MEASURED[name] ?? name }), made("dd", { textContent: value, title: error }, error && name !== "size" ? ` ${error.replace(/ mm.$/, "")}` : ""),
+    made("dt", { textContent: MEASURED[name] ?? name, title: MEASURED[name] ?? name }),
+    made("dd", { textContent: value, title: error }, error && name !== "size" ? ` ${error.replace(/ mm.$/, "")}` : ""),
+    ...(name === "porosity" ? [made("dd", { className: "of", textContent: `of ${envelope}` })] : []),
   ]));
 }
 
@@ -41,11 +59,23 @@ function checked({ checks }) {
 
 for (const [ending, what] of [[".stl", "STL"], [".3mf", "3MF"], [".ply", "PLY"], [".obj", "OBJ"], [".glb", "GLB"], [".vtp", "VTP"]])
   element("ending").append(new Option(what, ending));
-element("export").onclick = () => {
+let exported = "", later = false;  // the outputs when a mesh was asked for, and whether the part was changed since
+
+function mesh(force) {
   const [body] = state.scene?.bodies ?? [];
   viewer.wrong("export", "");
-  if (body) line.send({ do: "export", output: body.name, ending: element("ending").value, voxel: element("voxel").value.trim() || "auto" });
-};
+  element("made").replaceChildren();
+  [exported, later] = [String(state.outputs), false];
+  if (body) line.send({ do: "export", output: body.name, ending: element("ending").value, voxel: element("voxel").value.trim() || "auto", force });
+}
+
+// The part is another one now: a mesh of what it was is not offered beside it.
+function other() {
+  later = true;
+  element("made").replaceChildren();
+}
+
+element("export").onclick = () => mesh(false);
 element("picture").onclick = () => canvas.toBlob((blob) => {
   const link = made("a", { href: URL.createObjectURL(blob), download: `${state.program.file.replace(/\.pore$/, "")}.png` });
   link.click();
@@ -55,17 +85,41 @@ element("picture").onclick = () => canvas.toBlob((blob) => {
 function ready({ name, what, link }) {
   // a browser asks before it takes a second file that nobody has clicked for: so this is clicked for
   const anchor = made("a", { href: link, download: name, textContent: `Save ${name}` });
-  element("made").replaceChildren(anchor, made("div", { className: "quiet", textContent: what }));
+  if (later) what += "\nof the part before its last change";
+  element("made").replaceChildren(anchor, ...what.split("\n").map((text) => made("div", { className: "quiet", textContent: text })));
   if (document.activeElement === element("export")) anchor.focus();
 }
 
 // ---- the line -------------------------------------------------------------------------------------------------------
 
 const source = new SourcePane((word) => line.send(word));
+
+function gone({ why }) {
+  const way = "What is shown is the program as it was. Save, in its text (E), writes it anew.";
+  viewer.wrong("file", why && `${state.program?.file ?? "The program"} ${why}. ${way}`);
+}
+
+function refused({ of, lost }) {
+  if (of !== "export") return;
+  element("made").replaceChildren();
+  if (lost) queueMicrotask(() => viewer.wrong("export", viewer.told.export.text, "Make it all the same", () => mesh(true)));
+}
+
+function ended(others) {
+  const again = `pore view ${state.program?.file ?? "FILE"} --port ${location.port}`;
+  const how = others
+    ? `What listens at port ${location.port} now is not of this page: open the address that it has printed.`
+    : `Start it again, and this page goes on:\n\n    ${again}`;
+  const unsaved = source.dirty ? "\n\nYour text is not saved. It is still here, under Program: copy it before you close this page." : "";
+  viewer.wrong("line", `\`pore view\` has ended: nothing more is drawn or saved.\n${how}${unsaved}`);
+}
+
 const heard = {
   scene: (scene) => texts.into(scene),
-  program: ({ file }) => { document.title = file; },
-  doubts: ({ doubts }) => { element("doubts").textContent = doubts.join("\n\n"); element("doubts").hidden = !doubts.length; },
+  program: ({ file }) => { document.title = file; other(); },
+  doubts: ({ doubts }) => { element("doubts").replaceChildren(...told(doubts.join("\n\n"))); element("doubts").hidden = !doubts.length; },
+  gone,
+  refused,
   cancelled: ({ of }) => { if (of === "measure") element("measures-head").textContent = "Measures: not of this part yet"; },
   measuring: ({ output }) => {
     viewer.wrong("measure", "");
@@ -85,12 +139,10 @@ const line = new Line(
     source.heard(word);
   },
   () => {
-    viewer.doing("line", "");
+    for (const of of ["line", "file"]) viewer.wrong(of, "");
     texts.forget();
-    if (!opened++) return;
-    source.again();
-    if (Object.keys(state.settings).length) line.send({ do: "set", settings: state.settings });
-    viewer.show();
+    if (opened++) source.again();
   },
-  () => viewer.doing("line", "`pore view` has ended"),
+  ended,
+  () => (state.program ? written(viewer) : location.hash.slice(1)),
 );

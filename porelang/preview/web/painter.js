@@ -21,6 +21,8 @@ export class Painter {
     this.coarse = 4;
     this.perPixel = 0;    // ms
     this.drawn = 0;       // full pictures so far
+    this.seen = null;     // the scene of the last picture
+    this.first = null;    // called when there is the first picture of a scene
     this.refines = true;  // whether one with four samples in each pixel follows where that is quick
     this.start();
     this.losses = 0;      // how often the driver gave up: it does where a picture keeps it too long
@@ -166,6 +168,10 @@ export class Painter {
     const ms = performance.now() - begun;
     this.perPixel = ms / (size[0] * size[1]);
     this.told(`${size[0]} x ${size[1]}, ${ms.toFixed(1)} ms`);
+    if (this.seen !== this.scene) {
+      this.seen = this.scene;
+      this.first?.();
+    }
     if (ms > FRAME && this.coarse < COARSEST) this.coarse = Math.min(COARSEST, this.coarse * Math.sqrt(ms / FRAME));
     else if (ms < FRAME / 3) this.coarse = Math.max(1, this.coarse / 1.3);
   }

@@ -10,13 +10,15 @@ export class SourcePane {
     this.marks = [];
     this.asked = new Map();  // completions that are waited for
     this.count = 0;
+    this.gone = "";       // why the file cannot be read, if it cannot
+    this.refused = false; // whether there was nobody to save it
     element("save").onclick = () => this.save();
     element("style").onclick = () => this.style();
     element("shut").onclick = () => this.open(false);
     element("open").onclick = () => this.open(element("source").hidden);
     element("theirs").onclick = () => { element("conflict").hidden = true; send({ do: "discard" }); };
     element("ours").onclick = () => { element("conflict").hidden = true; this.save(true); };
-    addEventListener("beforeunload", (e) => { if (this.dirty) e.preventDefault(); });
+    addEventListener("beforeunload", (e) => { if (this.dirty || this.gone) e.preventDefault(); });
   }
 
   get dirty() {
@@ -53,7 +55,8 @@ export class SourcePane {
   save(over = false) {
     if (this.editor) this.now = this.editor.text();
     this.saving = this.now;
-    this.send({ do: "save", text: this.now, over });
+    this.refused = !this.send({ do: "save", text: this.now, over });
+    this.stand();
   }
 
   style() {
@@ -63,7 +66,8 @@ export class SourcePane {
 
   // What is said of the text.
   heard(word) {
-    if (word.say === "text") {
+    if (word.say === "gone") this.gone = word.why;
+    else if (word.say === "text") {
       if (this.dirty) return;  // the line was gone meanwhile: what is written here stays
       this.disk = this.now = word.text;
       this.editor?.show(word.text);
@@ -87,12 +91,16 @@ export class SourcePane {
   // The line is there again: whoever is at its other end knows only what is on disk.
   again() {
     this.asked.clear();
+    this.refused = false;
+    this.gone = "";  // it is said again
+    this.stand();
     if (this.dirty) this.send({ do: "edit", text: this.now });
   }
 
   stand() {
-    element("state").textContent = this.dirty ? "not saved" : "saved";
-    element("save").disabled = !this.dirty;
+    const state = this.dirty ? "not saved" : this.gone ? "not on disk" : "saved";
+    element("state").textContent = this.refused ? "Nothing was saved: `pore view` has ended" : state;
+    element("save").disabled = !this.dirty && !this.gone;
     this.editor?.dirty(this.dirty);
   }
 }

@@ -1,11 +1,12 @@
 // A part with its controls: the picture, its section and colours, its params and outputs. Of `pore view` and of the widget of
 // notebooks, which differ in who is asked for what is set. Elements are those of page.html, by id, in a document or a shadow root.
 import { Camera, VIEWS } from "./camera.js";
-import { control, legend, made, outputs, shown } from "./controls.js";
+import { control, legend, made, outputs, told } from "./controls.js";
 import { hands } from "./hands.js";
 import { Painter } from "./painter.js";
+import { AXES, section } from "./section.js";
 
-const AXES = ["x", "y", "z"];
+const before = (still) => still && `The picture is as before: ${still}.`;
 
 export class Viewer {
   // `ask` is told what is set here: `set(settings)`, `show({ outputs, paint, plane })`, `preset(name)`, `cancel(of)`, `cut(section)`.
@@ -15,7 +16,7 @@ export class Viewer {
     this.element = (id) => root.getElementById(id);
     this.canvas = this.element("view");
     this.camera = new Camera();
-    this.told = { text: "", scene: "", export: "", measure: "" };  // what is wrong, by what it is about
+    this.told = {};  // what is wrong, by what it is about, and what can be done about it
     this.doings = new Map();  // by purpose
     this.state = { program: null, settings: {}, outputs: [], paint: "", plane: false, scene: null, fitted: "" };
     this.waiting = new Map();  // what was set since the last frame: a slider says more than can be drawn
@@ -25,12 +26,14 @@ export class Viewer {
         this.element("stats").textContent = text;
       });
       this.painter.refines = refines;
+      this.painter.first = () => this.pictured();
     } catch (error) {
       this.painter = null;
       this.wrong("scene", error.message);
     }
     this.section = this.painter?.section ?? { axis: -1, offset: 0, keeps: 1 };
-    this.resized = new ResizeObserver(() => this.moved());
+    this.aspect = 1;
+    this.resized = new ResizeObserver(() => this.reshaped());
     this.resized.observe(this.canvas);
     hands(this, keys);
     this.buttons();
@@ -52,7 +55,8 @@ export class Viewer {
       element("axes").append(button);
     }
     element("offset").oninput = () => this.cutAt(Number(element("offset").value));
-    element("offset-number").oninput = () => this.cutAt(parseFloat(element("offset-number").value));
+    element("offset-number").onchange = () => this.cutAt(parseFloat(element("offset-number").value), true);
+    element("said-again").onclick = () => Object.values(this.told).find((one) => one.again).again();
     element("flip").onclick = () => { this.section.keeps *= -1; this.ask.cut(this.section); this.moved(); };
     element("plane").onclick = () => { this.state.plane = !this.state.plane; this.across(); this.show(); };
     element("paint").onchange = () => { this.state.paint = element("paint").value.trim(); this.show(); };
@@ -62,11 +66,17 @@ export class Viewer {
 
   // ---- what is said -------------------------------------------------------------------------------------------------
 
-  wrong(of, text) {
-    this.told[of] = text;
-    const all = Object.values(this.told).filter(Boolean).join("\n\n");
-    this.element("said-text").textContent = all;
-    this.element("said").hidden = !all;
+  // `again`, called by a button with that `label`, does something about it.
+  wrong(of, text, label = "", again = null) {
+    const { element } = this;
+    if (text) this.told[of] = { text, label, again };
+    else delete this.told[of];
+    const { line, file, ...others } = this.told;  // what keeps all else from being done is said first
+    const all = [line, file, ...Object.values(others)].filter(Boolean), one = all.find((some) => some.again);
+    element("said-text").replaceChildren(...told(all.map((some) => some.text).join("\n\n")));
+    element("said").hidden = !all.length;
+    element("said-again").hidden = !one;
+    element("said-again").textContent = one?.label ?? "";
   }
 
   doing(of, what, share) {
@@ -90,33 +100,63 @@ export class Viewer {
     else if (say === "program") this.programmed(word);
     else if (say === "doing") this.doing(of, word.what, word.share);
     else if (say === "done") this.doing(of, "");
-    else if (say === "refused") this.wrong(of, word.text);
+    else if (say === "refused") this.wrong(of, word.text && [word.text, before(word.still)].filter(Boolean).join("\n\n"));
+    else if (say === "settings") this.put(word.settings);
+    else if (say === "stopped") this.stopped(word);
+  }
+
+  // A picture that was asked for was cancelled: what is shown is what the controls say, and the picture can be asked for again.
+  stopped({ still, wish }) {
+    const { outputs, paint, plane } = this.state;
+    this.wished(wish);
+    this.wrong("scene", `Cancelled. ${before(still) || "Nothing is drawn yet."}`, "Try again", () => {
+      this.wrong("scene", "");
+      this.wished({ outputs, paint, plane });
+      this.show();
+    });
   }
 
   // ---- the picture --------------------------------------------------------------------------------------------------
 
   moved() {
     this.painter?.moved();
+    this.ask.moved?.();
+  }
+
+  // The canvas has another shape: what was seen across its shorter side still is.
+  reshaped() {
+    const { camera, canvas } = this, aspect = canvas.clientWidth / canvas.clientHeight;
+    if (!aspect || !Number.isFinite(aspect)) return;
+    if (camera.fitted) this.fit();
+    else camera.height *= Math.min(1, this.aspect) / Math.min(1, aspect);
+    this.aspect = aspect;
+    this.moved();
   }
 
   // A scene with the texts of its shaders.
   take(scene) {
     const { state } = this;
-    this.doing("scene", "compiling the shader");
-    this.painter?.take(scene, (refused) => {
-      this.doing("scene", "");
+    if (!this.painter) return;
+    this.doing("shader", "compiling the shader");
+    this.painter.take(scene, (refused) => {
       this.wrong("scene", refused);
+      this.doing("shader", refused ? "" : "drawing");
       if (refused) return;
       state.scene = scene;
       const names = scene.bodies.map((body) => body.name).join(" ");
       this.canvas.dataset.outputs = names;
-      if (state.fitted !== names) this.fit();
+      if (state.fitted ? state.fitted !== names : this.camera.fitted) this.fit();
       state.fitted = names;
-      legend(this.element("legend"), scene.scale);
       this.across();
       this.listed();
       this.moved();
     });
+  }
+
+  // The first picture of a scene is there: what is said of it holds from now on.
+  pictured() {
+    this.doing("shader", "");
+    legend(this.element("legend"), this.state.scene.scale);
   }
 
   fit() {
@@ -134,62 +174,7 @@ export class Viewer {
   project() {
     this.camera.perspective = !this.camera.perspective;
     this.element("projection").setAttribute("aria-pressed", String(!this.camera.perspective));
-    this.moved();
-  }
-
-  // ---- the section --------------------------------------------------------------------------------------------------
-
-  cross(axis) {
-    const { section, state: { scene } } = this;
-    if (!this.painter || !scene) return;
-    if (axis >= 0 && axis !== section.axis) {
-      section.offset = (scene.lo[axis] + scene.hi[axis]) / 2;
-      section.keeps = this.camera.axes().out[axis] > 0 ? -1 : 1;  // what is before the section is taken away
-    }
-    section.axis = axis;
-    this.ask.cut(section);
-    this.across();
-    this.show();
-    this.moved();
-  }
-
-  across() {
-    const { element, section: { axis, offset }, state: { scene, plane } } = this;
-    AXES.concat("none").forEach((name) => element(`across-${name}`).setAttribute("aria-pressed", String(name === (AXES[axis] ?? "none"))));
-    element("section-more").hidden = axis < 0;
-    element("plane").setAttribute("aria-pressed", String(plane));
-    if (axis < 0 || !scene) return;
-    Object.assign(element("offset"), { min: scene.lo[axis], max: scene.hi[axis] });
-    element("offset").value = offset;
-    if (this.root.activeElement !== element("offset-number")) element("offset-number").value = shown(offset);
-  }
-
-  cutAt(offset) {
-    const { section, state: { scene } } = this, { axis } = section;
-    if (axis < 0 || !Number.isFinite(offset)) return;
-    section.offset = Math.min(Math.max(offset, scene.lo[axis]), scene.hi[axis]);
-    this.ask.cut(section);
-    this.across();
-    this.moved();
-  }
-
-  slide(dx, dy) {
-    const { camera, section: { axis, offset } } = this;
-    if (axis < 0) return;
-    const { right, up } = camera.axes();
-    const length = Math.max(0.05, right[axis] ** 2 + up[axis] ** 2);
-    this.cutAt(offset + (dx * right[axis] - dy * up[axis]) / length * camera.height / this.canvas.clientHeight);
-  }
-
-  step(way) {
-    const { section: { axis, offset }, state: { scene } } = this;
-    if (axis >= 0) this.cutAt(offset + way * (scene.hi[axis] - scene.lo[axis]) / 100);
-  }
-
-  // A section that was set elsewhere; `axis` -1 is none.
-  cutSo({ axis, offset, keeps }) {
-    Object.assign(this.section, axis < 0 ? { axis } : { axis, offset, keeps });
-    this.across();
+    if (this.camera.fitted) this.fit();
     this.moved();
   }
 
@@ -209,6 +194,14 @@ export class Viewer {
     Object.assign(this.state.settings, settings);
     const boxes = this.element("params").children;
     this.state.program?.params.forEach(({ name }, i) => { if (name in settings) boxes[i].put(settings[name]); });
+  }
+
+  // What is drawn is this, says somebody else.
+  wished(wish) {
+    Object.assign(this.state, wish);
+    this.element("paint").value = wish.paint;
+    this.across();
+    this.listed();
   }
 
   show() {
@@ -231,6 +224,7 @@ export class Viewer {
     const { element, state } = this;
     const focused = this.root.activeElement?.id;
     state.program = program;
+    if (!state.scene && program.wish) this.wished(program.wish);
     element("file").textContent = program.file;
     this.wrong("text", program.wrong.join("\n\n"));
     state.settings = Object.fromEntries(program.params.filter((p) => p.value !== p.default).map((p) => [p.name, p.value]));
@@ -249,3 +243,5 @@ export class Viewer {
     this.painter?.end();
   }
 }
+
+Object.assign(Viewer.prototype, section);
