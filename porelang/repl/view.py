@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import threading
+import time
 import webbrowser
 from collections.abc import Mapping
 from contextlib import ExitStack
@@ -12,6 +13,9 @@ from types import TracebackType
 
 from porelang.atomic import draft_in, replace_file
 from porelang.diagnostics import fail
+
+#: Seconds within which a server has begun.
+_PATIENCE = 10.0
 
 
 class View:
@@ -62,6 +66,9 @@ class View:
         server = uvicorn.Server(served)
         threading.Thread(target=lambda: server.run(sockets=[opened]), daemon=True).start()
         self._held.callback(setattr, server, "should_exit", True)
+        end = time.monotonic() + _PATIENCE
+        while not server.started and time.monotonic() < end:  # a browser that comes before would find nobody
+            time.sleep(0.01)
         return f"http://127.0.0.1:{port}/{token}/"
 
     def __enter__(self) -> View:
