@@ -21,7 +21,7 @@ from PIL import Image
 
 import porelang
 from porelang.preview.scene import ROOM
-from porelang.preview.server import application, door
+from porelang.preview.server import application, door, server_of
 from porelang.render.camera import Camera, look
 
 pytestmark = pytest.mark.slow
@@ -105,8 +105,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, int
     path = tmp_path_factory.mktemp("page") / "part.pore"
     path.write_text(PART, encoding="utf-8")
     opened, port = door()
-    server = uvicorn.Server(uvicorn.Config(application(str(path), "token", port), log_level="error", lifespan="off",
-                                           ws="websockets-sansio", ws_per_message_deflate=False))  # fmt: skip
+    server = server_of(application(str(path), "token", port))
     thread = threading.Thread(target=lambda: asyncio.run(server.serve([opened])), daemon=True)
     thread.start()
     yield path, port
@@ -355,8 +354,7 @@ def test_a_page_finds_its_way_back_with_its_text(browser: Any, tmp_path: Path) -
     opened, port = door()
 
     def serve(token: str) -> tuple[uvicorn.Server, threading.Thread]:
-        made = application(str(path), token, port)
-        server = uvicorn.Server(uvicorn.Config(made, log_level="critical", lifespan="off", ws="websockets-sansio"))
+        server = server_of(application(str(path), token, port))
         at = opened if opened.fileno() >= 0 else door(port)[0]
         thread = threading.Thread(target=lambda: asyncio.run(server.serve([at])), daemon=True)
         thread.start()

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import uvicorn
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
@@ -28,7 +27,7 @@ from porelang.preview.doing import Message
 from porelang.preview.live import NOTHING, Live, Start
 from porelang.preview.look import Look as Address
 from porelang.preview.scene import QUICK, Wish, scene
-from porelang.preview.server import FILES, LONGEST, MOST_A_SECOND, WEB, application, door
+from porelang.preview.server import FILES, LONGEST, MOST_A_SECOND, WEB, application, door, server_of
 from porelang.preview.tokens import proof, token_of
 from porelang.preview.watched import PATIENCE, Watched
 from porelang.preview.wire import packed, texts
@@ -496,8 +495,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[int, Path
     path = tmp_path_factory.mktemp("served") / "part.pore"
     path.write_text("sphere(10)")
     opened, port = door()
-    server = uvicorn.Server(uvicorn.Config(application(str(path), "right", port), log_level="error", lifespan="off",
-                                           ws="websockets-sansio", ws_per_message_deflate=False))  # fmt: skip
+    server = server_of(application(str(path), "right", port))
     thread = threading.Thread(target=lambda: asyncio.run(server.serve([opened])), daemon=True)
     thread.start()
     while not server.started:

@@ -29,9 +29,7 @@ def view(options: Namespace) -> int:
 
 def _page(options: Namespace, start: Start) -> int:
     try:
-        import uvicorn
-
-        from porelang.preview.server import application, door
+        from porelang.preview.server import application, door, server_of
         from porelang.preview.tokens import token_of
     except ImportError:
         raise fail("E126", "`pore view` needs the packages starlette, uvicorn and websockets",
@@ -43,9 +41,7 @@ def _page(options: Namespace, start: Start) -> int:
     report.note("the page follows every save of the program; Ctrl-C ends it")
     if not options.no_browser:
         webbrowser.open(address)
-    served = uvicorn.Config(application(options.file, token, port, start), log_level="error", ws="websockets-sansio",
-                            ws_per_message_deflate=False, ws_max_size=1 << 20, lifespan="off")  # fmt: skip
-    uvicorn.Server(served).run(sockets=[opened])
+    server_of(application(options.file, token, port, start)).run(sockets=[opened])
     return 0
 
 

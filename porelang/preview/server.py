@@ -16,6 +16,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
+import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
@@ -74,7 +75,14 @@ def door(port: int = 0) -> tuple[socket.socket, int]:
     except (OSError, OverflowError):
         raise fail("E108", f"port {port} cannot be had",
                    hint="choose another above 1023, or leave --port out: a free one is found") from None  # fmt: skip
+    opened.listen()  # who comes before the server has begun waits
     return opened, opened.getsockname()[1]
+
+
+def server_of(page: Starlette) -> uvicorn.Server:
+    """What serves a page: `run(sockets=[...])` does until `should_exit` is set."""
+    return uvicorn.Server(uvicorn.Config(page, log_level="error", ws="websockets-sansio", ws_per_message_deflate=False,
+                                         ws_max_size=1 << 20, lifespan="off"))  # fmt: skip
 
 
 def application(path: str, token: str, port: int, start: Start = NOTHING) -> Starlette:

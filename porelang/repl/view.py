@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import secrets
 import threading
-import time
 import webbrowser
 from collections.abc import Mapping
 from contextlib import ExitStack
@@ -13,9 +12,6 @@ from types import TracebackType
 
 from porelang.atomic import draft_in, replace_file
 from porelang.diagnostics import fail
-
-#: Seconds within which a server has begun.
-_PATIENCE = 10.0
 
 
 class View:
@@ -51,24 +47,16 @@ class View:
 
     def _serve(self, settings: Mapping[str, str]) -> str:
         try:
-            import uvicorn
-
             from porelang.preview.live import Start
-            from porelang.preview.server import application, door
+            from porelang.preview.server import application, door, server_of
         except ImportError:
             raise fail("E126", "`:view` needs the packages starlette, uvicorn and websockets",
                        hint="pip install 'porelang[view]'") from None  # fmt: skip
         opened, port = door(0)
         token = secrets.token_urlsafe(24)
-        app = application(str(self._path), token, port, Start(dict(settings), None, {}))
-        served = uvicorn.Config(app, log_level="error", ws="websockets-sansio", ws_per_message_deflate=False,
-                                ws_max_size=1 << 20, lifespan="off")  # fmt: skip
-        server = uvicorn.Server(served)
+        server = server_of(application(str(self._path), token, port, Start(dict(settings), None, {})))
         threading.Thread(target=lambda: server.run(sockets=[opened]), daemon=True).start()
         self._held.callback(setattr, server, "should_exit", True)
-        end = time.monotonic() + _PATIENCE
-        while not server.started and time.monotonic() < end:  # a browser that comes before would find nobody
-            time.sleep(0.01)
         return f"http://127.0.0.1:{port}/{token}/"
 
     def __enter__(self) -> View:
