@@ -537,6 +537,13 @@ def test_it_says_what_it_is_and_what_is_doubtful() -> None:
     assert "left out" in crumbs["W266"]
 
 
+def test_numbers_of_a_study_are_told_apart() -> None:
+    study = f"compress(cube(20mm), 1kN, {MATERIAL}, size=4mm)"
+    checks = 'check s.max_displacement < 20mm, "stiff"\ncheck s.max_von_mises < 10MPa, "strong"'
+    program = porelang.compile(f"let s = {study}\n{checks}\nout part = cube(20mm)")
+    assert set(program.numbers.values()) == {f"{study}.max_displacement", f"{study}.max_von_mises"}
+
+
 def test_what_fills_a_closed_gap_is_in_the_error_of_the_volume() -> None:
     """Two saw cuts of .1 mm, of which elements of 4 mm know nothing: 7 mm deep, in a bar of 20 x 10 mm."""
     cuts = " ".join(f"\\ translate(box([0.1mm, 24mm, 8mm]), [{x}mm, 0mm, 2mm])" for x in (1.5, 14.5))

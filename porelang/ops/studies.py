@@ -64,5 +64,7 @@ NUMBERS: dict[str, Dimension | None] = {
     "mass": None,
     "error": RATIO,
 }
+#: Their names, by the number of each in `of_study`.
+NAMES = tuple(NUMBERS)
 #: The stiffness of what turns: torque over angle.
 TURNING = FORCE * LENGTH / ANGLE
