@@ -206,10 +206,11 @@ def test_numbers_have_units_and_the_address_keeps_what_is_set(page: Page, browse
     page.until(lambda: box.input_value(of) == "8")
     box.press(of, "ArrowUp")
     assert box.input_value(of) == "8.02"
-    for text, code in (("99", "E085"), ("thick", "E084"), ("8", "")):
+    for text, code in (("99", "E085"), ("1e999", "E084"), ("thick", "E084"), ("8", "")):
         enter(text)
         page.until(lambda code=code: code in box.inner_text("#said") and box.is_visible("#said") == bool(code))  # type: ignore[misc]
         assert box.input_value(of) == ("8.02" if code else "8")
+        assert box.input_value("#param-r") == box.input_value(of)  # the slider says the same
     box.select_option("#param-kind", "schwarz_p")
     box.check("#output-1")
     box.fill("#paint", "high")

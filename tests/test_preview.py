@@ -115,6 +115,10 @@ def test_the_scale_takes_in_the_field_where_the_part_is() -> None:
     assert 10 <= low < 11.5
     assert 28.5 < high <= 30
     assert made.shown == "z + 20"
+    two = porelang.compile("out low = sphere(4)\nout high = sphere(4) @ [x, y, z - 30]").design()
+    both = scene(two, Wish(("low", "high"), paint="z"))  # of all that is drawn
+    assert both.scale is not None
+    assert both.scale.ends == pytest.approx([-4, 34], abs=1)
     own = scene(porelang.compile("sphere(10)").design(), Wish(plane=True))
     assert own.scale is not None
     assert own.scale.ends[0] == pytest.approx(-10, abs=0.5)

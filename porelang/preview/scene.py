@@ -116,9 +116,9 @@ def scene(design: Design, wish: Wish | None = None, budget: int = BUDGET) -> Sce
         stage = stage.grown(BEYOND)
     root = program.solid(names[0])
     shown = root if paint is None else paint
-    formula = design.formula(shown, root)
-    plane = _layer(names[0], formula, design, "plane") if wish.plane else None
-    values = make_field(formula, program.ranges, "numpy", "f32")
+    formulas = [design.formula(shown, program.solid(name)) for name in names]
+    plane = _layer(names[0], formulas[0], design, "plane") if wish.plane else None
+    values = [make_field(formula, program.ranges, "numpy", "f32") for formula in formulas]
     scale = _scale(values, bodies, within=paint is not None)
     return Scene(tuple(bodies), plane, stage, scale, called or names[0], unit)
 
@@ -163,17 +163,17 @@ def _numbers(formula: Formula, made: Shader) -> NDArray[np.float32]:
         return np.array(formula.with_roots(*made.uniforms).numbers, dtype=np.float32)
 
 
-def _scale(values: Callable[[Any], Any], bodies: Sequence[Body], within: bool) -> Colouring:
-    """The scale that takes in a field `within` the part, or in the cells around it: farther out the field of a part
-    goes on to many times what it is there."""
+def _scale(values: Sequence[Callable[[Any], Any]], bodies: Sequence[Body], within: bool) -> Colouring:
+    """The scale that takes in a field `within` the bodies, or in the cells around them: farther out the field of a part
+    goes on to many times what it is there. `values` of each body are those of the field, and of the body."""
     random = np.random.default_rng(1)
     found = []
-    for body in bodies:
+    for of_body, body in zip(values, bodies, strict=True):
         full = np.argwhere(body.cells.values != VOID)
         some = full[random.integers(len(full), size=SURVEYED)]
         edge = np.array(body.box.size) / body.cells.counts
         places = np.array(body.box.lo) + (some + random.uniform(size=some.shape)) * edge
-        shown, solid = np.asarray(values(places)).T
+        shown, solid = np.asarray(of_body(places)).T
         found.append(shown[solid <= 0] if within else shown)
     return fitting(np.concatenate(found).astype(np.float64))
 

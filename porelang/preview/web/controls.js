@@ -55,7 +55,9 @@ export function control(param, set) {
     number.onchange = () => {
       told = number.value;
       const text = told.trim();
-      set(param.name, NUMBER.test(text) ? Number(text) * param.scale : text);
+      const plain = NUMBER.test(text) ? Number(text) * param.scale : NaN;
+      if (plain >= param.low && plain <= param.high) main.value = plain / param.scale;  // else it is told
+      set(param.name, Number.isFinite(plain) ? plain : text);
     };
     number.onkeydown = (e) => {
       const way = { ArrowUp: 1, ArrowDown: -1 }[e.key];
