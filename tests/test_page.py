@@ -385,10 +385,15 @@ def test_a_page_finds_its_way_back_with_its_text(browser: Any, tmp_path: Path) -
         running = serve("another")  # a page gives its token only to who knows it
         made.until(lambda: "is not of this page" in made.page.inner_text("#said"))
         stop(*running)
+        theirs = "param r = 5mm in 2mm..9mm\nsphere(r)  # theirs\n"
+        path.write_text(theirs, encoding="utf-8")  # meanwhile
         running = serve("token")
         made.until(lambda: not made.page.is_visible("#said"))
         assert made.page.inner_text("#state") == "not saved"
+        made.until(lambda: made.page.is_visible("#conflict"))
         made.page.keyboard.press("Control+s")
+        assert path.read_text(encoding="utf-8") == theirs
+        made.page.click("#ours")
         made.until(lambda: made.page.inner_text("#state") == "saved")
         assert path.read_text(encoding="utf-8").endswith("# mine")
         assert made.page.input_value("#param-r") == "7"

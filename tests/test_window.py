@@ -28,7 +28,7 @@ from porelang.preview.panel import colours, column, notice
 ROOT = Path(__file__).parent.parent
 #: Opened as a user opens it; keys and frames come from here instead of a hand and a clock.
 DRIVER = """
-import json, sys, time
+import json, os, sys, time
 import moderngl_window
 from porelang.preview.live import Start
 from porelang.preview.window import Window
@@ -86,6 +86,9 @@ found |= {"measures": made.known.rows, "checks": made.known.checks, "section": s
 open(path, "w").write("sphere(")
 frames(lambda: bool(made.known.wrong.get("text")))
 found |= {"wrong": made.known.wrong.get("text"), "kept": seen()}
+os.remove(path)
+frames(lambda: bool(made.known.wrong.get("file")))
+found |= {"gone": made.known.wrong.get("file")}
 made.on_close()
 print(json.dumps(found))
 """
@@ -161,6 +164,7 @@ def test_a_window_shows_the_part(tmp_path: Path) -> None:
     assert found["first"][1] < 50
     assert found["section"][1] > 1000  # the field beside the part is blue
     assert "E005" in found["wrong"]
+    assert found["gone"].startswith("ball.pore is no longer there")
     assert found["kept"] == found["section"]
 
 

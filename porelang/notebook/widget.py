@@ -184,7 +184,7 @@ class Viewer(anywidget.AnyWidget):
             case {"do": "begin"}:
                 self._known = []
                 about = told.described(self.program, self.settings)
-                self._tell({"say": "program", "file": self.program.source.name, "wrong": [], **about})
+                self._tell({"say": "program", "file": self.program.source.name.strip("<>"), "wrong": [], **about})
                 self._draw()
             case {"do": "preset", "name": str(name)}:
                 presets = self.program.presets

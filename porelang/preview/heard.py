@@ -40,6 +40,8 @@ class Known:
             case {"say": "settings", "settings": settings}:
                 for param in self.params:
                     param["value"] = settings.get(param["name"], param["value"])
+            case {"say": "gone", "why": why}:
+                self.wrong["file"] = why and f"{self.file} {why}: what is drawn is what it was"
             case {"say": "refused"}:
                 self.wrong[word["of"]] = word["text"]
             case {"say": "doing"}:

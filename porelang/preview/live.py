@@ -92,6 +92,15 @@ class Live:
         """The text is being written."""
         self.session.submit("text", lambda: self._seen(self.document.edit(text)))
 
+    def resume(self, text: str, disk: str) -> None:
+        """A page that was there before has this text, which it began with what was on disk then: where that is another
+        now, it is told before it saves."""
+        document = self.document
+        if document.disk != disk:
+            document.disk = disk
+            self.tell({"say": "conflict"})
+        self.edit(text)
+
     def save(self, text: str, over: bool = False) -> None:
         """Write the text into the file, unless another program has changed that."""
         try:

@@ -189,6 +189,8 @@ def _obey(live: Live, word: dict[str, Any]) -> None:
             live.show(Wish(tuple(n for n in outputs if isinstance(n, str)), paint, plane))
         case {"do": "edit", "text": str(text)}:
             live.edit(text)
+        case {"do": "resume", "text": str(text), "disk": str(disk)}:
+            live.resume(text, disk)
         case {"do": "save", "text": str(text), "over": bool(over)}:
             live.save(text, over)
         case {"do": "discard"}:

@@ -68,7 +68,11 @@ class Window(WindowConfig):
     def _follow(self) -> None:
         self.live.begin()
         watched = Watched(self.live.document.path)
+        gone = ""
         while not self.ended.wait(LOOK):
+            if (now := watched.gone()) != gone:
+                gone = now
+                self.heard.put({"say": "gone", "why": gone})
             if watched.changed():
                 self.live.reread()
 

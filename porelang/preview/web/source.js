@@ -94,7 +94,7 @@ export class SourcePane {
     this.refused = false;
     this.gone = "";  // it is said again
     this.stand();
-    if (this.dirty) this.send({ do: "edit", text: this.now });
+    if (this.dirty) this.send({ do: "resume", text: this.now, disk: this.disk });  // another program may have written the file
   }
 
   stand() {
