@@ -9,6 +9,7 @@ from typing import Any
 
 from porelang.asked import Report
 from porelang.assist.complete import Item
+from porelang.atomic import HIDDEN
 from porelang.checks import broken_checks, failed_checks
 from porelang.diagnostics import Diagnostic, PoreError, in_order, render
 from porelang.elaborate.results import ParamInfo
@@ -30,12 +31,18 @@ RESULTS = ("{}.von_mises", "{}.principal1", "{}.principal3", "{}.energy", "lengt
 MOST_OFFERED = 60
 
 
+def _called(path: str) -> str:
+    """What a file is called: that of a REPL has a name that nobody has given it."""
+    name = os.path.basename(path)
+    return "REPL" if name.startswith(HIDDEN) else name
+
+
 def program(found: Snapshot, settings: Settings) -> dict[str, Any]:
     """What a page shows of a program; where its text is wrong, of the last one that was well."""
     good = found.good
     told = {
         "say": "program",
-        "file": os.path.basename(found.path),
+        "file": _called(found.path),
         "wrong": _rendered(found, found.diagnostics, "error"),
         "marks": marks(found.diagnostics, found.source),
     }

@@ -37,6 +37,7 @@ export default () => {
 
     render({ model, el }) {
       const host = document.createElement("div"), root = host.attachShadow({ mode: "open" });
+      host.dataset.lmSuppressShortcuts = "true";  // JupyterLab keeps Enter for itself, where nobody says that it is wanted
       el.append(host);
       const forget = [themed(host, root), pictured(root, model)];
       const keep = (changes) => {

@@ -48,6 +48,7 @@ export function control(param, set) {
       set(param.name, Math.min(Math.max(given * param.scale, param.low), param.high));
     };
     const step_by = (way) => {
+      if (NUMBER.test(number.value.trim())) main.value = Number(number.value);  // from what is written there
       main.value = Number(main.value) + way * Number(main.step);
       take(Number(main.value));
     };

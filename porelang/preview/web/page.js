@@ -109,6 +109,7 @@ function ended(others) {
   const again = `pore view ${state.program?.file ?? "FILE"} --port ${location.port}`;
   const how = others
     ? `What listens at port ${location.port} now is not of this page: open the address that it has printed.`
+    : state.program?.file === "REPL" ? "The REPL that it showed has been left."
     : `Start it again, and this page goes on:\n\n    ${again}`;
   const unsaved = source.dirty ? "\n\nYour text is not saved. It is still here, under Program: copy it before you close this page." : "";
   viewer.wrong("line", `\`pore view\` has ended: nothing more is drawn or saved.\n${how}${unsaved}`);
