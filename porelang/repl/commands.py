@@ -174,10 +174,8 @@ def _view(state: State, words: str) -> Answer:
         raise fail("E100", "nothing has been written yet", hint="write a part, as in `gyroid(10) & cube(20)`")
     if state.page is None:
         raise fail("E108", "there is no page here", hint="`pore view` shows a file")
-    return (
-        state,
-        f"{state.page.show(state.with_part, state.settings)} follows what is written here, and ends with it; its params are set there",
-    )
+    address = state.page.show(state.with_part, state.settings)
+    return state, f"{address} follows what is written here, and ends with it; its params are set there"
 
 
 def _program(state: State, _: str) -> Answer:
