@@ -39,6 +39,7 @@ export function control(param, set) {
     Object.assign(main, { min: low, max: high, step: step ?? fine(high - low) });
     let told = null;  // the text that was told, until there is an answer
     box.put = (given) => {
+      if (typeof given !== "number") return;  // a text that was sent: what it is worth follows
       main.value = given / param.scale;
       if (number.value === told || number.getRootNode().activeElement !== number) number.value = shown(given / param.scale);  // nobody is writing there
       told = null;
@@ -61,6 +62,10 @@ export function control(param, set) {
       set(param.name, Number.isFinite(plain) ? plain : text);
     };
     number.onkeydown = (e) => {
+      if (e.key === "Enter") {  // not all who lie around it let a browser see that this is a change
+        e.preventDefault();
+        number.onchange();
+      }
       const way = { ArrowUp: 1, ArrowDown: -1 }[e.key];
       if (!way || e.altKey || e.ctrlKey || e.metaKey) return;
       e.preventDefault();
