@@ -26,8 +26,6 @@ _KINDS = (
     (stat.S_ISFIFO, "a pipe"),
     (stat.S_ISSOCK, "a socket"),
 )
-#: What names of files begin with that are there for a while.
-HIDDEN = ".pore-"
 #: What unfinished blocks still have to undo, with the process that has to do it.
 _pending: dict[object, tuple[int, Callable[[], None]]] = {}
 
@@ -137,7 +135,7 @@ def draft_in(folder: Path, ending: str = "part") -> Iterator[Path]:
 
 def unused_name(ending: str) -> str:
     """A hidden name that nobody else has, and short: that of the target may itself be as long as names can be."""
-    return f"{HIDDEN}{secrets.token_hex(8)}.{ending}"
+    return f".pore-{secrets.token_hex(8)}.{ending}"
 
 
 @contextmanager

@@ -395,8 +395,20 @@ def test_a_page_finds_its_way_back_with_its_text(browser: Any, tmp_path: Path) -
         assert path.read_text(encoding="utf-8") == theirs
         made.page.click("#ours")
         made.until(lambda: made.page.inner_text("#state") == "saved")
-        assert path.read_text(encoding="utf-8").endswith("# mine")
+        mine = path.read_text(encoding="utf-8")
+        assert mine.endswith("# mine")
         assert made.page.input_value("#param-r") == "7"
+        made.page.click(".cm-content")
+        made.page.keyboard.type("# more")
+        made.until(lambda: made.page.inner_text("#state") == "not saved")
+        path.write_text(theirs, encoding="utf-8")
+        made.until(lambda: made.page.is_visible("#conflict"))
+        made.page.click("#theirs")
+        made.until(lambda: made.page.inner_text("#state") == "saved")
+        assert "# theirs" in made.page.inner_text(".cm-content")
+        assert "# more" not in made.page.inner_text(".cm-content")
+        path.write_text(mine, encoding="utf-8")
+        made.until(lambda: "# mine" in made.page.inner_text(".cm-content"))
     finally:
         made.page.close()
         stop(*running)

@@ -587,6 +587,27 @@ def test_a_page_follows_the_file_however_it_is_saved(served: tuple[int, Path]) -
         until_reaching(line, 11)
 
 
+def test_a_file_that_cannot_be_read_is_told_and_waited_for(served: tuple[int, Path]) -> None:
+    port, path = served
+    text = path.read_text()
+    path.unlink()
+    with opened(port) as line:
+        assert "E105" in until(line, "refused")["text"]
+        line.send(json.dumps({"do": "discard"}))  # which reads it again
+        assert "E105" in until(line, "refused")["text"]
+        path.write_text(text)
+        assert until(line, "text")["text"] == text
+
+
+def test_what_is_started_again_is_told(look: Look, tmp_path: Path) -> None:
+    page, path = look(BALL)
+    assert page.said("program")["again"] == f"pore view {path}"
+    hidden = Page(path, Start({}, None, {}, called="REPL"))
+    hidden.live.begin()
+    hidden.live.close()
+    assert (hidden.said("program")["file"], hidden.said("program")["again"]) == ("REPL", "")
+
+
 def test_nonsense_is_passed_over_or_ends_the_line(served: tuple[int, Path]) -> None:
     port, _ = served
     with opened(port) as line:

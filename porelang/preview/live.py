@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -32,11 +33,13 @@ STILL = 0.8
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """What a page begins with: params as `pore` takes them, a preset, and what is bound to params that take data."""
+    """What a page begins with: params as `pore` takes them, a preset, and what is bound to params that take data; what
+    it is `called` where its file has no name that anybody gave it."""
 
     settings: Mapping[str, Setting]
     preset: str | None
     bound: Mapping[str, Bound]
+    called: str = ""
 
 
 NOTHING = Start({}, None, {})
@@ -54,6 +57,7 @@ class Live:
     ) -> None:
         self.session = Session(bound=start.bound)
         self._start: Start | None = start
+        self._called = start.called
         self._look = look or Look()
         self.document = Document(self.session, path)
         self.tell = tell
@@ -64,9 +68,8 @@ class Live:
         self.made = Made()
 
     def begin(self) -> None:
-        """A page that knows nothing is there. Errors: those of reading the file."""
-        self._seen(self.document.read())
-        self._text()
+        """A page that knows nothing is there."""
+        self._reading(self._read)
 
     def close(self) -> None:
         """Nobody looks any more."""
@@ -76,30 +79,32 @@ class Live:
     # ---- the text ---------------------------------------------------------------------------------------------------
 
     def reread(self) -> None:
-        """Something was saved, here or elsewhere. Errors: those of reading the file."""
+        """Something was saved, here or elsewhere."""
+        self._reading(self._reread)
+
+    def _reading(self, work: Callable[[], None]) -> None:
+        """Do what reads the file; where that cannot be read, it is told."""
+        try:
+            work()
+        except PoreError as error:
+            self._refused("text", error)
+
+    def _read(self) -> None:
+        self._seen(self.document.read())
+        self.tell({"say": "text", "text": self.document.text})
+
+    def _reread(self) -> None:
         document = self.document
-        if document.dirty and document.changed_on_disk():
+        if not document.changed_on_disk():  # but a file that it uses, or its data
+            self._seen(document.edit(document.text))
+        elif document.dirty:
             self.tell({"say": "conflict"})
-        elif document.dirty:  # a file that it uses, or its data
-            self._seen(document.edit(document.text))
-        elif document.changed_on_disk():
-            self._seen(document.read())
-            self._text()
         else:
-            self._seen(document.edit(document.text))
+            self._read()
 
     def edit(self, text: str) -> None:
         """The text is being written."""
         self.session.submit("text", lambda: self._seen(self.document.edit(text)))
-
-    def resume(self, text: str, disk: str) -> None:
-        """A page that was there before has this text, which it began with what was on disk then: where that is another
-        now, it is told before it saves."""
-        document = self.document
-        if document.disk != disk:
-            document.disk = disk
-            self.tell({"say": "conflict"})
-        self.edit(text)
 
     def save(self, text: str, over: bool = False) -> None:
         """Write the text into the file, unless another program has changed that."""
@@ -165,7 +170,9 @@ class Live:
             self.settings = {n: v for n, v in program.presets[name].items() if isinstance(v, int | float | str)}
         found = self.session.snapshot(self.document.path)
         if found is not None:
-            self.tell(told.program(found, self._numbers(program)))
+            values = program.design(self.settings).settings  # a preset may say them with units
+            self.settings = {n: told.word(program.params[n], values[n]) for n in self.settings}
+            self.tell(self._program(found))
         self._draw()
 
     def show(self, wish: Wish) -> None:
@@ -207,14 +214,8 @@ class Live:
         assert program is not None, "it has been drawn"
         return program.design(self.settings)
 
-    def _numbers(self, program: Program) -> told.Settings:
-        """The settings by number, as a page shows them: a preset may say them with units."""
-        values = program.design(self.settings).settings
-        self.settings = {n: told.word(program.params[n], values[n]) for n in self.settings}
-        return self.settings
-
-    def _text(self) -> None:
-        self.tell({"say": "text", "text": self.document.text})
+    def _program(self, found: Snapshot) -> dict[str, Any]:
+        return told.program(found, self.settings) | ({"file": self._called, "again": ""} if self._called else {})
 
     def _seen(self, found: Snapshot) -> None:
         if found.good is not None:
@@ -222,7 +223,7 @@ class Live:
             self.settings = told.kept(found.good, self.settings)
             bodies = set(found.good.outputs)
             self.wish = Wish(tuple(n for n in self.wish.outputs if n in bodies), self.wish.paint, self.wish.plane)
-        self.tell(told.program(found, self.settings) | {"wish": word(self.wish)})
+        self.tell(self._program(found) | {"wish": word(self.wish)})
         if found.program is not None:
             self._draw()
 

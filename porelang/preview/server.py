@@ -23,7 +23,7 @@ from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from porelang.diagnostics import PoreError, fail
+from porelang.diagnostics import fail
 from porelang.preview.doing import Message
 from porelang.preview.live import NOTHING, Live, Start
 from porelang.preview.look import Look
@@ -149,8 +149,10 @@ async def _attend(page: WebSocket, live: Live, key: str, pages: dict[str, Live])
             loop.call_soon_threadsafe(waiting.put_nowait, message)
 
     live.tell, pages[key] = tell, live
-    tasks = [asyncio.create_task(work) for work in (_send(page, waiting), _hear(page, live), _watch(live))]
+    tasks = [asyncio.create_task(_send(page, waiting))]
     try:
+        await asyncio.to_thread(live.begin)  # what a page says comes after that: it may have a text of its own
+        tasks += [asyncio.create_task(work) for work in (_hear(page, live), _watch(live))]
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         for task in done:
             with contextlib.suppress(WebSocketDisconnect, RuntimeError):
@@ -189,8 +191,6 @@ def _obey(live: Live, word: dict[str, Any]) -> None:
             live.show(Wish(tuple(n for n in outputs if isinstance(n, str)), paint, plane))
         case {"do": "edit", "text": str(text)}:
             live.edit(text)
-        case {"do": "resume", "text": str(text), "disk": str(disk)}:
-            live.resume(text, disk)
         case {"do": "save", "text": str(text), "over": bool(over)}:
             live.save(text, over)
         case {"do": "discard"}:
@@ -232,7 +232,6 @@ async def _words(page: WebSocket) -> AsyncIterator[dict[str, Any]]:
 
 async def _watch(live: Live) -> None:
     """Read the program again whenever it, or a file that it names, was saved."""
-    await asyncio.to_thread(live.begin)
     watched = Watched(live.document.path)
     gone = ""
     while True:
@@ -241,7 +240,4 @@ async def _watch(live: Live) -> None:
             gone = now
             live.tell({"say": "gone", "why": gone})
         if watched.changed():
-            try:
-                await asyncio.to_thread(live.reread)
-            except PoreError as error:
-                live.tell({"say": "refused", "of": "text", "text": error.diagnostics[0].message})
+            await asyncio.to_thread(live.reread)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Iterable
 from contextlib import suppress
 from typing import Any
 
 from porelang.asked import Report
 from porelang.assist.complete import Item
-from porelang.atomic import HIDDEN
 from porelang.checks import broken_checks, failed_checks
 from porelang.diagnostics import Diagnostic, PoreError, in_order, render
 from porelang.elaborate.results import ParamInfo
@@ -31,18 +31,13 @@ RESULTS = ("{}.von_mises", "{}.principal1", "{}.principal3", "{}.energy", "lengt
 MOST_OFFERED = 60
 
 
-def _called(path: str) -> str:
-    """What a file is called: that of a REPL has a name that nobody has given it."""
-    name = os.path.basename(path)
-    return "REPL" if name.startswith(HIDDEN) else name
-
-
 def program(found: Snapshot, settings: Settings) -> dict[str, Any]:
     """What a page shows of a program; where its text is wrong, of the last one that was well."""
     good = found.good
     told = {
         "say": "program",
-        "file": _called(found.path),
+        "file": os.path.basename(found.path),
+        "again": f"pore view {shlex.quote(found.path)}",
         "wrong": _rendered(found, found.diagnostics, "error"),
         "marks": marks(found.diagnostics, found.source),
     }

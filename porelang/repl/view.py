@@ -54,7 +54,7 @@ class View:
                        hint="pip install 'porelang[view]'") from None  # fmt: skip
         opened, port = door(0)
         token = secrets.token_urlsafe(24)
-        server = server_of(application(str(self._path), token, port, Start(dict(settings), None, {})))
+        server = server_of(application(str(self._path), token, port, Start(dict(settings), None, {}, called="REPL")))
         threading.Thread(target=lambda: server.run(sockets=[opened]), daemon=True).start()
         self._held.callback(setattr, server, "should_exit", True)
         return f"http://127.0.0.1:{port}/{token}/"

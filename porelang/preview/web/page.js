@@ -110,11 +110,11 @@ function refused({ of, lost }) {
 }
 
 function ended(others) {
-  const again = `pore view ${state.program?.file ?? "FILE"} --port ${location.port}`;
+  const { file = "program", again = "pore view FILE" } = state.program ?? {};
   const how = others
     ? `What listens at port ${location.port} now is not of this page: open the address that it has printed.`
-    : state.program?.file === "REPL" ? "The REPL that it showed has been left."
-    : `Start it again, and this page goes on:\n\n    ${again}`;
+    : !again ? `The ${file} that it showed has been left.`
+    : `Start it again, and this page goes on:\n\n    ${again} --port ${location.port}`;
   const unsaved = source.dirty ? "\n\nYour text is not saved. It is still here, under Program: copy it before you close this page." : "";
   viewer.wrong("line", `\`pore view\` has ended: nothing more is drawn or saved.\n${how}${unsaved}`);
 }

@@ -16,7 +16,11 @@ export class SourcePane {
     element("style").onclick = () => this.style();
     element("shut").onclick = () => this.open(false);
     element("open").onclick = () => this.open(element("source").hidden);
-    element("theirs").onclick = () => { element("conflict").hidden = true; send({ do: "discard" }); };
+    element("theirs").onclick = () => {
+      if (!send({ do: "discard" })) return;
+      element("conflict").hidden = true;
+      this.now = this.disk;  // what is on disk now comes, and takes its place
+    };
     element("ours").onclick = () => { element("conflict").hidden = true; this.save(true); };
     addEventListener("beforeunload", (e) => { if (this.dirty || this.gone) e.preventDefault(); });
   }
@@ -54,6 +58,7 @@ export class SourcePane {
 
   save(over = false) {
     if (this.editor) this.now = this.editor.text();
+    if (!over && !element("conflict").hidden) return;  // that is to be answered first
     this.saving = this.now;
     this.refused = !this.send({ do: "save", text: this.now, over });
     this.stand();
@@ -68,7 +73,10 @@ export class SourcePane {
   heard(word) {
     if (word.say === "gone") this.gone = word.why;
     else if (word.say === "text") {
-      if (this.dirty) return;  // the line was gone meanwhile: what is written here stays
+      if (this.dirty) {  // what is written here stays, and where it began with another text than is on disk now, both are asked about
+        if (word.text !== this.disk) element("conflict").hidden = false;
+        return;
+      }
       this.disk = this.now = word.text;
       this.editor?.show(word.text);
     } else if (word.say === "program" || word.say === "doubts") {
@@ -94,7 +102,7 @@ export class SourcePane {
     this.refused = false;
     this.gone = "";  // it is said again
     this.stand();
-    if (this.dirty) this.send({ do: "resume", text: this.now, disk: this.disk });  // another program may have written the file
+    if (this.dirty) this.send({ do: "edit", text: this.now });
   }
 
   stand() {
