@@ -404,8 +404,8 @@ def test_a_page_finds_its_way_back_with_its_text(browser: Any, tmp_path: Path) -
         path.write_text(theirs, encoding="utf-8")
         made.until(lambda: made.page.is_visible("#conflict"))
         made.page.click("#theirs")
-        made.until(lambda: made.page.inner_text("#state") == "saved")
-        assert "# theirs" in made.page.inner_text(".cm-content")
+        made.until(lambda: "# theirs" in made.page.inner_text(".cm-content"))
+        assert made.page.inner_text("#state") == "saved"
         assert "# more" not in made.page.inner_text(".cm-content")
         path.write_text(mine, encoding="utf-8")
         made.until(lambda: "# mine" in made.page.inner_text(".cm-content"))
