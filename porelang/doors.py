@@ -405,7 +405,7 @@ class Doors(ABC):
         """What a notebook shows; what goes wrong with that leaves the tables."""
         from porelang.notebook.display import bundle
 
-        return bundle(self)  # type: ignore[arg-type]  # a program or a design
+        return bundle(self)
 
     def homogenize(
         self,

@@ -37,7 +37,7 @@ from porelang.interval import interval
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, node, order, param, unmoved, within
 from porelang.once import Recent
 from porelang.ops import TASK_TABLE
-from porelang.ops.studies import NAMES
+from porelang.ops.studies import number_of
 from porelang.rewrites import Graph, flatten
 from porelang.settings import Setting, given, settle
 from porelang.source import Source, Span
@@ -289,8 +289,7 @@ class Program(Doors):
         for n in order(self._asking, within):
             if n.op in NUMBERS and n.depends < UNKNOWN:  # else it is another for every guess of a `solve`
                 text = " ".join(self.places[n].text.split()) if n in self.places else n.op
-                if n.op == "of_study":  # whose place is that of the study
-                    text += f".{NAMES[int(n.args[1].value)]}"  # type: ignore[arg-type]  # a constant number
+                text += f".{name}" if (name := number_of(n)) else ""  # of a study, which is what has the place
                 seen[text] = seen.get(text, 0) + 1
                 out[n] = text if seen[text] == 1 else f"{text} #{seen[text]}"
         return out

@@ -200,6 +200,9 @@ def test_what_a_file_does_not_have_is_told(tmp_path: Path, monkeypatch: pytest.M
     )
     assert told[-1] == "t = 1mm"
     assert (tmp_path / "my part.pore").read_text() == f"{param}\nsphere(9) |> shell(t)\n"
+    told = spoken("let v = 2mm", "let w = 3mm", "sphere(w)", ":drop w", ":save rest.pore")
+    assert told[-1] == "rest.pore: 1 statements"  # what was asked for names what is gone
+    assert (tmp_path / "rest.pore").read_text() == "let v = 2mm\n"
     assert "`3` is a number, and no part" in spoken(":mesh a.stl 3")[0]
     assert "nothing was asked for yet" in spoken(":mesh a.stl")[0]
 

@@ -67,10 +67,12 @@ class Server(LanguageServer):
         """Publish what is wrong or doubtful in a document."""
         told = [answers.diagnostic(d, snapshot.source, self.encoding) for d in found]
         self.text_document_publish_diagnostics(
-            types.PublishDiagnosticsParams(
-                self.open.get(snapshot.path) or uri_of(snapshot.path), told, version=self._version(snapshot.path)
-            )
+            types.PublishDiagnosticsParams(self.uri(snapshot.path), told, version=self._version(snapshot.path))
         )
+
+    def uri(self, path: str) -> str:
+        """The address of a file, as the client writes it where it has it open."""
+        return self.open.get(path) or uri_of(path)
 
     def _version(self, path: str) -> int | None:
         uri = self.open.get(path)
@@ -88,7 +90,7 @@ class Server(LanguageServer):
         show is told when nobody has typed for a while. Of edits that come together the last is compiled alone."""
         self.edits[uri] = edit = self.edits.get(uri, 0) + 1
         await asyncio.sleep(TOGETHER)
-        if self.edits[uri] != edit or path_of(uri) not in self.open:
+        if self.edits.get(uri) != edit or path_of(uri) not in self.open:
             return
         snapshot = self.opened(uri)
         waiting = [snapshot]
@@ -154,6 +156,7 @@ def server() -> Server:
         path = path_of(params.text_document.uri)
         users = ls.session.users(path)
         ls.open.pop(path, None)
+        ls.edits.pop(params.text_document.uri, None)
         ls.session.jobs.cancel(("doubts", path))
         ls.session.forget(path)
         ls.doubts.pop(path, None)
@@ -223,9 +226,7 @@ def server() -> Server:
             user = ls.session.snapshot(path)
             found = names.uses_of(user, snapshot.path, here.name) if user is not None and here is not None else []
             if found:
-                edits[ls.open.get(path) or uri_of(path)] = [
-                    types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in found
-                ]
+                edits[ls.uri(path)] = [types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in found]
         return types.WorkspaceEdit(edits)
 
     @ls.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from porelang.diagnostics import fail
+from porelang.doors import Doors
 from porelang.notebook.still import fallback
 from porelang.program import Design, Program
 from porelang.render.picture import bodies_of
-from porelang.settings import Setting
 
 if TYPE_CHECKING:
     from porelang.notebook.widget import Viewer
@@ -25,18 +25,18 @@ def in_kernel() -> bool:
 
 def view(design: Design, name: str | Sequence[str] | None, *, paint: str, plane: bool, cut: str) -> Viewer:
     """The viewer of a design, of an output or of several. Errors: E100, E126 where anywidget is missing."""
-    try:
-        from porelang.notebook.widget import Viewer
-    except ImportError:
+    kind = _viewers()
+    if kind is None:
         raise fail("E126", "a viewer in a notebook needs the package anywidget",
-                   hint="pip install 'porelang[notebook]'") from None  # fmt: skip
+                   hint="pip install 'porelang[notebook]'")  # fmt: skip
     names = [name] if isinstance(name, str) else list(name or ())
-    return Viewer(design.program, design.settings, outputs=names, paint=paint, plane=plane, cut=cut)
+    return kind(design.program, design.settings, outputs=names, paint=paint, plane=plane, cut=cut)
 
 
-def bundle(shown: Program | Design) -> Any:
+def bundle(shown: Doors) -> Any:
     """The displays of a program or a design by their MIME types, and their metadata; none where there is no notebook,
     or nothing to be drawn, or something goes wrong."""
+    assert isinstance(shown, Program | Design)
     try:
         return _bundle(shown)
     except Exception:  # the text says what it is
@@ -48,18 +48,19 @@ def _bundle(shown: Program | Design) -> Any:
     if not in_kernel() or not bodies_of(program):
         return {}
     settings = {} if isinstance(shown, Program) else shown.settings
-    made = viewer(program, settings)
-    if made is None:
+    kind = _viewers()
+    if kind is None:
         return fallback(shown, settings)[0], {}
+    made = kind(program, settings)
     found = made._repr_mimebundle_()
     data, metadata = found if found is not None else ({}, {})
     return {**data, **fallback(shown, settings, known=made.still)[0]}, metadata
 
 
-def viewer(program: Program, settings: Mapping[str, Setting]) -> Viewer | None:
-    """A viewer of a program with settings bound; None where the package for it is missing."""
+def _viewers() -> type[Viewer] | None:
+    """What viewers are made of; None where the package for it is missing."""
     try:
         from porelang.notebook.widget import Viewer
     except ImportError:
         return None
-    return Viewer(program, settings)
+    return Viewer

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from porelang.ir import Node
 from porelang.units import ANGLE, FORCE, LENGTH, RATIO, STRESS, Dimension
 
 #: The first arguments: Young's modulus (MPa), Poisson's ratio and density (g/cm3, 0: not known) are fields; `size` is
@@ -64,7 +65,14 @@ NUMBERS: dict[str, Dimension | None] = {
     "mass": None,
     "error": RATIO,
 }
-#: Their names, by the number of each in `of_study`.
-NAMES = tuple(NUMBERS)
 #: The stiffness of what turns: torque over angle.
 TURNING = FORCE * LENGTH / ANGLE
+
+
+def number_of(n: Node) -> str:
+    """The name of the number that a node (`of_study`) reads from a study; "" for other nodes."""
+    if n.op != "of_study":
+        return ""
+    code = n.args[1].value
+    assert isinstance(code, float)
+    return list(NUMBERS)[int(code)]

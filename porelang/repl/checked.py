@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from porelang.checks import broken_checks, undecided_checks
 from porelang.diagnostics import Diagnostic
-from porelang.repl.state import NAME, State, pieces
-from porelang.repl.typed import as_typed
+from porelang.repl.state import NAME, State
+from porelang.repl.typed import as_typed, pieces
 
 
 def new_checks(before: State, after: State) -> list[str]:

@@ -38,9 +38,10 @@ class Command:
 def asked(state: State, words: str) -> Said:
     """An expression, or without words what was asked for last, and what it came to. Errors: those of its text; E108
     where it is none."""
-    if not (words or state.last) and "part" not in state.statements:
+    words = words or state.last or ("part" if "part" in state.statements else "")
+    if not words:
         raise fail("E108", "nothing was asked for yet", hint="name an expression, as in `:type gyroid(10) & sphere(9)`")
-    found = said(state, words or state.last or "part")
+    found = said(state, words)
     if any(d.severity == "error" for d in found.diagnostics):
         raise PoreError([d for d in found.diagnostics if d.severity == "error"])
     if found.value is None:
@@ -195,13 +196,13 @@ COMMANDS: dict[str, Command] = {
     c.name: c
     for c in (
         Command(":help", "", "these lines", _help),
-        Command(":type", "EXPR", "what kind of thing it is", _type),
+        Command(":type", "[EXPR]", "what kind of thing it is", _type),
         Command(":doc", "NAME", "what a function does, and what it takes", _doc),
         Command(":set", "[NAME = VALUE]", "set a param; without words, what is set", _set),
         Command(":slice", "[EXPR]", "what was asked for last, or this, cut at z = 0", _slice),
-        Command(":time", "EXPR", "its value, and how long that took", _time),
-        Command(":ir", "EXPR", "the graph that it becomes", _ir),
-        Command(":glsl", "EXPR", "the shader that it becomes", _glsl),
+        Command(":time", "[EXPR]", "its value, and how long that took", _time),
+        Command(":ir", "[EXPR]", "the graph that it becomes", _ir),
+        Command(":glsl", "[EXPR]", "the shader that it becomes", _glsl),
         Command(":mesh", "FILE [EXPR]", "write the surface of what was asked for last, or of this", _mesh),
         Command(":view", "[EXPR]", "show what was asked for last, or this, on a page that follows", _view),
         Command(":program", "", "all statements so far", _program),

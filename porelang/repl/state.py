@@ -9,7 +9,7 @@ from itertools import count
 from porelang.diagnostics import Diagnostic, fail
 from porelang.elaborate.values import Poison, Scalar, Value
 from porelang.program import Design, Program
-from porelang.repl.typed import as_typed
+from porelang.repl.typed import as_typed, pieces
 from porelang.repl.view import View
 from porelang.session import Session
 from porelang.source import Source
@@ -127,6 +127,8 @@ def said(state: State, line: str, part: bool = False) -> Said:
     params = snapshot.program.params
     settings = {name: value for name, value in state.settings.items() if name in params}
     new = replace(state, statements=statements, settings=settings, program=snapshot.program)
+    if new.field and not question and state.session.update(NAME, new.with_part).program is None:
+        new = replace(new, field="")  # it names what is gone, or is something else now
     last = snapshot.file.statements[-1] if question else None
     value = snapshot.value(last.value) if isinstance(last, tree.Let) else None
     if value is None or isinstance(value, Poison):
@@ -136,16 +138,6 @@ def said(state: State, line: str, part: bool = False) -> Said:
         new = replace(new, field=question)
         program = state.session.update(NAME, f"{text}out {it} = {question}\n").program or program
     return Said(replace(new, last=question), told, value, program, it)
-
-
-def pieces(statements: list[str | tuple[str, str]]) -> list[tuple[int, str]]:
-    """Where each statement begins in the program, and its text; of a pair the first was not typed."""
-    found, begins = [], 0
-    for s in statements:
-        hidden, text = ("", s) if isinstance(s, str) else s
-        found.append((begins + len(hidden), text))
-        begins += len(hidden) + len(text) + 1
-    return found
 
 
 def _key(s: tree.Statement, known: dict[str, str]) -> str:

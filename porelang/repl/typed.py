@@ -9,6 +9,16 @@ from porelang.diagnostics import Diagnostic, Label
 from porelang.source import Source, Span
 
 
+def pieces(statements: list[str | tuple[str, str]]) -> list[tuple[int, str]]:
+    """Where each statement begins in the program, and its text; of a pair the first was not typed."""
+    found, begins = [], 0
+    for s in statements:
+        hidden, text = ("", s) if isinstance(s, str) else s
+        found.append((begins + len(hidden), text))
+        begins += len(hidden) + len(text) + 1
+    return found
+
+
 def as_typed(found: Diagnostic, pieces: Sequence[tuple[int, str]], name: str) -> Diagnostic:
     """A diagnostic about a program of which each piece begins at a character of it, and was typed as this text."""
     span = None if found.span is None else _placed(found.span, pieces, name)

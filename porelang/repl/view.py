@@ -28,11 +28,10 @@ class View:
     def show(self, text: str, settings: Mapping[str, str]) -> str:
         """Show a program, at first with these settings, and say where. Errors: E113 where no file can be written,
         E126."""
-        if not self._address:
+        if self._path is None:
             self._path = self._held.enter_context(draft_in(Path.cwd(), "pore"))
-            self.follow(text)
-            self._address = self._serve(settings)
         self.follow(text)
+        self._address = self._address or self._serve(settings)
         if self._browse:
             webbrowser.open(self._address)
         return self._address

@@ -18,8 +18,7 @@ OPEN = 3.0
 @dataclass(frozen=True, slots=True)
 class Gap:
     """A gap that is closed: up to how `wide` it is there, over how much (`reach`, the longer side first) and where its
-    middle is (mm); whether it `tapers`. It is the largest of `of`, which have a
-    `volume` (mm3) together."""
+    middle is (mm); whether it `tapers`. It is the largest of `of`, which have a `volume` (mm3) together."""
 
     wide: float
     reach: tuple[float, float]
@@ -34,6 +33,7 @@ def told(gap: Gap) -> str:
     long, wide = gap.reach
     over = f"{long:.2g} x {wide:.2g} mm" if wide > gap.wide else f"{long:.2g} mm"
     width = f"{'up to ' if gap.tapers else ''}{gap.wide:.3g} mm"
-    gaps = "a gap" if gap.of == 1 else f"{gap.of} gaps are closed: the largest,"
-    closed = "is closed over" if gap.of == 1 else "over"
-    return f"{gaps} {width} wide {closed} {over}, as at ({coordinates(gap.at)}) mm"
+    where = f"{over}, as at ({coordinates(gap.at)}) mm"
+    if gap.of > 1:
+        return f"{gap.of} gaps are closed: the largest, {width} wide over {where}"
+    return f"a gap {width} wide is closed over {where}"

@@ -15,19 +15,18 @@ _WHOLE = 3
 class Got:
     """What is known of a study: in `SampledField.facts`, in this order.
 
-    Elements and unknowns; iterations of the solver and the residual that they left; the order of elements; their
-    size in mm, that of the smallest where it is graded (0: it is not), and near the thinnest wall; how thick the
-    thinnest walls are, in mm (0: none are found), and a place on one; how wide a gap is that elements close, in mm
-    (0: they close none), over how much of it, whether it tapers (1), of how
-    many it is the largest, and a place in it; the area of the surface in
-    mm2; the greatest displacement over the longest side of the part, and the mean strain (in energy); the greatest
-    Young's modulus (MPa) and density (g/cm3) of those that the text does not show (0: it does); where the material
-    yields (MPa, 0: it is not known); which share of the volume was left out, in how many pieces; the spacing of
-    samples, in mm; by how much lookups of von Mises' stress miss the elements, 95 % of them by less, and which
-    share of the others lies at jumps of the material; by which share numbers of stiffness err for what elements
-    miss of the part: what they lack of it and hold beyond it in mm3, by how many holes they differ from how many,
-    and where it is worst; by which share they err for two materials in one element, and where; then the numbers of
-    `porelang.ops.studies`, and their errors.
+    Elements and unknowns; iterations of the solver and the residual that they left; the order of elements; their size
+    in mm, that of the smallest where it is graded (0: it is not), and near the thinnest wall; how thick the thinnest
+    walls are, in mm (0: none are found), and a place on one; how wide a gap is that elements close, in mm (0: they
+    close none), over how much of it, whether it tapers (1), of how many it is the largest, and a place in it; the
+    area of the surface in mm2; the greatest displacement over the longest side of the part, and the mean strain (in
+    energy); the greatest Young's modulus (MPa) and density (g/cm3) of those that the text does not show (0: it does);
+    where the material yields (MPa, 0: it is not known); which share of the volume was left out, in how many pieces;
+    the spacing of samples, in mm; by how much lookups of von Mises' stress miss the elements, 95 % of them by less,
+    and which share of the others lies at jumps of the material; by which share numbers of stiffness err for what
+    elements miss of the part: what they lack of it and hold beyond it in mm3, by how many holes they differ from how
+    many, and where it is worst; by which share they err for two materials in one element, and where; then the numbers
+    of `porelang.ops.studies`, and their errors.
     """
 
     elements: int
