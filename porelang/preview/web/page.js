@@ -80,11 +80,14 @@ function other() {
 }
 
 element("export").onclick = () => mesh(false);
-element("picture").onclick = () => canvas.toBlob((blob) => {
-  const link = made("a", { href: URL.createObjectURL(blob), download: `${state.program.file.replace(/\.pore$/, "")}.png` });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 60000);  // not before it is written
-});
+element("picture").onclick = async () => {
+  await viewer.painter?.full();
+  canvas.toBlob((blob) => {
+    const link = made("a", { href: URL.createObjectURL(blob), download: `${state.program.file.replace(/\.pore$/, "")}.png` });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60000);  // not before it is written
+  });
+};
 
 function ready({ name, what, link }) {
   // a browser asks before it takes a second file that nobody has clicked for: so this is clicked for

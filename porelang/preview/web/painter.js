@@ -21,6 +21,8 @@ export class Painter {
     this.coarse = 4;
     this.perPixel = 0;    // ms
     this.drawn = 0;       // full pictures so far
+    this.whole = false;   // whether the canvas has the full picture of how things are now
+    this.awaited = [];    // called when it has
     this.seen = null;     // the scene of the last picture
     this.first = null;    // called when there is the first picture of a scene
     this.refines = true;  // whether one with four samples in each pixel follows where that is quick
@@ -142,6 +144,7 @@ export class Painter {
   // Something has changed: draw a coarse picture at once, and the full one when nothing moves any more.
   moved() {
     this.wish = (this.wish ?? 0) + 1;
+    this.whole = false;
     clearTimeout(this.still);
     if (this.asked) return;
     this.asked = true;
@@ -150,8 +153,13 @@ export class Painter {
       if (!this.scene) return;
       this.quick();
       const wish = this.wish;
-      this.still = setTimeout(() => this.full(wish), STILL);
+      this.still = setTimeout(() => this.refine(wish), STILL);
     });
+  }
+
+  // Resolved when the canvas has the full picture: while something moves, it has a coarse one.
+  full() {
+    return new Promise((call) => this.whole ? call() : this.awaited.push(call));
   }
 
   size(coarse) {
@@ -182,7 +190,7 @@ export class Painter {
 
   // The picture at full resolution, or with `samples` along a side of each pixel. Strips go into a buffer of their own,
   // so that the picture before stays until this one is there.
-  full(wish, samples = 1) {
+  refine(wish, samples = 1) {
     const gl = this.gl, shown = this.size(1), size = shown.map((n) => n * samples);
     const rows = Math.max(1, Math.floor(STRIP / Math.max(this.perPixel, 1e-9) / size[0]));
     const begun = performance.now();
@@ -215,7 +223,9 @@ export class Painter {
       if (samples > 1) return;
       this.drawn += 1;
       this.canvas.dataset.drawn = this.drawn;
-      if (ms < FINE && this.refines) this.full(wish, 2);
+      this.whole = true;
+      for (const call of this.awaited.splice(0)) call();
+      if (ms < FINE && this.refines) this.refine(wish, 2);
     };
     step();
   }
