@@ -75,7 +75,7 @@ def signature_at(snapshot: Snapshot, offset: int) -> tuple[Signature, int] | Non
     if within is None or found is None:
         return None
     names = [p.name for p in found.parameters]
-    at = names.index(within.named) if within.named in names else within.argument
+    at = names.index(within.named) if within.named in names else found.place(within.argument)
     return found, min(at, max(len(names) - 1, 0))
 
 

@@ -166,7 +166,7 @@ def _arguments(snapshot: Snapshot, offset: int, start: int, last: str) -> Iterat
     found = signature_of(snapshot, offset, within.name) if within is not None else None
     if within is None or found is None:
         return
-    for p in found.parameters[within.argument if not within.given else 0 :]:
+    for p in found.parameters[found.place(within.argument) if not within.given else 0 :]:
         if p.name not in within.given and p.name.isidentifier():
             yield Item(f"{p.name}=", "argument", f"{p.name}=", start, offset, p.text, rank=0)
 

@@ -52,6 +52,11 @@ class Signature:
             joined += ("" if i == 0 else " or " if self.parameters[i - 1].instead else ", ") + p.text
         return f"{self.name}({joined})"
 
+    def place(self, argument: int) -> int:
+        """Where among the parameters the argument at a position stands: of a pair `w or phase` the second is named."""
+        in_order = [i for i in range(len(self.parameters)) if i == 0 or not self.parameters[i - 1].instead]
+        return in_order[argument] if argument < len(in_order) else max(argument, len(self.parameters))
+
 
 def signature(function: Value | tree.Def | None, name: str) -> Signature | None:
     """How a function is called; None of what is none."""

@@ -165,6 +165,10 @@ def _call(n: Node, names: list[str]) -> str:
             return f"({inside} @ {place}) > 0"
         case "nearest":
             return f'bare(nearest_bar("{samples.FRAME_FILE}").{_MEMBERS[str(n.value)]} @ {place})'
+        case "random":
+            return f"random([{', '.join(names[:3])}], {names[3]}).{n.value}"
+        case "sites":
+            return f"bare(nearest_site([{', '.join(names[:3])}], {names[3]}, {names[4]}).{_MEMBERS_OF_SITES[str(n.value)]})"
         case "principal":
             axis, which = str(n.value)[0], str(n.value)[1]
             member = "value" if axis == "v" else f"direction.{axis}"

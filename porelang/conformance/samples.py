@@ -1,5 +1,5 @@
 """What operations are judged on that are not swept over numbers: a grid of values, a frame of bars, small, and hard as
-data can be, and a field of tensors."""
+data can be, a field of tensors, and cells of random sites."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from porelang.data import NEAREST, Data, SampledField, Segments
 from porelang.formula import Bindings
-from porelang.ir import ZERO, Node, X, Y, Z, node
+from porelang.ir import ZERO, Node, X, Y, Z, const, node
 from porelang.ops import Op
 
 #: The files that generated programs name, and the slots that stand for them in graphs.
@@ -78,8 +78,15 @@ def tensor() -> tuple[Node, ...]:
 
 
 def arguments(row: Op) -> tuple[Node, ...]:
-    """What an operation is judged on: the slot of its data and a place, or a tensor."""
-    return tensor() if row.args[0] == "real" else (slot(row.args[0]), X, Y, Z)
+    """What an operation is judged on: a tensor, a place with a seed and more, or the slot of its data and a place."""
+    match row.name:
+        case "principal":
+            return tensor()
+        case "random":
+            return (X, Y, Z, const(7.0))
+        case "sites":
+            return (0.25 * X, 0.25 * Y, 0.25 * Z, const(7.0), const(0.875))
+    return (slot(row.args[0]), X, Y, Z)
 
 
 def data(kind: str) -> Data:

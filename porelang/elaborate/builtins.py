@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from porelang.elaborate import tasks, tensors
+from porelang.elaborate import chance, tasks, tensors
 from porelang.elaborate.calls import call
 from porelang.elaborate.context import Context
 from porelang.elaborate.operators import apply
@@ -171,5 +171,5 @@ def builtins() -> dict[str, Value]:
     }
     for name, row in CALLABLE.items():
         names[name] = _extreme(row, name) if name in ("min", "max") else _kernel(row, name)
-    names |= {b.name: b for b in (*_LISTS, *tensors.BUILTINS, *tasks.BUILTINS)}
+    names |= {b.name: b for b in (*_LISTS, *tensors.BUILTINS, *chance.BUILTINS, *tasks.BUILTINS)}
     return names

@@ -4,6 +4,7 @@ values."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 from porelang.diagnostics import Edit, Label
 from porelang.elaborate import advice, operators, raw, suspect
@@ -318,13 +319,15 @@ def _match(ctx: Context, function: Function, arguments: Sequence[Given], site: t
     if len(set(names)) < len(names):  # said where it is defined
         return None
     given: dict[str, Given] = {}
+    second = {b.name for a, b in pairwise(function.parameters) if a.alternative is not None}
+    in_order = [name for name in names if name not in second]  # of a pair `w or phase` the second is named
     position = 0
     for a in arguments:
         if a.name is None:
-            if position >= len(names):
+            if position >= len(in_order):
                 _too_many(ctx, function.name, names, a.span, function.definition, advice.too_many(function, arguments))
                 return None
-            name = names[position]
+            name = in_order[position]
             position += 1
         else:
             name = a.name

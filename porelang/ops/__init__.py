@@ -17,7 +17,7 @@ import numpy as np
 from porelang import interval as iv
 from porelang.interval import Array, Interval, Mask
 from porelang.ir import ONE, ZERO, Node, const, node
-from porelang.ops import forms, grid, principal, segments
+from porelang.ops import forms, grid, principal, random, segments, sites
 from porelang.ops.row import Kind, Op, Tolerance
 from porelang.ops.tasks import TASK_TABLE, Task
 
@@ -231,6 +231,16 @@ _ROWS = (
        "pore_principal({0}, {1}, {2}, {3}, {4}, {5})", principal.enclose, principal.slopes, "", None,
        tolerance=Tolerance(0.0, extra=principal.rounding), domain="finite", jumps=principal.jumps,
        results=principal.RESULTS),
+    # ---- chance -----------------------------------------------------------------------------------------------------
+    Op("random", ("real",) * 4, "real", "Four random numbers, 0 to 1, of the cell of size 1 that a place lies in and of a "
+       "seed.", random.random, "pore_random({0}, {1}, {2}, {3})", random.enclose, _flat, "", None,
+       tolerance=Tolerance(0.0, extra=random.rounding), domain="magnitudes below 2^23", jumps=random.jumps,
+       results=random.RESULTS),
+    Op("sites", ("real",) * 5, "real", "Random sites, one in each cell of size 1, of a seed and a jitter: the distances "
+       "from the three nearest and from the wall half way to another, their gradients, and a number of the nearest.",
+       sites.sites, "pore_sites({0}, {1}, {2}, {3}, {4})", sites.enclose, sites.slopes, "", None,
+       tolerance=Tolerance(0.0, extra=sites.rounding), domain="magnitudes below 2^23, jitter 0 to 1",
+       jumps=sites.jumps, results=sites.RESULTS),
     # ---- data -------------------------------------------------------------------------------------------------------
     Op("lookup", GRID, "real", "Samples on a grid, trilinear between them and held at the border: a component, or a "
        "derivative of it.", grid.lookup, "pore_lookup{0}({1}, {2}, {3}, {payload})",

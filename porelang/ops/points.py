@@ -83,3 +83,12 @@ def target(at: Points, out: Values) -> tuple[Strided, bool]:
     if direct:
         return strided(out), False
     return strided(np.empty(at.loops, out.dtype)), True
+
+
+def places(*coordinates: object) -> tuple[Values, Shape]:
+    """Numbers that broadcast, in their floating type (float64 where they are not floats), as rows, and their shape."""
+    arrays = np.broadcast_arrays(*(np.asarray(v) for v in coordinates))
+    dtype = np.result_type(*(a.dtype for a in arrays))
+    if dtype not in (np.float32, np.float64):
+        dtype = np.dtype(np.float64)
+    return np.stack([a.reshape(-1) for a in arrays]).astype(dtype, copy=False), arrays[0].shape

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from porelang.interval import Array, Interval, Mask
 from porelang.ir import ONE, ZERO, Node, node
+from porelang.ops.points import places
 
 Values = NDArray[Any]
 RESULTS = ("v1", "v2", "v3", "x1", "y1", "z1", "x2", "y2", "z2", "x3", "y3", "z3")
@@ -37,15 +38,11 @@ def principal(xx: Any, yy: Any, zz: Any, xy: Any, yz: Any, xz: Any, wanted: Sequ
     """The wanted results (in the order of RESULTS) for components that broadcast, in their type."""
     from porelang.ops import principal_loops as loops
 
-    arrays = np.broadcast_arrays(*(np.asarray(v) for v in (xx, yy, zz, xy, yz, xz)))
-    dtype = np.result_type(*(a.dtype for a in arrays))
-    if dtype not in (np.float32, np.float64):
-        dtype = np.dtype(np.float64)
-    parts = np.stack([a.reshape(-1) for a in arrays]).astype(dtype, copy=False)
-    out = np.empty((len(RESULTS), parts.shape[1]), dtype)
-    limits = np.finfo(dtype)
-    loops.principal(parts, dtype.type(limits.eps) ** 2, limits.tiny, out)
-    return tuple(out[RESULTS.index(name)].reshape(arrays[0].shape)[()] for name in wanted)
+    parts, shape = places(xx, yy, zz, xy, yz, xz)
+    out = np.empty((len(RESULTS), parts.shape[1]), parts.dtype)
+    limits = np.finfo(parts.dtype)
+    loops.principal(parts, parts.dtype.type(limits.eps) ** 2, limits.tiny, out)
+    return tuple(out[RESULTS.index(name)].reshape(shape)[()] for name in wanted)
 
 
 def slopes(*parts: Node) -> tuple[Node | None, ...]:
