@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -83,9 +84,66 @@ def test_names_of_a_used_file_are_known_by_their_dots() -> None:
     where = names.definition(one, text.index("ring(") + 1)
     assert where is not None
     assert (where.source.name, where.line, where.column) == ("plates.pore", 2, 5)
-    assert told(names.uses_of(one, "plates.pore", "t")) == [(2, 20)]
+    bound = names.use_at(one, text.index("t)")).bound  # type: ignore[union-attr]  # it is there
+    assert bound is not None
+    assert told(names.uses_of(one, bound)) == [(2, 20)]
     with pytest.raises(PoreError, match="is bound in `plates"):
         names.renamed(one, text.index("ring(") + 1, "annulus")
+
+
+def test_a_name_of_a_used_file_is_changed_in_presets_and_arguments_too() -> None:
+    lib = "param t = 2mm in 1mm..4mm\ndef wall(f, thick = 1mm) = shell(f, thick)\n"
+    text = (
+        'use "plates.pore" as plates\nlet g = plates.wall\nlet a = g(sphere(9), thick=2mm)\n'
+        'preset "thin": plates.t = 1mm\nout part = a & plates.wall(cube(20), thick=plates.t)\n'
+    )
+    session = Session(folder="")
+    session.workspace.open("plates.pore", lib)
+    user, used = session.update("a.pore", text), session.update("plates.pore", lib)
+
+    def changed(of: str, name: str) -> str:
+        use = names.use_at(used, lib.index(of))
+        assert use is not None
+        assert use.bound is not None
+        out = text
+        for span in sorted(names.uses_of(user, use.bound), key=lambda s: -s.start):
+            out = out[: span.start] + name + out[span.end :]
+        return out
+
+    for of, name in (("t = 2mm", "size"), ("thick", "wide"), ("wall", "skin")):
+        session.workspace.open("plates.pore", re.sub(rf"\b{of.split()[0]}\b", name, lib))
+        assert [str(d) for d in session.update("a.pore", changed(of, name)).diagnostics] == []
+    session.workspace.open("plates.pore", lib)
+    user = session.update("a.pore", text)
+    assert told(names.renamed(user, text.index("plates\n"), "pl")) == [(1, 22), (2, 9), (4, 16), (5, 16), (5, 44)]
+
+
+def test_a_name_is_not_changed_where_a_use_of_it_would_be_left() -> None:
+    broken = "let a = w + (\nparam w = 8mm in 4mm..9mm\nlet q = w + 1\n"
+    with pytest.raises(PoreError, match="line 1 has `w` in it"):
+        names.renamed(snapshot(broken), broken.index("w = 8"), "wide")
+    last = 'check volume(part) > 1, "m"\nsphere(3)\n'
+    with pytest.raises(PoreError, match="what the last expression of a file is called"):
+        names.renamed(snapshot(last), last.index("part"), "wide")
+    other = "def f(a) = a\nlet g = f\ng(a=3)\n"
+    assert told(names.renamed(snapshot(other), other.index("a)"), "b")) == [(1, 7), (1, 12), (3, 3)]
+
+
+def test_a_preset_sets_params_and_nothing_else() -> None:
+    lib = "param t = 2mm in 1mm..4mm\nlet v = 3\n"
+    text = 'use "plates.pore" as plates\nparam w = 8mm in 4mm..9mm\npreset "thin": '
+    for more, wanted in (("", True), ("pla", True), ("plates.", True), ("w = 5mm, ", True), ("w = ", False)):
+        found = complete.completions(snapshot(text + more, plates=lib), len(text + more))
+        assert ([i.text for i in found] == ["plates.t", "w"]) is wanted
+        assert {i.start for i in found if wanted} <= {len(text), len(text) + len("w = 5mm, ")}
+
+
+@pytest.mark.parametrize(
+    "text", ["let q = [for i in range(3): i", "let h = i => i", "def f(i) = i", "let b = { let i = 3\n i"]
+)
+def test_an_inner_name_is_offered_once(text: str) -> None:
+    found = [i.text for i in complete.completions(snapshot(text), len(text))]
+    assert found.count("i") == 1
 
 
 def test_a_name_is_changed_where_it_stands_for_the_same() -> None:

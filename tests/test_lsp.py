@@ -234,6 +234,53 @@ def test_a_file_that_comes_back_is_seen(tmp_path: Path) -> None:
     spoken(tmp_path, talk)
 
 
+def test_a_used_file_that_is_not_saved_yet_is_seen(tmp_path: Path) -> None:
+    async def talk(editor: Editor) -> None:
+        (missing,) = await editor.open('use "lib.pore" as lib\nlib.body\n')
+        assert "lib.pore" in missing.message
+        lib = types.TextDocumentItem((tmp_path / "lib.pore").as_uri(), "pore", 0, "let body = sphere(3)\n")
+        editor.client.text_document_did_open(types.DidOpenTextDocumentParams(lib))
+        assert await editor.diagnostics(0) == []
+
+    spoken(tmp_path, talk)
+
+
+def test_a_name_is_changed_and_found_in_files_that_are_not_open(tmp_path: Path) -> None:
+    (tmp_path / "deep").mkdir()
+    user = tmp_path / "deep" / "user.pore"
+    user.write_text('use "../part.pore" as lib\nsphere(lib.t)\n')
+
+    async def talk(editor: Editor) -> None:
+        text = "let t = 2mm\nlet body = sphere(t)\n"
+        await editor.open(text)
+        made = await editor.client.text_document_rename_async(
+            types.RenameParams(new_name="wall", **editor.at(text, "t = 2"))
+        )
+        assert made is not None
+        assert made.changes is not None
+        assert {uri: len(edits) for uri, edits in made.changes.items()} == {editor.uri: 2, user.as_uri(): 1}
+        context = types.ReferenceContext(include_declaration=True)
+        found = await editor.client.text_document_references_async(
+            types.ReferenceParams(context=context, **editor.at(text, "t = 2"))
+        )
+        assert found is not None
+        assert [place.uri for place in found] == [editor.uri, editor.uri, user.as_uri()]
+
+    spoken(tmp_path, talk)
+
+
+def test_a_document_without_a_file_is_named_as_the_client_does(tmp_path: Path) -> None:
+    async def talk(editor: Editor) -> None:
+        editor.uri = "untitled:Untitled-1"
+        text = "let w = 3\nsphere(w)\n"
+        await editor.open(text)
+        where = await editor.client.text_document_definition_async(types.DefinitionParams(**editor.at(text, "w)")))
+        assert isinstance(where, types.Location)
+        assert where.uri == editor.uri
+
+    spoken(tmp_path, talk)
+
+
 def test_what_samples_show_follows_when_nobody_types(tmp_path: Path) -> None:
     async def talk(editor: Editor) -> None:
         text = "sphere(3) \\ translate(sphere(1), [9, 0, 0])\n"

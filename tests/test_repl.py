@@ -16,7 +16,7 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from porelang.repl.commands import COMMANDS
-from porelang.repl.loop import MORE, talk
+from porelang.repl.loop import MORE, answered, talk
 from porelang.repl.picture import SIGNS, slice_of
 from porelang.repl.state import State, is_incomplete, said
 from porelang.session import Session
@@ -57,6 +57,52 @@ def test_statements_are_kept_and_take_the_place_of_others() -> None:
     assert spoken("let a = 2mm", ":drop a", "let b = a")[1].startswith("error[E030]: unknown name `a`")
     # what is wrong changes nothing
     assert spoken("let a = 2mm", "let a = nothing", "a")[-1] == "a length: 2mm"
+
+
+def test_what_others_need_stays() -> None:
+    told = spoken("let a = 2mm", "let b = a * 3", ":drop a", "b", ":drop b", ":drop a", "1 + 1")
+    assert told[0] == "error[E108]: `a` is needed by `b`\n  = hint: `:drop b` first, or write another `a`"
+    assert told[1:] == ["a length: 6mm", "`b` is gone", "`a` is gone", "a number: 2"]
+
+
+def test_a_param_that_is_written_anew_is_what_the_line_says() -> None:
+    told = spoken(
+        "param w = 8mm in 4mm..9mm", ":set w = 5mm", "param w = 3mm in 1mm..4mm", "w", ":set w = 9mm", ":set w 2mm"
+    )
+    assert told[1] == "note: `w` is what this line says, and not 5mm any more"
+    assert told[2] == "a length: 3mm with the params at their defaults"
+    assert " --> <repl>:1:7\n  |\n1 | param w = 3mm" in told[3]
+    assert "`:set w = 2mm`" in told[4]
+    assert "names a function" in spoken(":doc")[0]
+
+
+def test_a_part_whose_check_fails_is_not_written(tmp_path: Path) -> None:
+    path = tmp_path / "a.stl"
+    told = spoken("let w = 3mm", 'check w > 4mm, "thin"', "sphere(w)", f":mesh {path}")
+    assert told[-1].startswith("error[E068]: thin\n --> <repl>:1:7")
+    assert not path.exists()
+
+
+def test_remarks_are_kept(tmp_path: Path) -> None:
+    text = """\
+# of a panel
+
+## the cell
+param w = 8mm in 4mm..12mm  # from the datasheet
+
+# the body
+let body = cube(20)
+
+out part = gyroid(w) & body  # all
+# end
+"""
+    (tmp_path / "part.pore").write_text(text)
+    state = said(State(Session()), text, part=True).state
+    saved = tmp_path / "saved.pore"
+    assert answered(state, f":save {saved}").said == f"{saved}: 3 statements"
+    assert saved.read_text() == text
+    changed = answered(state, "let body = cube(30)").state
+    assert changed.text.replace("\n\n", "\n") == text.replace("cube(20)", "cube(30)").replace("\n\n", "\n")
 
 
 def test_a_line_that_is_not_complete_goes_on() -> None:
@@ -167,6 +213,10 @@ def test_a_terminal_completes_names_and_remembers_lines(keys: Callable[[str], li
     offered = [c for c in names.get_completions(Document("wid"), CompleteEvent()) if c.text == "wide"]
     assert [c.start_position for c in offered] == [-3]
     assert [c.text for c in names.get_completions(Document(":hel"), CompleteEvent())] == [":help"]
+    assert "wide" in [c.text for c in names.get_completions(Document(":type wid"), CompleteEvent())]
+    (tmp_path / "parts").mkdir()
+    offered = [c.text for c in names.get_completions(Document(f":save {tmp_path}/pa"), CompleteEvent())]
+    assert offered == ["rts"]
     assert [c.text for c in names.get_completions(Document("shell(wide, "), CompleteEvent())][:2] == ["side=", "t="]
     assert keys("1 + 1\n\x04") == ["a number: 2"]
     assert "+1 + 1" in (tmp_path / "repl.history").read_text()
@@ -195,13 +245,13 @@ def test_what_a_file_does_not_have_is_told(tmp_path: Path, monkeypatch: pytest.M
     param = "param t = 1mm in 0.5mm..2mm"
     told = spoken(param, ":set t = 1.5mm", "sphere(9) |> shell(t)", ':save "my part.pore"', ":set t =")
     assert told[-2] == (
-        "my part.pore: 1 statements; its part is `sphere(9) |> shell(t)`, which was asked for last; "
+        "my part.pore: 1 statement; its part is `sphere(9) |> shell(t)`, which was asked for last; "
         "not in it: t = 1.5mm, as was set here"
     )
     assert told[-1] == "t = 1mm"
     assert (tmp_path / "my part.pore").read_text() == f"{param}\nsphere(9) |> shell(t)\n"
     told = spoken("let v = 2mm", "let w = 3mm", "sphere(w)", ":drop w", ":save rest.pore")
-    assert told[-1] == "rest.pore: 1 statements"  # what was asked for names what is gone
+    assert told[-1] == "rest.pore: 1 statement"  # what was asked for names what is gone
     assert (tmp_path / "rest.pore").read_text() == "let v = 2mm\n"
     assert "`3` is a number, and no part" in spoken(":mesh a.stl 3")[0]
     assert "nothing was asked for yet" in spoken(":mesh a.stl")[0]
@@ -212,6 +262,16 @@ def test_a_pipe_has_blank_lines_and_pipes() -> None:
     said_of = subprocess.run([sys.executable, "-m", "porelang", "repl"], input=text, capture_output=True, text=True)
     assert said_of.returncode == 0
     assert said_of.stdout == "let c = union([\n  sphere(3),\n  sphere(4)\n])\n  |> shell(1)\n"
+
+
+def test_a_line_of_a_pipe_is_answered_before_the_next() -> None:
+    command = [sys.executable, "-m", "porelang", "repl"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as talking:
+        assert talking.stdin is not None
+        assert talking.stdout is not None
+        for n in (2, 3):
+            print(f"{n} * {n}", file=talking.stdin, flush=True)
+            assert talking.stdout.readline() == f"a number: {n * n}\n"
 
 
 def test_names_and_docs_of_the_user_are_kept() -> None:
@@ -225,8 +285,7 @@ def test_a_page_follows_what_is_written(tmp_path: Path) -> None:
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=tmp_path, text=True) as talking:
         assert talking.stdin is not None
         assert talking.stdout is not None
-        # a line of a pipe is answered when the next is there, which may go on with it
-        print("let w = 12mm\n:view sphere(w)\n:view box([w, w, w])\nw", file=talking.stdin, flush=True)
+        print("let w = 12mm\n:view sphere(w)\n:view box([w, w, w])", file=talking.stdin, flush=True)
         addresses = [talking.stdout.readline().split(" ")[0] for _ in range(2)]
         assert addresses[0] == addresses[1]
         with urllib.request.urlopen(addresses[0], timeout=20) as page:
@@ -237,3 +296,34 @@ def test_a_page_follows_what_is_written(tmp_path: Path) -> None:
         assert talking.wait(20) == 0
     assert list(tmp_path.iterdir()) == []
     assert "nothing has been written yet" in spoken(":view")[0]
+
+
+def test_what_is_wrong_in_several_lines_is_in_its_line() -> None:
+    (told,) = spoken("let f = {\n  let a = 1\n  a + qq\n}")
+    assert " --> <repl>:3:7\n" in told
+    state = said(State(Session()), "let a = 1\n\nlet b = a\nlet c = qq + 1\n")
+    assert [(d.span.line, d.span.column) for d in state.diagnostics if d.span is not None] == [(4, 9)]
+    assert spoken("it")[0].startswith("error[E030]: unknown name `it`")
+
+
+def test_a_file_is_begun_with_where_it_lies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "deep" / "lib.pore").write_text("let t = 2mm\n")
+    (tmp_path / "deep" / "part.pore").write_text('use "lib.pore" as lib\nsphere(lib.t)\n')
+    (tmp_path / "deep" / "wrong.pore").write_text("let a = 1\n\nlet b = qq\n")
+    monkeypatch.chdir(tmp_path)
+
+    def run(file: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "porelang", "repl", file]
+        return subprocess.run(command, input="lib.t\n", capture_output=True, text=True)
+
+    assert run("deep/part.pore").stdout == "a length: 2mm\n"
+    wrong = run("deep/wrong.pore")
+    assert (wrong.returncode, wrong.stdout) == (1, "")
+    assert " --> deep/wrong.pore:3:9\n" in wrong.stderr
+
+
+def test_a_mesh_is_reported_as_the_command_does(tmp_path: Path) -> None:
+    (told,) = spoken(f":mesh {tmp_path / 'a.stl'} sphere(3) | translate(sphere(1), [9, 0, 0])")
+    assert "surfaces   2 that are not joined" in told
+    assert "pieces     2: " in told

@@ -49,6 +49,9 @@ def test_what_is_there_stays(
 def test_a_program_ends_in_pore(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["new", "part.stl"]) == 2
     assert "`part.pore`" in capsys.readouterr().err
+    for name in (".", "", "..", "parts/"):
+        assert main(["new", name]) == 2
+        assert "is no name of a program" in capsys.readouterr().err
 
 
 def test_all_examples_are_listed_with_what_they_are_about(capsys: pytest.CaptureFixture[str]) -> None:

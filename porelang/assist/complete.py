@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from porelang.assist.calls import before, call_around, members_of, signature_of
-from porelang.assist.names import Bound, is_function, visible
+from porelang.assist.names import Bound, is_function, settable, visible
 from porelang.assist.shown import signature
 from porelang.elaborate.kinds import KINDS
 from porelang.elaborate.values import Record, describe
@@ -71,6 +71,8 @@ def completions(snapshot: Snapshot, offset: int, folder: str = "") -> list[Item]
     start = offset - len(word[0]) if word is not None else offset
     tokens = [t for t in before(snapshot, offset) if t.start < start]
     last = tokens[-1].type if tokens else ""
+    if (setting := _setting(snapshot, tokens, start)) is not None:
+        return [Item(n, "param", n, setting, offset, "a param") for n in settable(snapshot)]
     if last == "DOT":
         return list(_members(snapshot, offset, tokens, start))
     if last == "COLON" and _is_declaration(tokens):
@@ -84,15 +86,15 @@ def completions(snapshot: Snapshot, offset: int, folder: str = "") -> list[Item]
 
 
 def _names(snapshot: Snapshot, offset: int, start: int) -> Iterator[Item]:
-    own = _being_bound(snapshot, start)
+    own, inner = _being_bound(snapshot, start), _locals(snapshot, start)
     for name, bound in visible(snapshot, offset).items():
-        if name == own and bound.kind != "prelude":  # nothing is defined by itself
+        if name in inner or (name == own and bound.kind != "prelude"):  # nothing is defined by itself
             continue
         found = signature(bound.by if isinstance(bound.by, tree.Def) else bound.value, name)
         doc = found.doc.partition("\n")[0] if found is not None else ""
         detail = _detail(bound, str(found) if found else "")
         yield Item(name, _what(bound), name, start, offset, detail, doc, 2 if bound.kind == "prelude" else 1)
-    for name in _locals(snapshot, start):
+    for name in sorted(inner):
         yield Item(name, "value", name, start, offset, "bound in this statement", rank=0)
 
 
@@ -101,6 +103,17 @@ def _statement(snapshot: Snapshot, start: int) -> list[LexedToken]:
     tokens = before(snapshot, start)
     first = next((i for i in range(len(tokens) - 1, -1, -1) if _begins(snapshot, tokens[i])), 0)
     return tokens[first:]
+
+
+def _setting(snapshot: Snapshot, tokens: list[LexedToken], start: int) -> int | None:
+    """Where the name of a param begins that a preset is about to set; None where none is."""
+    text = snapshot.source.text
+    first = next((t for t in reversed(tokens) if t.start == 0 or text[t.start - 1] == "\n"), None)
+    if first is None or first.text != "preset":
+        return None
+    named = tokens[:-2] if tokens[-1].type == "DOT" and len(tokens) > 2 else tokens
+    begins = tokens[-2].start if named is not tokens else start
+    return begins if named[-1].type in ("COLON", "_COMMA") else None
 
 
 def _being_bound(snapshot: Snapshot, start: int) -> str:

@@ -100,14 +100,30 @@ def _of_file(snapshot: Snapshot, use: tree.Use) -> Mapping[str, Bound]:
     return _bound_in(parse(source)[0])
 
 
-def uses_of(snapshot: Snapshot, path: str, name: str) -> list[Span]:
-    """Where a file names what another one binds, as in `plates.ring`: `path` is that other file."""
-    return [
-        u.span.in_file
-        for u in uses(snapshot)
-        if u.name == name and u.bound is not None and u.bound.span is not None and u.bound.span.source.name == path
-        and snapshot.path != path
-    ]  # fmt: skip
+def settable(snapshot: Snapshot) -> list[str]:
+    """What a preset may set: the params of the file, and those of the files that it uses, as `plates.t`."""
+    found = []
+    for name, bound in _bound_in(snapshot.file).items():
+        if bound.kind == "param":
+            found.append(name)
+        elif isinstance(bound.by, tree.Use):
+            found += [f"{name}.{member}" for member, b in _of_file(snapshot, bound.by).items() if b.kind == "param"]
+    return found
+
+
+def uses_of(snapshot: Snapshot, bound: Bound) -> list[Span]:
+    """Where a file names what another one binds, as in `plates.ring`."""
+    if bound.span is None or bound.span.source.name == snapshot.source.name:
+        return []
+    return [u.span.in_file for u in uses(snapshot) if u.bound is not None and _same(u.bound, bound)]
+
+
+def _same(a: Bound, b: Bound) -> bool:
+    """Whether two names are bound at one place, whichever reading of its file they are from."""
+    if a.span is None or b.span is None:
+        return False
+    here, there = a.span.in_file, b.span.in_file
+    return a.name == b.name and (here.source.name, here.start) == (there.source.name, there.start)
 
 
 def _uses(item: object, env: Mapping[str, Bound], members: Members = lambda _: {}) -> Iterator[Use]:
@@ -118,7 +134,7 @@ def _uses(item: object, env: Mapping[str, Bound], members: Members = lambda _: {
             case tree.Name():
                 yield Use(one.name, one.span, seen.get(one.name) or of_the_language(one.name))
             case tree.Call():
-                yield from _named_arguments(one, seen)
+                yield from _named_arguments(one, seen, members)
                 todo += [(one.function, seen), *((a.value, seen) for a in one.arguments)]
             case tree.Def():
                 yield from _parameters(one, seen, todo)
@@ -150,8 +166,7 @@ def _uses(item: object, env: Mapping[str, Bound], members: Members = lambda _: {
                     yield Use(one.name, one.name_span, members(bound.by).get(one.name))
             case tree.Preset():
                 for setting in one.settings:
-                    if setting.name in seen:
-                        yield Use(setting.name, setting.name_span, seen[setting.name])
+                    yield from _set(setting, seen, members)
                     todo.append((setting.value, seen))
             case _:
                 todo += [(part, seen) for part in children(one)]
@@ -172,10 +187,38 @@ def _parameters(
     todo.append((one.body, inner))
 
 
-def _named_arguments(call: tree.Call, seen: Mapping[str, Bound]) -> Iterator[Use]:
+def _set(setting: tree.Setting, seen: Mapping[str, Bound], members: Members) -> Iterator[Use]:
+    """The names of what a preset sets: a param, or that of a used file, `plates.t`."""
+    first, _, member = setting.name.partition(".")
+    bound, place = seen.get(first), setting.name_span
+    if bound is None:
+        return
+    yield Use(first, Span(place.source, place.start, place.start + len(first)), bound)
+    if member and isinstance(bound.by, tree.Use):
+        yield Use(member, Span(place.source, place.end - len(member), place.end), members(bound.by).get(member))
+
+
+def _definition(function: tree.Expr, seen: Mapping[str, Bound], members: Members) -> tree.Def | None:
+    """The def that is called: by its name, as a member of a used file, or by a let that stands for it."""
+    for _ in range(len(seen) + 1):
+        bound: Bound | None = None
+        if isinstance(function, tree.Name):
+            bound = seen.get(function.name)
+        elif isinstance(function, tree.Member) and isinstance(function.target, tree.Name):
+            used = seen.get(function.target.name)
+            if used is not None and isinstance(used.by, tree.Use):
+                bound = members(used.by).get(function.name)
+        if bound is not None and isinstance(bound.by, tree.Def):
+            return bound.by
+        if bound is None or not isinstance(bound.by, tree.Let):
+            return None
+        function = bound.by.value
+    return None
+
+
+def _named_arguments(call: tree.Call, seen: Mapping[str, Bound], members: Members) -> Iterator[Use]:
     """The names of arguments, which are those of the parameters of what is called."""
-    function = seen.get(call.function.name) if isinstance(call.function, tree.Name) else None
-    definition = function.by if function is not None and isinstance(function.by, tree.Def) else None
+    definition = _definition(call.function, seen, members)
     for a in call.arguments:
         if a.name is not None and definition is not None:
             p = next((p for p in definition.parameters if p.name == a.name), None)
@@ -227,6 +270,14 @@ def renamed(snapshot: Snapshot, offset: int, name: str) -> list[Span]:
     tokens = [t for t in lexed(name) if t.type != "NEWLINE"]
     if [t.type for t in tokens] != ["NAME"] or tokens[0].text != name:
         raise fail("E196", f"`{name}` is no name", hint="a name is letters, digits and _, and begins with no digit")
+    if here.bound.span is not None and here.bound.span.in_file.text != here.name:
+        raise fail("E196", f"`{here.name}` is what the last expression of a file is called",
+                   hint=f"write `out {here.name} = ` before that expression first")  # fmt: skip
+    read = [s.span.in_file for s in snapshot.file.statements]
+    for token in lexed(snapshot.source.text):
+        if token.type == "NAME" and token.text == here.name and not any(r.start <= token.start < r.end for r in read):
+            line = snapshot.source.text.count("\n", 0, token.start) + 1
+            raise fail("E196", f"line {line} has `{here.name}` in it and cannot be read", hint="mend that line first")
     places = references(snapshot, offset)
     known = {u.name for u in uses(snapshot) if u.bound is not None and u.bound.kind != "prelude"} | {*COORDINATES}
     if name != here.name and name in known:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 import shutil
 import sys
 import textwrap
@@ -25,11 +26,17 @@ _QUOTED = re.compile(r'"([^"\n]+\.\w+)"')
 def new(options: Namespace) -> int:
     """Write a commented program that compiles, under a name that is free. Errors: E108, E113."""
     path = Path(options.name)
+    if not path.name or options.name.endswith("/") or path.name == "..":
+        raise fail("E108", f"`{options.name}` is no name of a program", hint="as in `pore new bracket`")
     if path.suffix not in ("", ".pore"):
         raise fail("E108", f"a program ends in .pore, and `{path.name}` does not", hint=f"write `{path.stem}.pore`")
     path = path.with_suffix(".pore")
-    _write({path: resources.read(PROGRAM).replace("bracket", path.stem).encode()})
-    report.note(f"{path}: change it while `pore watch {path} -- render -o {path.with_suffix('.png')}` draws it")
+    program, picture = shlex.quote(str(path)), shlex.quote(str(path.with_suffix(".png")))
+    text = resources.read(PROGRAM)
+    for ending in (".pore", ".png", ".stl", ""):
+        text = text.replace(f"bracket{ending}", shlex.quote(f"{path.stem}{ending}") if ending else path.stem)
+    _write({path: text.encode()})
+    report.note(f"{path}: change it while `pore watch {program} -- render -o {picture}` draws it")
     return 0
 
 

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import os
+import select
 import sys
 from argparse import Namespace
-from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 
 from porelang.cli import report
 from porelang.files import read_source
 from porelang.repl.loop import Read, talk
-from porelang.repl.state import State, goes_on, said
+from porelang.repl.state import NAME, State, goes_on, said
 from porelang.repl.view import View
 from porelang.session import Session
+
+#: Seconds within which a line of a pipe is gone on with: who waits for the answer writes no more until it is there.
+MOMENT = 0.2
 
 
 def repl(options: Namespace) -> int:
     """Read lines and answer them. Of a file that is named its statements are there already; its part is `part`. Exit
-    status 1 where a line of a pipe was wrong."""
+    status 1 where that file is wrong, which is not begun with, or a line of a pipe."""
     at_terminal = sys.stdin is not None and sys.stdin.isatty()
     with View(browse=at_terminal) as page:
         return _talk(options, State(Session(), colours=report.has_colours(sys.stdout), page=page), at_terminal)
@@ -26,9 +31,13 @@ def repl(options: Namespace) -> int:
 def _talk(options: Namespace, state: State, at_terminal: bool) -> int:
     if options.file is not None:
         source = read_source(options.file)
-        found = said(state, source.text, part=True)
-        report.say(found.diagnostics)
-        state = found.state
+        opened = Session().update(options.file, source.text)
+        report.say(opened.diagnostics)
+        if opened.program is None:
+            return 1
+        state = said(
+            replace(state, name=os.path.join(os.path.dirname(options.file), NAME)), source.text, part=True
+        ).state
     program: list[str] = [state.text]
 
     def heard(now: State) -> None:
@@ -36,21 +45,43 @@ def _talk(options: Namespace, state: State, at_terminal: bool) -> int:
         if now.page is not None:
             now.page.follow(now.with_part)
 
-    wrong = talk(_reader(program) if at_terminal else _piped(iter(sys.stdin)), partial(print, flush=True), state, heard)
+    wrong = talk(_reader(program) if at_terminal else _piped(_Pipe()), partial(print, flush=True), state, heard)
     return 1 if wrong and not at_terminal else 0
 
 
-def _piped(every: Iterator[str]) -> Read:
-    """Reads lines of a pipe, without a prompt: with those that go on with them, which a pipe can tell beforehand. Empty
-    ones, which at a terminal end what was begun, are for the eye."""
-    lines = (line for line in every if line.strip())
+class _Pipe:
+    """The lines of standard input that are not empty, as they come."""
+
+    def __init__(self) -> None:
+        self._file = sys.stdin.fileno()
+        self._held = b""
+        self._ended = False
+
+    def line(self, patience: float | None = None) -> str | None:
+        """The next line, empty at the end; None where none came within so many seconds."""
+        while True:
+            first, newline, rest = self._held.partition(b"\n")
+            if newline or self._ended:
+                self._held = rest
+                if first.strip() or (self._ended and not newline):
+                    return (first + newline).decode(errors="replace")
+                continue
+            if patience is not None and os.name != "nt" and not select.select([self._file], [], [], patience)[0]:
+                return None
+            more = os.read(self._file, 65536)
+            self._held, self._ended = self._held + more, not more
+
+
+def _piped(pipe: _Pipe) -> Read:
+    """Reads lines of a pipe, without a prompt: with those that go on with them, which are there beforehand, or within a
+    moment. Empty ones, which at a terminal end what was begun, are for the eye."""
     waiting: list[str] = []
 
     def read(_: str) -> str:
-        line = waiting.pop() if waiting else next(lines, None)
-        if line is None:
+        line = (waiting.pop() if waiting else pipe.line()) or ""
+        if not line:
             raise EOFError
-        for more in lines:
+        while more := pipe.line(MOMENT):
             if not goes_on(more):
                 waiting.append(more)
                 break

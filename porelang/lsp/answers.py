@@ -76,7 +76,7 @@ def actions(
         if told.range.end < at.start or at.end < told.range.start:
             continue
         change = types.TextEdit(range_of(d.edit.span, encoding), d.edit.text)
-        title = d.hint.partition(";")[0][:100] or f"write `{d.edit.text}`"
+        title = d.hint.partition("; ")[0][:100] or f"write `{d.edit.text}`"
         made.append(
             types.CodeAction(
                 title, types.CodeActionKind.QuickFix, [told], True, edit=types.WorkspaceEdit({uri: [change]})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
-from contextlib import redirect_stdout
+from contextlib import redirect_stdout, suppress
 from typing import Any
 
 from lsprotocol import types
@@ -29,6 +29,20 @@ from porelang.syntax.format import formatted
 PAUSE = 0.3
 #: And within which edits are one: no longer than a key is held down.
 TOGETHER = 0.01
+#: Of a folder no more files are looked at for programs that use one.
+MOST_FILES = 20_000
+
+
+def programs(folder: str) -> list[str]:
+    """The programs in a folder and below, but for hidden folders; of a folder with very many files those seen first."""
+    found, seen = [], 0
+    for inside, folders, files in os.walk(folder):
+        folders[:] = sorted(f for f in folders if not f.startswith(".") and f != "node_modules")
+        found += [os.path.normpath(os.path.join(inside, f)) for f in sorted(files) if f.endswith(".pore")]
+        seen += len(files)
+        if seen > MOST_FILES:
+            break
+    return found
 
 
 class Server(LanguageServer):
@@ -74,9 +88,25 @@ class Server(LanguageServer):
         """The address of a file, as the client writes it where it has it open."""
         return self.open.get(path) or uri_of(path)
 
+    def location(self, span: Span) -> types.Location:
+        """A place and the address of its file, as the client writes it."""
+        uri = self.open.get(span.in_file.source.name)
+        return location(span, self.encoding) if uri is None else types.Location(uri, range_of(span, self.encoding))
+
     def _version(self, path: str) -> int | None:
         uri = self.open.get(path)
         return None if uri is None else self.workspace.get_text_document(uri).version
+
+    def users(self, path: str) -> list[Snapshot]:
+        """The files that use a file: those that are open, and those of the folder that are not."""
+        found = [self.session.snapshot(user) for user in self.session.users(path)]
+        closed = Session(self.session.workspace, self.folder)
+        for other in programs(self.folder) if self.workspace.root_path else ():
+            if other not in self.open and other != path:
+                with suppress(PoreError):  # it cannot be read
+                    closed.update(other)
+        found += [closed.snapshot(user) for user in closed.users(path)]
+        return [snapshot for snapshot in found if snapshot is not None]
 
     def again(self, paths: list[str]) -> None:
         """Tell again what is wrong in open documents, as a file that they use is another now."""
@@ -94,9 +124,8 @@ class Server(LanguageServer):
             return
         snapshot = self.opened(uri)
         waiting = [snapshot]
-        for path in self.session.users(snapshot.path):
-            if path in self.open:
-                waiting.append(self.session.update(path))
+        for path in self.waiting_for(snapshot.path):
+            waiting.append(self.session.update(path))
         for one in waiting:
             still = {s.span.source for s in one.file.statements}  # what was doubted is, where its text is still there
             kept = tuple(d for d in self.doubts.get(one.path, ()) if d.span is not None and d.span.source in still)
@@ -105,6 +134,14 @@ class Server(LanguageServer):
         await asyncio.sleep(PAUSE)
         for one in waiting:
             await self._look(one)
+
+    def waiting_for(self, path: str) -> list[str]:
+        """The open documents to which a file matters: those that use it, and those that are broken: they may want one
+        that was not there, and are no users of it yet."""
+        known = [self.session.snapshot(other) for other in self.open]
+        broken = [s.path for s in known if s is not None and s.program is None and s.compiled.file.statements]
+        users = [user for user in self.session.users(path) if user in self.open]
+        return [other for other in dict.fromkeys([*users, *broken]) if other != path]
 
     async def _look(self, snapshot: Snapshot) -> None:
         if self.session.snapshot(snapshot.path) is not snapshot or snapshot.program is None:
@@ -166,10 +203,7 @@ def server() -> Server:
     @ls.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
     def changed_on_disk(params: types.DidChangeWatchedFilesParams) -> None:
         changed = {path_of(change.uri) for change in params.changes}
-        users = [user for path in changed for user in ls.session.users(path)]
-        # what is broken may want a file that was not there: it is no user of that yet
-        known = [ls.session.snapshot(path) for path in ls.open]
-        ls.again([*users, *(snapshot.path for snapshot in known if snapshot is not None and snapshot.program is None)])
+        ls.again([user for path in changed for user in ls.waiting_for(path)])
 
     @ls.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[".", '"', "(", ","]))
     def completions(params: types.CompletionParams) -> types.CompletionList:
@@ -196,15 +230,23 @@ def server() -> Server:
     @ls.feature(types.TEXT_DOCUMENT_DEFINITION)
     def definition(params: types.DefinitionParams) -> types.Location | None:
         span = names.definition(*ls.at(params))
-        return None if span is None else location(span, ls.encoding)
+        return None if span is None else ls.location(span)
 
     @ls.feature(types.TEXT_DOCUMENT_REFERENCES)
     def references(params: types.ReferenceParams) -> list[types.Location]:
-        found = names.references(*ls.at(params))
-        if not params.context.include_declaration:
-            bound = names.definition(*ls.at(params))
-            found = [span for span in found if span != bound]
-        return [location(span, ls.encoding) for span in found]
+        snapshot, at = ls.at(params)
+        found = names.references(snapshot, at)
+        here = names.use_at(snapshot, at)
+        bound = here.bound if here is not None else None
+        if bound is not None and bound.span is not None:
+            home = bound.span.in_file
+            if home.source.name != snapshot.path and not bound.span.source.prelude:
+                found += [home]
+            for user in ls.users(home.source.name):
+                found += [span for span in names.uses_of(user, bound) if user.path != snapshot.path]
+            if not params.context.include_declaration:
+                found = [span for span in found if span != home]
+        return [ls.location(span) for span in found]
 
     @ls.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
     def prepare_rename(params: types.PrepareRenameParams) -> types.Range | None:
@@ -222,11 +264,11 @@ def server() -> Server:
         edits = {params.text_document.uri: [types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in places]}
         snapshot, at = ls.at(params)
         here = names.use_at(snapshot, at)
-        for path in ls.session.users(snapshot.path) if here is not None else ():
-            user = ls.session.snapshot(path)
-            found = names.uses_of(user, snapshot.path, here.name) if user is not None and here is not None else []
+        bound = here.bound if here is not None else None
+        for user in ls.users(snapshot.path):
+            found = names.uses_of(user, bound) if bound is not None else []
             if found:
-                edits[ls.uri(path)] = [types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in found]
+                edits[ls.uri(user.path)] = [types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in found]
         return types.WorkspaceEdit(edits)
 
     @ls.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from porelang.checks import broken_checks, undecided_checks
 from porelang.diagnostics import Diagnostic
-from porelang.repl.state import NAME, State
+from porelang.repl.state import State
 from porelang.repl.typed import as_typed, pieces
 
 
@@ -20,11 +20,20 @@ def checked(state: State, names: list[str]) -> list[Diagnostic]:
         return []
     found = [*broken_checks(state.design, measure=True), *undecided_checks(state.design)]
     out = []
-    for name, (begins, text) in zip(state.statements, pieces(list(state.statements.values())), strict=True):
+    for name, piece in zip(state.statements, pieces(state.statements.values()), strict=True):
         if name in names:
-            here = [d for d in found if d.span is not None and begins <= d.span.in_file.start < begins + len(text)]
-            out += [as_typed(d, [(begins, text)], NAME) for d in here] or [_holds(text)]
+            ends = piece.begins + len(piece.text)
+            here = [d for d in found if d.span is not None and piece.begins <= d.span.in_file.start < ends]
+            out += [as_typed(d, [piece], state.name) for d in here] or [_holds(piece.text.strip())]
     return out
+
+
+def refused(state: State) -> list[Diagnostic]:
+    """Errors for the checks that do not hold."""
+    if state.program is None:
+        return []
+    typed = pieces(state.statements.values())
+    return [as_typed(d, typed, state.name) for d in broken_checks(state.design, measure=True)]
 
 
 def _holds(text: str) -> Diagnostic:

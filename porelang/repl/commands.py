@@ -12,12 +12,14 @@ from porelang.assist.hover import documented
 from porelang.assist.shown import signature
 from porelang.atomic import save
 from porelang.backends.glsl import shader
-from porelang.diagnostics import PoreError, fail, suggest
+from porelang.diagnostics import PoreError, fail, render, suggest
 from porelang.elaborate.prelude import prelude_scope
 from porelang.elaborate.values import Scalar, Value, describe
 from porelang.ir import Stage, show
+from porelang.repl.checked import refused
 from porelang.repl.shown import shown
 from porelang.repl.state import Said, State, said
+from porelang.repl.typed import as_typed, pieces
 from porelang.source import Source
 from porelang.syntax.format import formatted
 
@@ -81,8 +83,12 @@ def _set(state: State, words: str) -> Answer:
         lines = [f"{n} = {infos[n].shown(v)} in {infos[n].range}" for n, v in state.design.settings.items()]
         return state, "\n".join(lines) or "there is no param yet: `param w = 10mm in 5mm..20mm`"
     if not is_set:
-        raise fail("E108", f"`:set {name}` says no value",
-                   hint=f"write `:set {name} = 3mm`, or `:set {name} =` for what the program says")  # fmt: skip
+        name, _, meant = name.partition(" ")
+        raise fail(
+            "E108",
+            f"`:set {words}` has no `=`" if meant else f"`:set {name}` says no value",
+            hint=f"write `:set {name} = {meant.strip() or '3mm'}`, or `:set {name} =` for its default",
+        )
     if not value:
         new = replace(state, settings={k: v for k, v in state.settings.items() if k != name})
         info = new.design.program.params.get(name)
@@ -90,10 +96,17 @@ def _set(state: State, words: str) -> Answer:
             raise fail("E108", f"there is no param `{name}`", hint=":set alone lists them")
         return new, f"{name} = {info.shown(new.design.settings[name])}"
     new = replace(state, settings={**state.settings, name: value})
-    return new, f"{name} = {new.design.program.params[name].shown(new.design.settings[name])}"
+    try:
+        design = new.design
+    except PoreError as error:
+        typed = pieces(state.statements.values())
+        raise PoreError([as_typed(d, typed, state.name) for d in error.diagnostics]) from None
+    return new, f"{name} = {design.program.params[name].shown(design.settings[name])}"
 
 
 def _doc(state: State, words: str) -> Answer:
+    if not words:
+        raise fail("E108", "`:doc` names a function", hint="as in `:doc gyroid`")
     value = prelude_scope().find(words) or asked(state, words).value
     found = signature(value, words)
     if found is None:
@@ -114,6 +127,7 @@ def _mesh(state: State, words: str) -> Answer:
     from porelang.mesh import write
     from porelang.mesh.export import writer_of
     from porelang.mesh.made import make
+    from porelang.mesh.report import facts, text
 
     writer_of(path)
     found = asked(state, expression)
@@ -121,9 +135,13 @@ def _mesh(state: State, words: str) -> Answer:
         assert found.value is not None
         raise fail("E108", f"`{expression or state.last}` is {describe(found.value)}, and no part",
                    hint="a part is a field, negative where it is solid, as in `:mesh part.stl sphere(9)`")  # fmt: skip
+    if broken := refused(state):
+        raise PoreError(broken)
+    begun = time.perf_counter()
     made = make(found.design, found.name)
     write(made.surface, path)
-    return found.state, f"{path}: {len(made.surface.faces):,} triangles, {made.surface.volume:.6g} mm3"
+    numbers = facts(made.surface) | made.facts | {"seconds": time.perf_counter() - begun, "backend": "numpy"}
+    return found.state, "\n".join([*(render(found.typed(d)) for d in made.doubts), text(path, numbers)])
 
 
 def _is_field(value: Value | None) -> bool:
@@ -151,7 +169,8 @@ def _save(state: State, words: str) -> Answer:
     if Path(path).exists():
         raise fail("E113", f"`{path}` is there already", hint="name another file: nothing is written over here")
     save(path, lambda file: _write(file, text))
-    return state, "; ".join([f"{path}: {len(state.statements)} statements", *said_too])
+    count = len(state.statements)
+    return state, "; ".join([f"{path}: {count} statement{'s' * (count != 1)}", *said_too])
 
 
 def _write(file: BinaryIO, text: str) -> None:
@@ -189,7 +208,17 @@ def _drop(state: State, words: str) -> Answer:
         hint = f"did you mean `{near}`?" if near else ":program shows all"
         raise fail("E108", f"nothing is called `{words}`", hint=hint)
     rest = {k: v for k, v in state.statements.items() if k != words}
-    return said(replace(state, statements=rest), "").state, f"`{words}` is gone"
+    found = said(replace(state, statements=rest), "")
+    if found.state.program is None or any(d.severity == "error" for d in found.diagnostics):
+        snapshot = state.session.snapshot(state.name)
+        told = snapshot.diagnostics if snapshot is not None else ()
+        wrong = [d.span.in_file.start for d in told if d.span is not None]
+        places = zip(rest, pieces(rest.values()), strict=True)
+        users = [name for name, p in places if any(p.begins <= at <= p.begins + len(p.text) for at in wrong)]
+        who = ", ".join(f"`{name}`" for name in users) or "another statement"
+        hint = f"`:drop {users[0]}` first, or write another `{words}`" if users else f"write another `{words}`"
+        raise fail("E108", f"`{words}` is needed by {who}", hint=hint)
+    return found.state, f"`{words}` is gone"
 
 
 COMMANDS: dict[str, Command] = {

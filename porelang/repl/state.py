@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from dataclasses import dataclass, replace
 from itertools import count
 
@@ -44,13 +45,17 @@ def goes_on(line: str) -> bool:
     return first in CONTINUING and not line.lstrip().startswith(":")  # else it is a command
 
 
+_PARTED = re.compile(r"\n[ \t]*\n")
+
+
 @dataclass(frozen=True)
 class State:
-    """The statements so far, each its text by what it binds; what params are set to; the program that they make; the
-    expression that was asked for last, and the last that may be a part; whether pictures may have colours, and the page
-    that shows all of it."""
+    """What the program is called, in messages and as that beside which files are sought; the statements so far, each
+    its text by what it binds; what params are set to; the program that they make; the expression that was asked for
+    last, and the last that may be a part; whether pictures may have colours, and the page that shows all of it."""
 
     session: Session
+    name: str = NAME
     statements: dict[str, str] = dataclasses.field(default_factory=dict)
     settings: dict[str, str] = dataclasses.field(default_factory=dict)
     program: Program | None = None
@@ -99,35 +104,44 @@ class Said:
         """What is wrong with the value, in words and at a place of the line that asks for it."""
         last = self.state.last
         places = pieces([*self.state.statements.values(), (f"out {self.name} = ", last)])
-        return as_typed(replace(found, message=found.message.replace(f"`{self.name}`", f"`{last}`")), places, NAME)
+        renamed = replace(found, message=found.message.replace(f"`{self.name}`", f"`{last}`"))
+        return as_typed(renamed, places, self.state.name)
 
 
 def said(state: State, line: str, part: bool = False) -> Said:
     """A line that is no command: statements are added to the program, one that binds what is bound already takes its
     place, and an expression is asked for its value; of a file it is its `part`. What is wrong changes nothing."""
-    file, wrong = parse(Source(NAME, line))
+    file, wrong = parse(Source(state.name, line))
     if wrong:
         return Said(state, tuple(wrong))
     statements, question = dict(state.statements), ""
-    for s in file.statements:
+    for s, text in zip(file.statements, _texts(line, file.statements), strict=True):
         if isinstance(s, tree.Out) and not s.name_span.text and part:
-            statements["part"] = f"out part = {s.value.span.text}"
+            begins = text.index(s.span.text)
+            statements["part"] = f"{text[:begins]}out part = {text[begins:]}"
         elif isinstance(s, tree.Out) and not s.name_span.text:
             question = s.value.span.text
         else:
-            statements[_key(s, statements)] = _with_doc(s)
+            key = _key(s, statements, text)
+            statements[key] = _remarks(statements.get(key, ""), text) + text
     text = "".join(f"{s}\n" for s in statements.values())
-    it = next(name for name in ("it" + "_" * n for n in count()) if name not in statements)
+    taken = {*statements, *(t.text for t in lexed(question))}
+    it = next(name for name in ("it" + "_" * n for n in count()) if name not in taken)
     asking = f"let {it} = {question}\n" if question else ""
-    snapshot = state.session.update(NAME, text + asking)
-    typed = pieces([*statements.values(), *([(f"let {it} = ", question)] if question else [])])
-    told = tuple(as_typed(d, typed, NAME) for d in snapshot.diagnostics if d.code != "W220")
+    snapshot = state.session.update(state.name, text + asking)
+    typed = pieces([*statements.values(), *([(f"let {it} = ", question)] if question else [])], line)
+    told = tuple(as_typed(d, typed, state.name) for d in snapshot.diagnostics if d.code != "W220")
     if snapshot.program is None:
         return Said(state, told)
     params = snapshot.program.params
-    settings = {name: value for name, value in state.settings.items() if name in params}
+    typed_anew = {s.name for s in file.statements if isinstance(s, tree.Param)}
+    settings = {name: value for name, value in state.settings.items() if name in params and name not in typed_anew}
+    told += tuple(
+        Diagnostic("", f"`{name}` is what this line says, and not {state.settings[name]} any more", severity="note")
+        for name in state.settings if name in typed_anew
+    )  # fmt: skip
     new = replace(state, statements=statements, settings=settings, program=snapshot.program)
-    if new.field and not question and state.session.update(NAME, new.with_part).program is None:
+    if new.field and not question and state.session.update(state.name, new.with_part).program is None:
         new = replace(new, field="")  # it names what is gone, or is something else now
     last = snapshot.file.statements[-1] if question else None
     value = snapshot.value(last.value) if isinstance(last, tree.Let) else None
@@ -136,18 +150,33 @@ def said(state: State, line: str, part: bool = False) -> Said:
     program = snapshot.program
     if isinstance(value, Scalar) and value.node.axes:  # a field may be a part
         new = replace(new, field=question)
-        program = state.session.update(NAME, f"{text}out {it} = {question}\n").program or program
+        program = state.session.update(state.name, f"{text}out {it} = {question}\n").program or program
     return Said(replace(new, last=question), told, value, program, it)
 
 
-def _key(s: tree.Statement, known: dict[str, str]) -> str:
+def _key(s: tree.Statement, known: dict[str, str], text: str) -> str:
     """What a statement takes the place of."""
     if isinstance(s, tree.Check):
-        return next(name for name in (f"check {n}" for n in count(1)) if name not in known)
+        same = next((name for name, other in known.items() if name.startswith("check ") and other == text), None)
+        return same or next(name for name in (f"check {n}" for n in count(1)) if name not in known)
     return f"preset {s.name}" if isinstance(s, tree.Preset) else s.name
 
 
-def _with_doc(s: tree.Statement) -> str:
-    """The text of a statement, with the documentation above it."""
-    doc = s.doc if isinstance(s, tree.Def) else ""
-    return "".join(f"## {line}\n" for line in doc.split("\n") if doc) + s.span.text
+def _texts(line: str, statements: tuple[tree.Statement, ...]) -> list[str]:
+    """The text of each statement, with the remarks above it and behind it, and an empty line that parts it from the one
+    before; remarks at the end belong to the last."""
+    starts = [0, *(_line_end(line, s.span.in_file.end) for s in statements[:-1])]
+    texts = [line[a:b].rstrip() for a, b in zip(starts, [*starts[1:], len(line)], strict=True)]
+    return [("\n" if _PARTED.match(t) else "") + t.lstrip("\n") for t in texts] if statements else []
+
+
+def _line_end(text: str, at: int) -> int:
+    end = text.find("\n", at)
+    return len(text) if end < 0 else end
+
+
+def _remarks(before: str, now: str) -> str:
+    """The remarks that stood above a statement, where the one that takes its place has none."""
+    lines = before.split("\n")
+    count_ = next((i for i, text in enumerate(lines) if text.strip() and not text.lstrip().startswith("#")), 0)
+    return "" if now.lstrip().startswith("#") else "".join(f"{text}\n" for text in lines[:count_])

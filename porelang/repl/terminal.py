@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from prompt_toolkit import PromptSession
-from prompt_toolkit.completion import CompleteEvent, Completer, Completion
+from prompt_toolkit.completion import CompleteEvent, Completer, Completion, PathCompleter
 from prompt_toolkit.document import Document
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.history import FileHistory, History, InMemoryHistory
@@ -55,6 +55,12 @@ class Names(Completer):
         if line.startswith(":") and " " not in line:
             yield from (Completion(c, -len(line), display_meta=COMMANDS[c].doc) for c in COMMANDS if c.startswith(line))
             return
+        if line.startswith(":"):
+            command, _, rest = line.partition(" ")
+            if COMMANDS.get(command, None) is not None and COMMANDS[command].takes.startswith(("FILE", "[FILE")):
+                yield from PathCompleter(expanduser=True).get_completions(Document(rest), complete_event)
+                return
+            line = rest
         before = "".join(self._text)
         snapshot = self._session.update("<repl>", before + line)
         written = document.get_word_before_cursor()
