@@ -61,7 +61,13 @@ def test_what_has_samples_is_judged_with_the_operations(monkeypatch: pytest.Monk
     suite.run_suite(NUMPY[:1], graphs=0, operations=["neg", "lookup", "nearest"], programs=[])
     assert judged == ["lookup", "nearest"]
     assert {name for name in TABLE if has_samples(name)} == {
-        "lookup", "lookup_cubic", "covers", "nearest", "principal", "random", "sites"
+        "lookup",
+        "lookup_cubic",
+        "covers",
+        "nearest",
+        "principal",
+        "random",
+        "sites",
     }
 
 

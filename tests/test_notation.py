@@ -74,4 +74,4 @@ def test_what_the_prelude_modifies_reads() -> None:
     }
     assert sum(dimension == "W" for name, dimension in found.items() if name.startswith("tpms ")) == 23
     assert (found["space twist"], found["modify blend"]) == ("S", "R")
-    assert len(found) == 50
+    assert len(found) == 58

@@ -214,7 +214,7 @@ def _texts(snapshot: Snapshot, offset: int, written: str, folder: str) -> Iterat
             yield Item(name, "text", name, start, offset, rank=0)
     elif within is not None and (found := signature_of(snapshot, start - 1, within.name)) is not None:
         here = [p for i, p in enumerate(found.parameters)
-                if (p.name == within.named if within.named else i == within.argument)]  # fmt: skip
+                if (p.name == within.named if within.named else i == found.place(within.argument))]  # fmt: skip
         for word in dict.fromkeys(_QUOTED.findall(here[0].text) if here else ()):
             yield Item(word, "text", word, start, offset, rank=0)
     if called in _FILES:

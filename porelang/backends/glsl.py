@@ -21,7 +21,7 @@ from porelang.analysis.enclose import F32, enclose, everywhere
 from porelang.formula import Bindings, Formula, ranges
 from porelang.interval import Interval
 from porelang.ir import Node, Stage, constant
-from porelang.ops import TABLE
+from porelang.ops import TABLE, Op
 from porelang.tape import AXES, PICK, Tape, lower
 
 Form = Literal["points", "grid", "fragment", "webgl", "plane"]
@@ -128,7 +128,8 @@ def field_function(
             names[i] = f"v{len(lines)}"
             row = TABLE[op]
             form = row.guarded if i in calm else row.glsl
-            text = form.format(*(_operand(tape, i, a, names) for a in tape.inputs[i]), payload=_payload(n.value))
+            operands = [_operand(tape, i, a, names) for a in tape.inputs[i]]
+            text = form.format(*operands, payload=_payload(n.value), wanted=_wanted(row, tape.values[i]))
             kind = f"Pore{op.capitalize()}" if row.results else "bool" if tape.kinds[i] == "bool" else "precise float"
             lines.append(f"    {kind} {names[i]} = {text};")
     results = [f"{names[r]} ? 1.0 : 0.0" if tape.kinds[r] == "bool" else names[r] for r in tape.roots]
@@ -139,6 +140,11 @@ def field_function(
         head = f"void {name}s(vec3 p, out float f[{len(results)}]) {{"
         tail = [f"    f[{k}] = pore_keep({r});" for k, r in enumerate(results)]
     return "\n".join([head, *lines, *tail, "}"])
+
+
+def _wanted(row: Op, names: object) -> int:
+    """A bit for each result of a walk that is read, in the order of the row."""
+    return sum(1 << row.results.index(name) for name in names) if isinstance(names, tuple) and row.results else 0
 
 
 def _payload(value: object) -> str:

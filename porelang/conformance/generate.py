@@ -67,7 +67,8 @@ def _asked(chooser: Chooser, name: str) -> Value:
     """What more an operation that reads data is asked: what the language can ask, values and not derivatives."""
     row = TABLE[name]
     if row.results:
-        return row.results[chooser.below(len(row.results))]
+        asked = {"sites": tuple(_OF_SITES), "random": row.results[:3]}.get(name, row.results)
+        return asked[chooser.below(len(asked))]
     return (0, 0, 0, 0) if row.payload else None
 
 
@@ -91,6 +92,8 @@ def _fit(chooser: Chooser, name: str, arguments: list[Node]) -> list[Node]:
     """Arguments that the operation makes sense of, most of the time."""
     if name == "direction":  # exists only as part of the length of a vector
         return [arguments[0], node("hypot", *arguments)]
+    if name in ("random", "sites"):  # whose seed and jitter are numbers
+        return [*arguments[:3], const(3.0), const(0.75)][: len(arguments)]
     # what is constant is computed by the compiler, which refuses a constant that is not a number
     constant = all(a.stage is Stage.CONST for a in arguments)
     if chooser.below(8) == 0 and name not in ("exp", "pow") and not constant:
@@ -147,6 +150,14 @@ _MEMBERS = {
 }
 
 
+#: And those of the nearest site.
+_OF_SITES = {
+    **{name: name for name in ("f1", "f2", "f3", "wall", "number")},
+    **{f"{a}1": f"outward.{a}" for a in "xyz"},
+    **{f"{a}w": f"across.{a}" for a in "xyz"},
+}
+
+
 def _number(value: object) -> str:
     text = repr(float(value))  # type: ignore[arg-type]  # a const holds a number
     return f"({text})" if text.startswith("-") else text
@@ -168,7 +179,7 @@ def _call(n: Node, names: list[str]) -> str:
         case "random":
             return f"random([{', '.join(names[:3])}], {names[3]}).{n.value}"
         case "sites":
-            return f"bare(nearest_site([{', '.join(names[:3])}], {names[3]}, {names[4]}).{_MEMBERS_OF_SITES[str(n.value)]})"
+            return f"bare(nearest_site([{', '.join(names[:3])}], {names[3]}, {names[4]}).{_OF_SITES[str(n.value)]})"
         case "principal":
             axis, which = str(n.value)[0], str(n.value)[1]
             member = "value" if axis == "v" else f"direction.{axis}"

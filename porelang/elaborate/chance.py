@@ -70,11 +70,12 @@ def _nearest_site(ctx: Context, site: tree.Call, values: list[Value], places: li
 
 
 BUILTINS = (
-    Builtin("random", ("v", "seed"), _random, 1, 2, "Three random numbers, 0 to 1, of the cell of size 1 that the place v "
-            "lies in, as a vector: the same for a seed on every machine. `random(p / 10)` has cells of 10 mm.", True),
+    Builtin("random", ("v", "seed"), _random, 1, 2, "Three random numbers, 0 to 1, of the cell of size 1 that the "
+            "place v lies in, as a vector: the same for a seed on every machine. `random(p / 10)` has cells of 10 mm.",
+            True),
     Builtin("nearest_site", ("v", "seed", "jitter"), _nearest_site, 1, 3, "What is nearest to the place v of random "
-            "sites, one in each cell of size 1: `.f1`, `.f2`, `.f3`, the distances from the nearest three, `.wall`, that "
-            "from the nearest wall half way between two sites, `.outward`, the direction away from the nearest site, "
-            "`.across`, that away from the wall, and `.number`, a random number of the site, 0 to 1. Sites lie anywhere "
-            "in their cell, or nearer to its middle with a `jitter` below 1; at 0 they lie there.", True),
+            "sites, one in each cell of size 1: `.f1`, `.f2`, `.f3`, the distances from the nearest three, `.wall`, "
+            "that from the nearest wall half way between two sites, `.outward`, the direction away from the nearest "
+            "site, `.across`, that away from the wall, and `.number`, a random number of the site, 0 to 1. Sites lie "
+            "anywhere in their cell, or nearer to its middle with a `jitter` below 1; at 0 they lie there.", True),
 )  # fmt: skip

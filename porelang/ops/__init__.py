@@ -232,13 +232,14 @@ _ROWS = (
        tolerance=Tolerance(0.0, extra=principal.rounding), domain="finite", jumps=principal.jumps,
        results=principal.RESULTS),
     # ---- chance -----------------------------------------------------------------------------------------------------
-    Op("random", ("real",) * 4, "real", "Four random numbers, 0 to 1, of the cell of size 1 that a place lies in and of a "
-       "seed.", random.random, "pore_random({0}, {1}, {2}, {3})", random.enclose, _flat, "", None,
+    Op("random", ("real",) * 4, "real", "Four random numbers, 0 to 1, of the cell of size 1 that a place lies in and "
+       "of a seed.", random.random, "pore_random({0}, {1}, {2}, {3})", random.enclose, _flat, "", None,
        tolerance=Tolerance(0.0, extra=random.rounding), domain="magnitudes below 2^23", jumps=random.jumps,
        results=random.RESULTS),
-    Op("sites", ("real",) * 5, "real", "Random sites, one in each cell of size 1, of a seed and a jitter: the distances "
-       "from the three nearest and from the wall half way to another, their gradients, and a number of the nearest.",
-       sites.sites, "pore_sites({0}, {1}, {2}, {3}, {4})", sites.enclose, sites.slopes, "", None,
+    Op("sites", ("real",) * 5, "real", "Random sites, one in each cell of size 1, of a seed and a jitter: the "
+       "distances from the three nearest and from the wall half way to another, their gradients, and a number of "
+       "the nearest.",
+       sites.sites, "pore_sites({0}, {1}, {2}, {3}, {4}, {wanted})", sites.enclose, sites.slopes, "", None,
        tolerance=Tolerance(0.0, extra=sites.rounding), domain="magnitudes below 2^23, jitter 0 to 1",
        jumps=sites.jumps, results=sites.RESULTS),
     # ---- data -------------------------------------------------------------------------------------------------------

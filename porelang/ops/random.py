@@ -1,7 +1,7 @@
 """Random numbers of places, the same on every backend and machine: the hash pcg4d of whole numbers.
 
-M. Jarzynski, M. Olano, Hash Functions for GPU Rendering, Journal of Computer Graphics Techniques 9 (3), 2020. Its upper 24
-bits make a number of 0 to 1, less one part in 2^24, which float32 holds exactly.
+M. Jarzynski, M. Olano, Hash Functions for GPU Rendering, Journal of Computer Graphics Techniques 9 (3), 2020. Its upper
+24 bits make a number from 0 to 1 (less one part in 2^24) that float32 holds exactly.
 """
 
 from __future__ import annotations
@@ -32,44 +32,40 @@ def random(x: Any, y: Any, z: Any, seed: Any, wanted: Sequence[str] = RESULTS) -
     return tuple(out[RESULTS.index(name)].reshape(shape)[()] for name in wanted)
 
 
-def enclose(x: Interval, y: Interval, z: Interval, seed: Interval, wanted: Sequence[str] = RESULTS) -> tuple[Interval, ...]:
+def enclose(*asked: Any) -> tuple[Interval, ...]:
     """The numbers themselves over boxes within a cell, 0 to 1 over others."""
-    with np.errstate(all="ignore"):
-        one = ~jumping(x, y, z, seed)
-        inside = [np.where(one, r.lo, np.nan) for r in (x, y, z, seed)]
-        found = random(*(v.astype(np.float64) for v in inside), wanted)
-    shape = np.shape(found[0])
-    none = np.broadcast_to(x.empty | y.empty | z.empty | seed.empty, shape)
-    nan = np.broadcast_to(_nowhere(x, y, z, seed), shape)
+    *place, wanted = asked
+    one = ~_several(place)
+    shape = one.shape
+    inside = [np.where(one, np.broadcast_to(r.lo, shape), np.nan) for r in place]
+    none: Mask = np.zeros(shape, np.bool_)
+    nan: Mask = np.zeros(shape, np.bool_)
+    for r in place:
+        none = none | r.empty
+        nan = nan | r.nan | ~(np.maximum(np.abs(r.lo), np.abs(r.hi)) < FARTHEST)
     out = []
-    for values in found:
-        known = one & ~np.isnan(values)
+    for values in random(inside[0], inside[1], inside[2], inside[3], wanted):
+        known = ~np.isnan(values)
         lo, hi = np.where(known, values, 0.0), np.where(known, values, LARGEST)
         out.append(Interval(np.where(none, np.inf, lo), np.where(none, -np.inf, hi), nan))
     return tuple(out)
 
 
-def jumps(x: Interval, y: Interval, z: Interval, seed: Interval, wanted: Sequence[str] = RESULTS) -> tuple[Mask, ...]:
-    """Over which boxes each result may jump: those of several cells."""
-    return (jumping(x, y, z, seed),) * len(wanted)
+def jumps(*asked: Any) -> tuple[Mask, ...]:
+    """Over which boxes each result may jump: those that reach into another cell."""
+    *place, wanted = asked
+    return (_several(place),) * len(wanted)
 
 
-def jumping(*place: Interval) -> Mask:
-    """Which boxes reach over the border of a cell."""
-    several: Mask = np.zeros(np.broadcast_shapes(*(np.shape(r.lo) for r in place)), np.bool_)
-    for r in place:
-        several = several | (np.floor(r.lo) != np.floor(r.hi))
-    return several
-
-
-def _nowhere(*place: Interval) -> Mask:
-    """Which boxes hold places that no float32 tells apart from their neighbours, or none at all."""
-    nowhere: Mask = np.zeros(np.broadcast_shapes(*(np.shape(r.lo) for r in place)), np.bool_)
-    for r in place:
-        nowhere = nowhere | r.nan | ~(np.maximum(np.abs(r.lo), np.abs(r.hi)) < FARTHEST)
-    return nowhere
-
-
-def rounding(x: Interval, y: Interval, z: Interval, seed: Interval, wanted: Sequence[str] = RESULTS) -> tuple[Array, ...]:
+def rounding(*asked: Any) -> tuple[Array, ...]:
     """Nothing is rounded."""
-    return (np.zeros(np.broadcast_shapes(*(np.shape(r.lo) for r in (x, y, z, seed)))),) * len(wanted)
+    *place, wanted = asked
+    return (np.zeros(np.broadcast_shapes(*(np.shape(r.lo) for r in place))),) * len(wanted)
+
+
+def _several(place: Sequence[Interval]) -> Mask:
+    several: Mask = np.zeros(np.broadcast_shapes(*(np.shape(r.lo) for r in place)), np.bool_)
+    with np.errstate(invalid="ignore"):
+        for r in place:
+            several = several | (np.floor(r.lo) != np.floor(r.hi))
+    return several

@@ -46,7 +46,7 @@ class Op:
     Operations that read data: where `payload` is set, a node's value says more of what is asked (which component, which
     derivative), and every form takes it as its last argument. Where `results` are named, one walk through the data
     finds several of them: every form takes the names that are wanted as its last argument and gives a tuple in that
-    order; a node's value names the one that it is.
+    order; a node's value names the one that it is. In `glsl`, `{wanted}` is a number with a bit for each of them.
     """
 
     name: str

@@ -2,13 +2,11 @@
 
 A site lies on a raster of its cell so coarse that its place, and the vector between two sites, are exact in float32: a
 shader rounds only a point's distance from them, and walls between sites that nearly meet are as true as others.
-shaders/lib/pore_sites.glsl has the same steps; these are in float64 for all, and keep the sites of a cell for the points
-that follow in it.
+shaders/lib/pore_sites.glsl has the same steps; these are in float64 for all, and keep the sites of a cell for the
+points that follow in it.
 """
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +42,7 @@ def _site(cell: Whole, slot: int, places: Floats, numbers: Floats) -> None:
 
 @compiled
 def _gap(offset: int, f: float, half: float) -> float:
-    """The square of the least distance along an axis of sites at an offset, which are within `half` of their middles."""
+    """The square of the least distance along an axis of sites at an offset: they are within `half` of their middles."""
     gap = abs(offset + 0.5 - f) - half
     return gap * gap if gap > 0 else 0.0
 
@@ -163,5 +161,5 @@ def _apart(places: Floats, i: int, j: int) -> float:
 
 @compiled
 def _wall(places: Floats, own: int, other: int, difference: float) -> float:
-    """The distance of a point from the plane between two sites, by the difference of its squared distances from them."""
+    """The distance of a point from the plane between two sites, by the difference of its squared distances."""
     return difference / (2 * _apart(places, own, other))

@@ -56,9 +56,7 @@ def slopes(x: Node, y: Node, z: Node, seed: Node, jitter: Node, f: Node) -> tupl
     which, k = name[1], "xyz".index(name[0])
     distance, n = result("f" + which), [result(a + which) for a in "xyz"]
     away = node("lt", ZERO, distance)
-    turns = [
-        node("select", away, ((ONE if i == k else ZERO) - n[i] * n[k]) / distance, ZERO) for i in range(3)
-    ]
+    turns = [node("select", away, ((ONE if i == k else ZERO) - n[i] * n[k]) / distance, ZERO) for i in range(3)]
     return (*turns, None, None)
 
 
@@ -93,9 +91,9 @@ def jumps(*asked: Any) -> tuple[Mask, ...]:
 def rounding(*asked: Any) -> tuple[Array, ...]:
     """How far evaluation may be from the exact results, in units of the type's epsilon.
 
-    Sites are exact. The place in its cell is off by half an epsilon, the vector to a site by one more, its length by 1.5
-    more; a wall's distance is the product of the vector to the middle between two sites with a unit vector. A vector
-    that is off by e turns by e over its length.
+    Sites are exact. The place in its cell is off by half an epsilon, the vector to a site by one more, its length by
+    1.5 more; a wall's distance is the product of the vector to the middle between two sites with a unit vector. A
+    vector that is off by e turns by e over its length.
     """
     *place, wanted = asked
     over = _over(place)
