@@ -11,6 +11,7 @@ import tracemalloc
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ import porelang
 from porelang.analysis.box import Box
 from porelang.cli import main
 from porelang.progress import watching
-from porelang.slices import Format, stack_of, write_slices
+from porelang.slices import Format, stack_of, write_layer_file, write_slices
 from porelang.slices.outline import outlines
 
 Points = NDArray[np.float64]
@@ -295,3 +296,68 @@ def test_layers_that_hold_nothing_are_refused_and_replace_nothing(tmp_path: Path
     with pytest.raises(porelang.PoreError, match="no layer holds material"):
         write_slices(design, tmp_path / "layers", 1e9)
     assert sorted(p.name for p in (tmp_path / "layers").iterdir()) == before
+
+
+# ---- one file -------------------------------------------------------------------------------------------------------
+
+
+def read_common(path: Path) -> tuple[dict[str, str], list[tuple[float, list[tuple[int, Points]]]]]:
+    """The header of a file of the Common Layer Interface, and its layers: height, and contours with directions."""
+    lines = path.read_text(encoding="ascii").split("\n")
+    assert lines[:2] == ["$$HEADERSTART", "$$ASCII"]
+    ends = lines.index("$$HEADEREND")
+    assert lines[ends + 1] == "$$GEOMETRYSTART"
+    assert lines[-2:] == ["$$GEOMETRYEND", ""]
+    layers: list[tuple[float, list[tuple[int, Points]]]] = []
+    for line in lines[ends + 2 : -2]:
+        word, _, rest = line.partition("/")
+        if word == "$$LAYER":
+            layers.append((float(rest), []))
+            continue
+        assert word == "$$POLYLINE"
+        _, direction, count, *numbers = rest.split(",")
+        ring = np.array(numbers, float).reshape(-1, 2)
+        assert len(ring) == int(count)
+        np.testing.assert_array_equal(ring[0], ring[-1])
+        layers[-1][1].append((int(direction), ring[:-1]))
+    return dict(line.partition("/")[::2] for line in lines[2:ends]), layers
+
+
+def enclosed(ring: Points) -> float:
+    x, y = ring.T
+    return 0.5 * float(x @ np.roll(y, -1) - np.roll(x, -1) @ y)
+
+
+def test_one_file_holds_all_layers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    """A tube: outer contours counter-clockwise, holes clockwise, areas of rings, heights from the lowest to the top."""
+    monkeypatch.chdir(tmp_path)
+    Path("tube.pore").write_text("cylinder(10, 5.3) \\ cylinder(4, 9)\n")
+    assert main(["slices", "tube.pore", "-o", "tube.cli", "--step", "0.5", "--voxel", "0.2", "-q"]) == 0
+    header, layers = read_common(Path("tube.cli"))
+    assert (header["$$UNITS"], header["$$VERSION"], header["$$LABEL"]) == ("1", "200", "1,part")
+    np.testing.assert_allclose(
+        [float(v) for v in header["$$DIMENSION"].split(",")], [-10, -10, -2.65, 10, 10, 2.65], atol=0.01
+    )
+    assert int(header["$$LAYERS"]) == len(layers) == 12
+    heights = np.array([z for z, _ in layers])
+    np.testing.assert_allclose(heights, [*(-2.65 + 0.5 * np.arange(11)), 2.65], atol=0.006)
+    assert layers[0][1] == []  # where the lowest begins
+    for _, rings in layers[1:]:
+        assert sorted(direction for direction, _ in rings) == [0, 1]
+        assert all((enclosed(ring) > 0) == (direction == 1) for direction, ring in rings)
+        assert sum(enclosed(ring) for _, ring in rings) == pytest.approx(math.pi * (100 - 16), rel=2e-3)
+    Path("tube.cli").write_text("mine")
+    assert main(["slices", "tube.pore", "-o", "tube.cli", "--step", "0.5", "--format", "svg"]) == 2
+    assert "leave it out" in capsys.readouterr().err
+    assert main(["slices", "tube.pore", "-o", "tube.pore", "--step", "0.5"]) != 0  # a folder would be in its way
+    assert main(["slices", "tube.pore", "-o", "tube.cli", "--step", "9", "--bounds", "20,20,20,21,21,21"]) == 1
+    assert Path("tube.cli").read_text() == "mine"
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_its_contours_are_those_of_the_folder(tmp_path: Path) -> None:
+    design = porelang.compile("gyroid(4) & cube(8)").design()
+    one = write_layer_file(design, tmp_path / "a.cli", 1, pixel=0.25)
+    many = write_slices(design, tmp_path / "b", 1, form="svg", pixel=0.25)
+    assert one["area"] == many["area"]
+    assert one["volume"] == many["volume"]

@@ -86,7 +86,7 @@ COMMANDS: dict[str, Command] = {
         ),
         Command(
             "slices",
-            "write layers for printing into a folder, as PNG or as SVG contours",
+            "write layers for printing: PNG or SVG contours in a folder, or one .cli file",
             (*ASK, "folder", "step", "format", "voxel", "bounds", "backend", "dtype", "json", "quiet"),
             "pore slices specimen.pore -o layers --step 0.1mm",
         ),

@@ -4,21 +4,30 @@ from __future__ import annotations
 
 import time
 from argparse import Namespace
+from functools import partial
+from pathlib import Path
 from typing import Any
 
+from porelang.atomic import destination
 from porelang.checks import broken_checks, undecided_checks
 from porelang.cli import report
 from porelang.cli.evaluate import machine
 from porelang.cli.loading import bound
-from porelang.diagnostics import PoreError, to_lists
+from porelang.diagnostics import PoreError, fail, to_lists
 from porelang.mesh.doubts import layer_doubts
 from porelang.progress import watching
-from porelang.slices import SLICING, write_slices
+from porelang.slices import SLICING, write_layer_file, write_slices
 
 
 def slices(options: Namespace) -> int:
-    """Write the layers of an output into a folder."""
+    """Write the layers of an output into a folder, or into a .cli file."""
+    one = Path(options.output).suffix.lower() == ".cli"
+    if one and options.format is not None:
+        raise fail("E108", f"--format is of a folder of layers, and `{options.output}` is a file",
+                   hint="leave it out, or name a folder")  # fmt: skip
     design = bound(options)
+    if one:
+        destination(options.output, design.program.files)
     if broken := broken_checks(design, measure=True):
         raise PoreError(broken)
     backend, dtype = machine(options, "f32")
@@ -35,17 +44,11 @@ def slices(options: Namespace) -> int:
 
     try:
         with watching(progress):
-            found = write_slices(
-                design,
-                options.output,
-                options.step,
-                name=options.out,
-                form=options.format,
-                pixel=options.voxel,
-                bounds=options.bounds,
-                backend=backend,
-                dtype=dtype,
-            )
+            write = write_layer_file if one else partial(write_slices, form=options.format or "png")
+            found = write(
+                design, options.output, options.step, name=options.out, pixel=options.voxel, bounds=options.bounds,
+                backend=backend, dtype=dtype,
+            )  # fmt: skip
     except KeyboardInterrupt:
         if not options.quiet:
             report.note(f"\nstopped after {done} of {of or 'all'} layers: nothing is written to {options.output}")
@@ -55,7 +58,14 @@ def slices(options: Namespace) -> int:
     report.say([] if options.quiet else doubts)
     seconds = round(time.perf_counter() - start, 3)
     if options.json:
-        report.put({"folder": options.output, **found, "seconds": seconds, **to_lists([*options.doubts, *doubts])})
+        report.put(
+            {
+                "file" if one else "folder": options.output,
+                **found,
+                "seconds": seconds,
+                **to_lists([*options.doubts, *doubts]),
+            }
+        )
     elif not options.quiet:
         print(f"{options.output}: {of_layers(found)}, {found['volume']:.6g} mm3, {seconds:.1f} s")
     return 0

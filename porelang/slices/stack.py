@@ -14,7 +14,7 @@ from porelang.analysis.box import Box
 from porelang.diagnostics import fail
 from porelang.field import Field
 
-Format = Literal["png", "svg"]
+Format = Literal["png", "svg"]  # of a folder
 #: Samples with the same y for a row; rows with the same x follow each other.
 Band = NDArray[Any]
 SMALLEST, LARGEST = 1e-9, 1e9  # mm: of a layer or a pixel, less than an atom and more than any part

@@ -8,13 +8,13 @@ from porelang.cli.options.option import Option
 MESHES: dict[str, Option] = {
     "folder": (
         ("-o", "--output"),
-        {"metavar": "DIR", "type": values.output, "required": True, "help": "the folder to write"},
+        {"metavar": "DIR", "type": values.output, "required": True, "help": "the folder to write, or a .cli file"},
     ),
     "step": (
         ("--step",),
         {"metavar": "LENGTH", "type": values.length, "required": True, "help": "the thickness of a layer, as in 0.1mm"},
     ),
-    "format": (("--format",), {"choices": ("png", "svg"), "default": "png", "help": "pictures, or contours in mm"}),
+    "format": (("--format",), {"choices": ("png", "svg"), "help": "pictures (the default), or contours in mm"}),
     "output": (
         ("-o", "--output"),
         {"metavar": "FILE", "type": values.output, "required": True, "help": "the file to write"},
