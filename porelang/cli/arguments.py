@@ -91,6 +91,12 @@ COMMANDS: dict[str, Command] = {
             "pore slices specimen.pore -o layers --step 0.1mm",
         ),
         Command(
+            "volume",
+            "write the values of the field on a grid, and of others: .vti for ParaView, .npz for NumPy",
+            (*ASK, "output", "fields", "voxel", "resolution", "bounds", "backend", "dtype", "json", "quiet"),
+            "pore volume specimen.pore -o specimen.vti --voxel 1mm",
+        ),
+        Command(
             "homogenize",
             "what a period of a lattice does as a material: stiffness, moduli by direction, conductivity, with errors",
             (*ASK, "cell", "nu", "voxels", "sweep", "reports", "json", "quiet"),

@@ -29,6 +29,7 @@ RUN: dict[str, str] = {
     "fea": "strength.fea",
     "optimize": "optimizing.optimize",
     "slices": "slicing.slices",
+    "volume": "volumes.volume",
     "tet": "tetrahedra.tet",
     "homogenize": "homogenizing.homogenize",
     "eval": "evaluate.evaluate",

@@ -83,6 +83,16 @@ PICTURES: dict[str, Option] = {
             "without planes, the surface does",
         },
     ),
+    "fields": (
+        ("--field",),
+        {
+            "metavar": "NAME",
+            "action": "append",
+            "dest": "fields",
+            "default": [],
+            "help": "a further output, `let` or expression of these (s.von_mises); may be given several times",
+        },
+    ),
     "range": (
         ("--range",),
         {
