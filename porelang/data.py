@@ -129,14 +129,18 @@ class SampledField:
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """Bars: straight pieces from `starts` to `ends` (n, 3), of `radii` (n,), in mm and float64, none without length."""
+    """Bars: straight pieces from `starts` to `ends` (n, 3), of `radii` (n,), in mm and float64, none without length.
+
+    With a `period` (mm along x, y and z) they are those of one cell, which is repeated without end.
+    """
 
     starts: NDArray[np.float64]
     ends: NDArray[np.float64]
     radii: NDArray[np.float64]
+    period: Triple | None = None
 
     def __repr__(self) -> str:
-        return f"<{len(self)} bars>"
+        return f"<{len(self)} bars>" if self.period is None else f"<{len(self)} bars in cells of {self.period} mm>"
 
     def __len__(self) -> int:
         return len(self.radii)
@@ -144,7 +148,8 @@ class Segments:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the content."""
-        return _digest("segments", self.starts, self.ends, self.radii)
+        period = () if self.period is None else (np.array(self.period),)
+        return _digest("segments", self.starts, self.ends, self.radii, *period)
 
 
 Data = SampledField | Segments

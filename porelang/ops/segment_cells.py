@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from porelang.data import Segments
 from porelang.ops.derived import derived
+from porelang.ops.segment_copies import held
+from porelang.ops.segment_tree import EPSILON, limits_of, tree, walked
 from porelang.parallel import parallel_for, workers
 
 Ints = NDArray[np.int32]
@@ -40,18 +42,21 @@ class Cells:
 
 
 def cells(bars: Segments) -> Cells | None:
-    """The cells of a frame, made once; None where it has too few bars for it to pay."""
-    return derived(bars, "cells", lambda: _make(bars)) if len(bars) >= FEWEST else None
+    """The cells of a frame, or of the period in which its places are sought, made once; None where it has too few bars
+    for it to pay."""
+    return derived(bars, "cells", lambda: _make(bars)) if len(held(bars)) >= FEWEST else None
 
 
 def _make(bars: Segments) -> Cells:
     from porelang.ops import segment_ranges as loops
-    from porelang.ops.segments import EPSILON, _limits, nearest, tree
 
-    limits, made = _limits(bars), tree(bars, np.float64)
-    room = ROOM * float((limits.hi - limits.lo).max()) + 1e-9
-    lo, hi = limits.lo - room, limits.hi + room
-    wanted = min(max(PER_BAR * len(bars), LEAST_CELLS), MOST_CELLS / 2)
+    near = held(bars)
+    limits, made = limits_of(near), tree(near, np.float64)
+    half = None if bars.period is None else np.array(bars.period) / 2
+    lo, hi = (limits.lo, limits.hi) if half is None else (-half, half)
+    room = ROOM * float((hi - lo).max()) + 1e-9
+    lo, hi = lo - room, hi + room
+    wanted = min(max(PER_BAR * len(near), LEAST_CELLS), MOST_CELLS / 2)
     size = float(np.prod(hi - lo) / wanted) ** (1 / 3)
     counts = np.maximum(1, np.ceil((hi - lo) / size).astype(int))
     while np.prod(counts) > MOST_CELLS:
@@ -68,7 +73,7 @@ def _make(bars: Segments) -> Cells:
         last = min(first + AT_ONCE, total)
         centre = lo + (np.stack(np.unravel_index(np.arange(first, last), shape), 1) + 0.5) * size
         x, y, z = centre.T
-        (index,) = nearest(bars, x, y, z, wanted=("index",))
+        (index,) = walked(near, x, y, z, ("index",))
         at = limits.places[np.asarray(index, np.int64)]
         loops.candidates(made, np.ascontiguousarray(centre), reach, at, slack, listed[first:last], number[first:last])
 
