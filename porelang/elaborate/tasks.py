@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from porelang.elaborate import arguments, bare, phases, samples, solids, studies
+from porelang.elaborate import arguments, bare, phases, samples, solids, studies, trusses
 from porelang.elaborate.advice import is_number
 from porelang.elaborate.calls import Call, call
 from porelang.elaborate.context import Context
@@ -168,7 +168,7 @@ def _nearest_bar(ctx: Context, site: tree.Call, values: list[Value], places: lis
 
 
 _CALLS: dict[str, Call] = {"solve": _solve, "frame": _frame, **samples.CALLS, **solids.CALLS, **phases.CALLS,
-                           **studies.CALLS}  # fmt: skip
+                           **studies.CALLS, **trusses.CALLS}  # fmt: skip
 
 
 def _builtin(row: Task) -> Builtin:
