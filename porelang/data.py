@@ -30,6 +30,8 @@ NEAREST = 1e-6
 LARGEST_VALUE = 1e37
 #: Errors that are written without an exponent.
 _ORDINARY = (1e-6, 1e9)
+#: A cell that repeats may be so many times as long as it is wide: of more, too many copies lie within its length.
+LONGEST_CELL = 100.0
 #: Nodes along an axis, and bars: float32 counts no further.
 MOST_COUNTED = 2**24
 

@@ -51,7 +51,7 @@ _FILES = {
     "mesh": (".stl", ".obj", ".ply", ".3mf", ".off"),
     "frame": (".json",),
     "nearest_bar": (".json",),
-    "cell": (".json",),
+    "truss": (".json",),
 }
 
 

@@ -157,7 +157,7 @@ def resolve(
 
 #: What takes the names of files and of arrays, which are texts.
 LOADING = ("load", "load_vector", "load_tensor")
-_READING = (*LOADING, "frame", "nearest_bar", "cell")
+_READING = (*LOADING, "frame", "nearest_bar")
 
 
 def units_named(call: tree.Call, argument: tree.Argument) -> bool:

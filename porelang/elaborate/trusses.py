@@ -1,10 +1,11 @@
-"""Calls for struts in cells that repeat: `truss`, and `cell` for one from a file."""
+"""Calls for struts in cells that repeat."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
-from porelang.data import NEAREST
+from porelang.data import LONGEST_CELL, NEAREST
 from porelang.diagnostics import suggest
 from porelang.elaborate import arguments
 from porelang.elaborate.calls import Call
@@ -19,7 +20,6 @@ from porelang.elaborate.values import (
     ListValue,
     Poison,
     Scalar,
-    StrutCell,
     Text,
     Value,
     Vector,
@@ -35,14 +35,6 @@ from porelang.units import LENGTH, RATIO
 
 _HERE = (X, Y, Z)
 _LISTED = "[[[0, 0, 0], [1, 1, 1] / 2], ...]"
-
-
-def _from_file(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
-    path = arguments.text(ctx, values[0], places[0], "the path of a cell's file", "mine.json")
-    if path is None:
-        return POISON
-    bars = ctx.task(node("cell", value=arguments.beside(site, path, ctx)), site.span)
-    return StrutCell("cell", {}, bars, True)
 
 
 def _truss(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
@@ -86,20 +78,27 @@ def _local_size(turns: tuple[Node, Node, Node]) -> Node:
     return node("pow", node("max", node("abs", many), const(1e-18)), const(-1 / 3))
 
 
-def _cell(ctx: Context, site: tree.Call, value: Value, place: Span) -> StrutCell | None:
+@dataclass(frozen=True, slots=True)
+class _Cell:
+    """The slot of a cell's bars, in parts of it, and whether these may have radii of their own."""
+
+    bars: Node
+    factors: bool = False
+
+
+def _cell(ctx: Context, site: tree.Call, value: Value, place: Span) -> _Cell | None:
     """The cell that is asked for by name, as a list or from a file; None after saying what is wrong with it."""
-    if isinstance(value, StrutCell):
-        return value
+    if isinstance(value, Text) and value.value.lower().endswith(".json"):
+        path = arguments.beside(site, value.value, ctx)
+        return _Cell(ctx.task(node("cell", value=path), site.span), True)
     if isinstance(value, Text):
         if value.value in CELLS:
-            return StrutCell("cell", {}, ctx.task(node("cell", value=(value.value,)), site.span), False)
+            return _Cell(ctx.task(node("cell", value=(value.value,)), site.span))
         near = suggest(value.value.replace("-", "_").replace(" ", "_"), CELLS)
-        hint = f'did you mean "{near}"?' if near else f"the cells are {', '.join(CELLS)}"
-        if value.value.endswith(".json"):
-            hint = f'a cell from a file is `cell("{value.value}")`'
+        hint = f'did you mean "{near}"?' if near else f"the cells are {', '.join(CELLS)}; a file ends in .json"
         ctx.error("E137", f'there is no cell "{value.value}"', place, hint=hint)
         return None
-    items = as_list(value) if isinstance(value, ListValue) else None
+    items = value.items if isinstance(value, ListValue) else None
     if items is not None:
         bars = [_bar(ctx, item, i, place) for i, item in enumerate(items)]
         if not items:
@@ -107,10 +106,10 @@ def _cell(ctx: Context, site: tree.Call, value: Value, place: Span) -> StrutCell
         if not items or None in bars:
             return None
         ends = [v for bar in bars for v in bar or ()]
-        return StrutCell("cell", {}, ctx.task(node("cell", value=("", *ends)), site.span), False)
+        return _Cell(ctx.task(node("cell", value=("", *ends)), site.span))
     if isinstance(value, Poison):
         return None
-    hint = f'a cell is a name, as "octet", a list of bars, {_LISTED}, or `cell("mine.json")`'
+    hint = f'a cell is a name, as "octet", a list of bars, {_LISTED}, or a file, "mine.json"'
     if isinstance(value, Function | Builtin) and value.name in CELLS:
         hint = f'the name of a cell stands in quotes: "{value.name}"'
     ctx.error("E137", f"{describe(value)} is no cell", place, hint=hint)
@@ -177,6 +176,12 @@ def _period(ctx: Context, value: Value, place: Span) -> Vector | None:
     for n in dict.fromkeys(vector.nodes):
         if _positive(ctx, Scalar(n), place, "E147", "`truss` needs w > 0") is None:
             return None
+    known = [w for n in vector.nodes if isinstance(w := ctx.constant(n), float)]
+    if len(known) == 3 and max(known) > LONGEST_CELL * min(known):
+        shown = " x ".join(f"{w:g}" for w in known)
+        ctx.error("E138", f"a cell of {shown} mm is over {LONGEST_CELL:g} times as long as it is wide", place,
+                  hint="scale the struts instead, as in `truss(...) @ [x, y, z / 200]`")  # fmt: skip
+        return None
     return vector
 
 
@@ -194,4 +199,4 @@ def _turns(ctx: Context, value: Value, place: Span) -> Vector | None:
 
 
 #: What asks for the tasks of these names.
-CALLS: Mapping[str, Call] = {"cell": _from_file, "truss": _truss}
+CALLS: Mapping[str, Call] = {"truss": _truss}

@@ -128,15 +128,6 @@ class Study(Record):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StrutCell(Record):
-    """A cell of struts; `bars` is the slot of its bars, in parts of the cell, and `factors` whether these may have
-    radii of their own."""
-
-    bars: Node
-    factors: bool
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Choice:
     """A param that chooses among things that are no numbers; `index` is the number of the option."""
 

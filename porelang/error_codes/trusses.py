@@ -10,7 +10,8 @@ TRUSSES = (
         "a cell of struts that is none",
         "The first argument of `truss` says where struts run in a cell that repeats: a name in quotes (the message\n"
         "lists them, or the one that is nearest), a list of bars with both ends of each in parts of the cell, or\n"
-        '`cell("mine.json")`. The numbers of a list are known when the program is compiled; each bar has a length.',
+        "a file that ends in .json. The numbers of a list are known when the program is compiled, and each bar has\n"
+        "a length.",
         'truss("octett", 10mm, 0.6mm) & cube(30)',
         'truss("octet", 10mm, 0.6mm) & cube(30)',
     ),

@@ -71,17 +71,15 @@ _ROWS = (
          'The bars of a file as a solid, round at their ends: `frame("truss.json")`, which holds {"nodes": [[x, y, z], '
          '...], "bars": [[i, j], ...], "radii": [...]}, in mm. Its value is the distance to the nearest surface.',
          0, "reading data"),
-    Task("cell", ("path",), "segments", None, "instant",
-         'The cell of a file for `truss`: `cell("mine.json")`, which holds {"nodes": [[x, y, z], ...], "bars": [[i, '
-         'j], ...]} in parts of the cell, and may hold "radii", a factor of the radius for each bar.',
-         0, "reading data"),
+    Task("cell", (), "segments", None, "instant", "The bars of a cell, in parts of it.", 0, "reading data"),
     Task("truss", ("cell", "w", "r", "phase"), "segments", None, "instant",
          'Struts of the radius `r` in cells that repeat, as a solid, round at their ends: `truss("octet", 10mm, '
          "0.6mm)`. Its value is the distance in mm to the nearest surface, true everywhere; `r` may be a field. `cell` "
-         'is a name, a list of bars in parts of the cell, `[[[0, 0, 0], [1, 1, 1] / 2], ...]`, or `cell("mine.json")`; '
-         "`w` the size of a cell, one length or three. With a field as `w`, or with a `phase` in turns instead, as of "
-         "`phase(w, part)`, it is the distance in a cell times the size that cells have at the place: true where they "
-         "are neither stretched nor change fast.", 3, "laying out struts"),
+         "is a name, a list of bars in parts of the cell, `[[[0, 0, 0], [1, 1, 1] / 2], ...]`, or a file of these, "
+         '`"mine.json"`, which holds {"nodes": [[x, y, z], ...], "bars": [[i, j], ...]} and may hold "radii", a factor '
+         "of `r` for each bar; `w` is the size of a cell, one length or three. With a field as `w`, or with a `phase` "
+         "in turns instead, as of `phase(w, part)`, it is the distance in a cell times the size that cells have at the "
+         "place: true where they are neither stretched nor change fast.", 3, "laying out struts"),
     Task("phase", ("w", "within", "orientation", "keep", "cells"), "grid", RATIO, "seconds",
          "The phase of a lattice whose cells have the size w, a field, within a solid: `gyroid(phase=phase(w, part))`. "
          "As near to that as can be, and it says what it got: cells of one shape whose size varies exist for few w. "

@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.data import FARTHEST, NEAREST, Segments, Triple
+from porelang.data import FARTHEST, LONGEST_CELL, NEAREST, Segments, Triple
 from porelang.diagnostics import fail
 
 #: A cell has bars in parts of this.
 UNIT: Triple = (1.0, 1.0, 1.0)
-#: A cell may be so many times as long as it is wide: of a longer one too many copies lie within its length.
-LONGEST = 100.0
 
 
 def cell_of(ends: NDArray[np.float64]) -> Segments:
@@ -27,11 +25,11 @@ def laid_out(cell: Segments, period: Triple, r: float) -> Segments:
     for w in period:
         if not (NEAREST < w < FARTHEST):
             raise fail("E147", f"a cell of {w:g} mm cannot be had", hint="give a length above 0, as in 10mm")
-    if max(period) > LONGEST * min(period):
+    if max(period) > LONGEST_CELL * min(period):
         shown = " x ".join(f"{w:g}" for w in period)
         raise fail(
             "E138",
-            f"a cell of {shown} mm is too long: over {LONGEST:g} times its width",
+            f"a cell of {shown} mm is over {LONGEST_CELL:g} times as long as it is wide",
             hint="scale the struts instead, as in `truss(...) @ [x, y, z / 200]`",
         )
     if r == 0 and (cell.radii != 1).any():
