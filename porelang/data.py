@@ -133,13 +133,15 @@ class SampledField:
 class Segments:
     """Bars: straight pieces from `starts` to `ends` (n, 3), of `radii` (n,), in mm and float64, none without length.
 
-    With a `period` (mm along x, y and z) they are those of one cell, which is repeated without end.
+    With a `period` (mm along x, y and z) they are those of one cell, which is repeated without end. What joins bars
+    looks at those up to `reach` mm farther than the nearest, and no farther.
     """
 
     starts: NDArray[np.float64]
     ends: NDArray[np.float64]
     radii: NDArray[np.float64]
     period: Triple | None = None
+    reach: float = 0.0
 
     def __repr__(self) -> str:
         return f"<{len(self)} bars>" if self.period is None else f"<{len(self)} bars in cells of {self.period} mm>"
@@ -150,7 +152,7 @@ class Segments:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the content."""
-        period = () if self.period is None else (np.array(self.period),)
+        period = () if self.period is None else (np.array([*self.period, self.reach]),)
         return _digest("segments", self.starts, self.ends, self.radii, *period)
 
 

@@ -288,7 +288,7 @@ def _parts(result: Stored) -> list[NDArray[Any]]:
             facts = np.array(result.facts, np.float64)
             parts = [np.array(result.origin), np.array(result.spacing), facts, result.values]
         case Segments():
-            period = [] if result.period is None else [np.array(result.period)]
+            period = [] if result.period is None else [np.array([*result.period, result.reach])]
             parts = [result.starts, result.ends, result.radii, *period]
     return [np.ascontiguousarray(p, p.dtype.newbyteorder("<")) for p in parts]
 
@@ -308,10 +308,12 @@ def _from_parts(kind: str, parts: Sequence[NDArray[Any]]) -> Stored | None:
         return SampledField(parts[3], (x, y, z), (dx, dy, dz), facts)
     if kind == "segments" and len(shapes) in (3, 4) and len(shapes[2]) == 1:
         n = shapes[2][0]
-        if shapes[:2] != [(n, 3), (n, 3)] or shapes[3:] not in ([], [(3,)]):
+        if shapes[:2] != [(n, 3), (n, 3)] or shapes[3:] not in ([], [(4,)]):
             return None
-        period = tuple(map(float, parts[3])) if shapes[3:] else None
-        return Segments(parts[0], parts[1], parts[2], period)  # type: ignore[arg-type]  # of three, as its shape says
+        if not shapes[3:]:
+            return Segments(parts[0], parts[1], parts[2])
+        x, y, z, reach = map(float, parts[3])
+        return Segments(parts[0], parts[1], parts[2], (x, y, z), reach)
     return None
 
 
@@ -328,7 +330,7 @@ def _plausible(result: Stored) -> bool:
             return whole and known and all(bool(np.isfinite(p).all()) for p in _parts(result))
         case Segments():
             whole = len(result) >= 1 and all(p.dtype == np.float64 for p in _parts(result))
-            whole = whole and (result.period is None or min(result.period) > 0)
+            whole = whole and (result.period is None or (min(result.period) > 0 and result.reach >= 0))
             return whole and all(bool(np.isfinite(p).all()) for p in _parts(result))
 
 

@@ -11,12 +11,16 @@ import numpy as np
 
 from porelang.data import NEAREST, Data, SampledField, Segments
 from porelang.formula import Bindings
-from porelang.ir import ZERO, Node, X, Y, Z, node
+from porelang.ir import ZERO, Node, X, Y, Z, const, node
 from porelang.ops import Op
+from porelang.ops.joints import WIDER
 
 #: The files that generated programs name, and the slots that stand for them in graphs.
 GRID_FILE, GRID_NAME, FRAME_FILE = "grid.npz", "value", "frame.json"
 GRID: Node = node("load", value=(GRID_FILE, GRID_FILE, GRID_NAME, 1))
+#: The radius of fillets between bars of the frame, and what the operation that joins them takes for it.
+FILLET = 1.25
+JOINT: Node = const(FILLET * WIDER)
 BARS: Node = node("frame", value=(FRAME_FILE, FRAME_FILE))
 
 
@@ -78,8 +82,9 @@ def tensor() -> tuple[Node, ...]:
 
 
 def arguments(row: Op) -> tuple[Node, ...]:
-    """What an operation is judged on: the slot of its data and a place, or a tensor."""
-    return tensor() if row.args[0] == "real" else (slot(row.args[0]), X, Y, Z)
+    """What an operation is judged on: the slot of its data and a place, and what else it takes; or a tensor."""
+    more = (JOINT,) * (len(row.args) - 4)
+    return tensor() if row.args[0] == "real" else (slot(row.args[0]), X, Y, Z, *more)
 
 
 def data(kind: str) -> Data:

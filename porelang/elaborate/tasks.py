@@ -146,7 +146,8 @@ def _nearest(bars: Node, result: str) -> Node:
 
 def _frame(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     bars = _bars(ctx, site, values[0], places[0])
-    return POISON if bars is None else Scalar(_nearest(bars, "distance"))
+    k = trusses.joint(ctx, values[1], places[1], "frame")
+    return POISON if bars is None or k is None else Scalar(trusses.surface(bars, _HERE, k))
 
 
 def _nearest_bar(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:

@@ -28,6 +28,7 @@ from porelang.elaborate.values import (
     describe,
 )
 from porelang.ir import ONE, ZERO, Node, Stage, X, Y, Z, const, node
+from porelang.ops.joints import WIDER, WIDEST
 from porelang.ops.strut_cells import CELLS
 from porelang.source import Span
 from porelang.syntax import tree
@@ -48,19 +49,22 @@ def _truss(ctx: Context, site: tree.Call, values: list[Value], places: list[Span
             return ctx.error("E043", f"`truss` needs {name}", site.span, "an argument is missing here", hint=hint)
     r = _radius(ctx, values[2], places[2])
     size = _turns(ctx, values[3], places[3]) if phased else _period(ctx, values[1], places[1])
-    if cell is None or r is None or size is None:
+    k = joint(ctx, values[4], places[4], "truss")
+    if cell is None or r is None or size is None or k is None:
         return POISON
     sizes, given = size.nodes, size.nodes
     if not phased and all(n.stage is not Stage.FIELD for n in sizes):
         own = r.node if cell.factors and r.node.stage is not Stage.FIELD else ZERO
-        bars = ctx.task(node("truss", cell.bars, *sizes, own), site.span)
-        distance = node("nearest", bars, *_HERE, value="distance")
+        bars = ctx.task(node("truss", cell.bars, *sizes, own, k), site.span)
+        distance = surface(bars, _HERE, k)
         found = distance if own is r.node else distance - r.node
     else:
         if not phased:
             given = (X / sizes[0], Y / sizes[1], Z / sizes[2])
-        bars = ctx.task(node("truss", cell.bars, ONE, ONE, ONE, ZERO), site.span)
-        found = _local_size(given) * node("nearest", bars, *given, value="distance") - r.node
+        local = _local_size(given)
+        of_cell = k if k is ZERO else node("min", k / local, const(WIDEST))
+        bars = ctx.task(node("truss", cell.bars, ONE, ONE, ONE, ZERO, k if k is ZERO else const(WIDEST)), site.span)
+        found = local * surface(bars, given, of_cell) - r.node
         place = ctx.users_place(site.span)
         if not phased:
             ctx.suspect(Suspicion("period", place, (found, *sizes, *given), None, "truss"))
@@ -68,6 +72,26 @@ def _truss(ctx: Context, site: tree.Call, values: list[Value], places: list[Span
             ctx.suspect(Suspicion("beyond", place, (found, *given), places[3], "truss"))
     ctx.natures.setdefault(found, Nature(plain=True))
     return Scalar(found)
+
+
+def surface(bars: Node, place: tuple[Node, Node, Node], k: Node) -> Node:
+    """The distance from the surface of bars at a place: of the nearest, or of all with fillets between them."""
+    if k is ZERO:
+        return node("nearest", bars, *place, value="distance")
+    return node("joined", bars, *place, k, value="distance")
+
+
+def joint(ctx: Context, value: Value, place: Span, called: str) -> Node | None:
+    """How far apart bars may be that are joined by fillets of a radius, 0 for none; None after saying what is wrong."""
+    if value is ABSENT:
+        return ZERO
+    radius = arguments.uniform_length(ctx, value, place, f"`joint` of `{called}`")
+    if radius is None:
+        return None
+    if radius.node.stage is Stage.UNIFORM:
+        ctx.require(node("lt", ZERO, radius.node), f"`{called}` needs joint > 0", place, ())
+    known = ctx.constant(radius.node)
+    return const(float(known) * WIDER) if known is not None else radius.node * const(WIDER)
 
 
 def _local_size(turns: tuple[Node, Node, Node]) -> Node:

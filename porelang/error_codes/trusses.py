@@ -19,7 +19,8 @@ TRUSSES = (
         "E138",
         "a cell of struts that cannot be laid out",
         "A cell may be a hundred times as long as it is wide. The radii in a file of a cell are factors: the distance\n"
-        "is then true for one radius `r` and one size `w`, which may be params, but no fields, and not with `phase`.",
+        "is then true for one radius `r` and one size `w`, which may be params, but no fields, and not with `phase`.\n"
+        "Fillets, `joint`, take 0.28 of the least side of a cell at most: wider ones would reach over whole cells.",
         'truss("octet", [1mm, 1mm, 200mm], 0.1mm) & cube(3)',
         'truss("octet", [1mm, 1mm, 50mm], 0.1mm) & cube(3)',
     ),

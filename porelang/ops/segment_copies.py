@@ -2,7 +2,7 @@
 
 A place is moved by whole periods into the cell about the origin. There the nearest bar is one of those that are kept:
 all that may be nearest in the cell or up to a quarter of a period beyond it, so that a box about any place of the cell,
-as wide as that, is bounded without a break at the cell's faces.
+as wide as that, is bounded without a break at the cell's faces; and those up to the bars' `reach` farther away.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def _make(bars: Segments) -> Copies:
     moved = np.rint((starts + ends) / 2 / period) * period
     starts, ends = starts - moved, ends - moved
     # no place is farther from a bar's middle than half a diagonal: who is farther than that from all is never nearest
-    farthest = np.linalg.norm(period) / 2 + np.ptp(radii)
+    farthest = np.linalg.norm(period) / 2 + np.ptp(radii) + bars.reach
     most = np.floor(((0.5 + MARGIN) * period + farthest + np.abs(ends - starts).max(0) / 2) / period + 0.5).astype(int)
     shifts = np.array(list(product(*(range(-m, m + 1) for m in most)))) * period
     numbers = np.repeat(own, len(shifts))
@@ -110,7 +110,7 @@ def _make(bars: Segments) -> Copies:
     (index,) = walked(all_, centres[:, 0], centres[:, 1], centres[:, 2], ("index",))
     limits, width = limits_of(all_), min(len(all_), _MOST)
     listed, number = np.empty((len(centres), width), np.int32), np.empty(len(centres), np.int32)
-    slack = 1e-9 * (limits.coordinate + limits.radius)
+    slack = bars.reach + 1e-9 * (limits.coordinate + limits.radius)
     places = limits.places[index.astype(np.int64)]
     loops.candidates(tree(all_, np.float64), centres, size * 0.5001, places, slack, listed, number)
     kept = np.arange(len(all_))

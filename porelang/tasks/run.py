@@ -134,8 +134,8 @@ def _of_study(asked: Formula) -> Reduced:
 def _truss(asked: Formula) -> Result:
     bars = asked.bindings[asked.roots[0]]
     assert isinstance(bars, Segments)
-    x, y, z, r = (_number(asked, i) for i in range(1, 5))
-    return laid_out(bars, (x, y, z), r)
+    x, y, z, r, k = (_number(asked, i) for i in range(1, 6))
+    return laid_out(bars, (x, y, z), r, k)
 
 
 def _cells(counts: Sequence[float]) -> Triple:
