@@ -67,7 +67,7 @@ def _near(
 
 @compiled
 def joined(tree: Tree, x: Values, y: Values, z: Values, k: Values, out: Values) -> None:
-    """Write all results (results, points) at points, each with its own k; see `joints.RESULTS`."""
+    """Write results (results, points) at points, each with its own k: all of `joints.RESULTS`, or the first alone."""
     real = tree.bars.dtype.type
     nought, one, two = real(0), real(1), real(2)
     endless = real(float("inf"))
@@ -94,7 +94,7 @@ def joined(tree: Tree, x: Values, y: Values, z: Values, k: Values, out: Values) 
             count = min(count, MOST)
         over = one / wide if wide > nought else nought
         s = nought
-        for _ in range(STEPS):
+        for _ in range(STEPS if count > 1 else 0):
             cubes, squares = -one, nought
             for i in range(count):
                 u = one - (d[i] - least) * over - s
@@ -104,6 +104,8 @@ def joined(tree: Tree, x: Values, y: Values, z: Values, k: Values, out: Values) 
             if cubes > nought:
                 s += cubes / (real(3) * squares)
         out[0, n] = least - wide * s if wide > nought else least
+        if len(out) == 1:
+            continue
         # the means, weighted by u^2
         b = gx = gy = gz = slope = nought
         for i in range(count):

@@ -48,7 +48,7 @@ def joined(
         arrays[:3] = [copies.folded(v, w) for v, w in zip(arrays[:3], bars.period, strict=True)]
     shape = np.broadcast_shapes(*(a.shape for a in arrays))
     px, py, pz, wide = (np.ascontiguousarray(np.broadcast_to(a, shape)).reshape(-1) for a in arrays)
-    found = np.empty((len(RESULTS), px.size), dtype)
+    found = np.empty((1 if tuple(wanted) == RESULTS[:1] else len(RESULTS), px.size), dtype)
     with np.errstate(all="ignore"):
         loops.joined(tree(bars, dtype), px, py, pz, wide, found)
     results = tuple(found[RESULTS.index(name)].reshape(shape) for name in RESULTS if name in wanted)

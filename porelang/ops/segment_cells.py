@@ -83,6 +83,23 @@ def _make(bars: Segments) -> Cells:
     return Cells(lo, size, shape, starts, listed[np.arange(MOST_BARS) < number[:, None]])
 
 
+def lists(bars: Segments, dtype: np.dtype[Any]) -> Any:
+    """The cells of bars as the compiled loops take them (`segment_loops.Lists`)."""
+    return derived(bars, ("lists", dtype.str), lambda: _lists(bars, dtype))
+
+
+def _lists(bars: Segments, dtype: np.dtype[Any]) -> Any:
+    from porelang.ops import segment_loops as loops
+
+    found = cells(bars)
+    if found is None:
+        return loops.Lists(
+            np.zeros(3, dtype), np.zeros(1, dtype), (0, 0, 0), np.empty(0, np.int32), np.empty(0, np.int32)
+        )
+    rate = np.array([1.0 / found.size], dtype)
+    return loops.Lists(found.lo.astype(dtype), rate, found.shape, found.starts, found.places)
+
+
 def header(found: Cells | None, at: int) -> tuple[list[Any], list[Any]]:
     """What a shader is told of cells: whole numbers (where they begin, the shape) and floats (lo, 1 / size)."""
     if found is None:

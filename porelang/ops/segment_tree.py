@@ -23,14 +23,20 @@ EPSILON = 2.0**-23
 SORTED = 1024  # a list of fewer points is walked as it comes
 
 
-def walked(bars: Segments, x: Any, y: Any, z: Any, wanted: tuple[str, ...]) -> list[Values]:
-    """Of the wanted results, in the order of RESULTS, those at coordinates that broadcast, in their type."""
+def _no_lists(dtype: np.dtype[Any]) -> tuple[Any, ...]:
+    return np.zeros(3, dtype), np.zeros(1, dtype), (0, 0, 0), np.empty(0, np.int32), np.empty(0, np.int32)
+
+
+def walked(bars: Segments, x: Any, y: Any, z: Any, wanted: tuple[str, ...], lists: Any = None) -> list[Values]:
+    """Of the wanted results, in the order of RESULTS, those at coordinates that broadcast, in their type; found by the
+    `segment_loops.Lists` that `lists` makes for a type, where they are given."""
     from porelang.ops import segment_loops as loops
 
     at = points(x, y, z)
     mask = sum(1 << RESULTS.index(name) for name in set(wanted))
     found = np.empty((len(set(wanted)), int(np.prod(at.shape))), at.dtype)
-    loops.nearest(tree(bars, at.dtype), mask, at.x, at.y, at.z, _order(bars, at), found, at.loops)
+    known = loops.Lists(*_no_lists(at.dtype)) if lists is None else lists(at.dtype)
+    loops.nearest(tree(bars, at.dtype), known, mask, at.x, at.y, at.z, _order(bars, at), found, at.loops)
     return [row.reshape(at.shape) for row in found]
 
 

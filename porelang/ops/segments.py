@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
-from functools import reduce
+from functools import partial, reduce
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from porelang.interval import Array, Interval, Mask
 from porelang.ops import segment_copies as copies
 from porelang.ops import segment_tree
 from porelang.ops.derived import derived
+from porelang.ops.segment_cells import lists
 
 Values = NDArray[Any]
 RESULTS, EPSILON = segment_tree.RESULTS, segment_tree.EPSILON
@@ -39,7 +40,9 @@ def nearest(
     """
     if bars.period is not None:
         x, y, z = (copies.folded(v, w) for v, w in zip((x, y, z), bars.period, strict=True))
-    results = segment_tree.walked(copies.held(bars), x, y, z, tuple(wanted))
+    # of a period cells are few, and their lists short: to try them takes a fraction of a walk
+    listed = partial(lists, bars) if bars.period is not None else None
+    results = segment_tree.walked(copies.held(bars), x, y, z, tuple(wanted), listed)
     if bars.period is not None and "index" in wanted:  # it is the last
         results[-1] = copies.own_numbers(bars, results[-1])
     if out is None:

@@ -41,9 +41,10 @@ PoreJoined pore_joined@(float x, float y, float z, float k) {
                                 uintBitsToFloat(pore_word@(box + 16 + c)));
                 vec3 high = vec3(uintBitsToFloat(pore_word@(box + 24 + c)), uintBitsToFloat(pore_word@(box + 32 + c)),
                                  uintBitsToFloat(pore_word@(box + 40 + c)));
-                precise vec3 away = max(max(low - p, p - high), vec3(0.0));
-                precise float square = (away.x * away.x + away.y * away.y) + away.z * away.z;
-                precise float key = pore_sqrt(square) - r;
+                precise vec3 before = low - p;
+                precise vec3 after = p - high;
+                vec3 away = vec3(pore_beyond(before.x, after.x), pore_beyond(before.y, after.y), pore_beyond(before.z, after.z));
+                precise float key = pore_length(away) - r;
                 if (key <= limit) stack[height++] = child + c;
             }
         } else {
@@ -82,7 +83,7 @@ PoreJoined pore_joined@(float x, float y, float z, float k) {
                 cubes += u * u * u;
             }
         }
-        if (cubes > 0.0) s += cubes / (3.0 * squares);
+        if (cubes > 0.0) s += pore_div(cubes, 3.0 * squares);
     }
     precise float b = 0.0;
     precise vec3 g = vec3(0.0);
@@ -92,12 +93,13 @@ PoreJoined pore_joined@(float x, float y, float z, float k) {
         if (!(u > 0.0)) continue;
         vec3 q = pore_bar@(bars + 64 * (places[i] / 8), places[i] % 8, p).xyz;
         float size = pore_length(q);
-        if (size > 0.0) g += (u * u) * (q / size);
+        if (size > 0.0) g += (u * u) * vec3(pore_div(q.x, size), pore_div(q.y, size), pore_div(q.z, size));
         b += u * u;
         slope += u * u * (1.0 - u);
     }
-    g /= b;
-    slope = -slope / b;
+    g = vec3(pore_div(g.x, b), pore_div(g.y, b), pore_div(g.z, b));
+    slope = -pore_div(slope, b);
+    precise float part = pore_div(1.0, b);
     precise vec3 across = vec3(0.0);  // yz, xz, xy
     precise vec3 along = vec3(0.0);
     precise vec3 drift = vec3(0.0);
@@ -107,24 +109,24 @@ PoreJoined pore_joined@(float x, float y, float z, float k) {
         if (!(u > 0.0)) continue;
         vec4 q = pore_bar@(bars + 64 * (places[i] / 8), places[i] % 8, p);
         float size = pore_length(q.xyz);
-        vec3 n = size > 0.0 ? q.xyz / size : vec3(0.0);
-        float bend = size > 0.0 ? u * u / size : 0.0;
+        precise vec3 n = size > 0.0 ? vec3(pore_div(q.x, size), pore_div(q.y, size), pore_div(q.z, size)) : vec3(0.0);
+        precise float bend = size > 0.0 ? pore_div(u * u, size) : 0.0;
         int frame = frames + 4 * places[i];
         vec3 t = vec3(uintBitsToFloat(pore_word@(frame)), uintBitsToFloat(pore_word@(frame + 1)),
                       uintBitsToFloat(pore_word@(frame + 2)));
         if (!(q.w > 0.0 && q.w < 1.0)) t = vec3(0.0);
         precise vec3 e = n - g;
-        float pull = 2.0 * u * over;
-        float rate = ((1.0 - u) + slope) * over;
+        precise float pull = 2.0 * u * over;
+        precise float rate = ((1.0 - u) + slope) * over;
         along += bend * ((vec3(1.0) - n * n) - t * t) - pull * e * e;
         across += bend * (-n.yxx * n.zzy - t.yxx * t.zzy) - pull * e.yxx * e.zzy;
         drift += 2.0 * u * rate * e;
         turn -= ((2.0 * u - 3.0 * u * u) + 2.0 * u * slope) * rate;
     }
-    along /= b;
-    across /= b;
-    drift /= b;
+    along *= part;
+    across *= part;
+    drift *= part;
     precise float f = wide ? least - k * s : least;
     return PoreJoined(f, g.x, g.y, g.z, slope, along.x, across.z, across.y, along.y, across.x, along.z,
-                      drift.x, drift.y, drift.z, turn / b);
+                      drift.x, drift.y, drift.z, turn * part);
 }
