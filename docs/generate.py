@@ -34,7 +34,7 @@ def page(text: str) -> str:
 
 
 def written(part: str) -> str:
-    """A generated part by its name: `units`, `kinds`, `operations`, `functions`, `cells`, `lattices`, or `prelude X`."""
+    """A generated part by its name: `units`, `kinds`, `operations`, `functions`, `cells`, `lattices`, `prelude X`."""
     if part.startswith("prelude "):
         return prelude(part.removeprefix("prelude "))
     return PARTS[part]()

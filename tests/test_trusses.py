@@ -248,3 +248,12 @@ def test_a_truss_may_be_chosen() -> None:
     for name in ("bcc", "kelvin"):
         found = program.field("part", kind=name)(P[:200])
         np.testing.assert_allclose(found, distance(bars_of(name), P[:200], 10.0) - 0.6, atol=1e-9)
+
+
+def test_a_cell_is_known_to_be_the_period() -> None:
+    from porelang.homogenize.cell import sides_of
+
+    one = porelang.compile('param w = 8mm in 4mm..20mm\ntruss("octet", w, 0.6mm)').design(w=9)
+    assert sides_of(one, "part", None).tolist() == [9, 9, 9]
+    with pytest.raises(PoreError, match="not one period"):
+        sides_of(porelang.compile('truss("octet", [8mm, 8mm, 9mm], 0.6mm)').design(), "part", None)

@@ -71,6 +71,8 @@ def _truss(ctx: Context, site: tree.Call, values: list[Value], places: list[Span
         else:
             ctx.suspect(Suspicion("beyond", place, (found, *given), places[3], "truss"))
     ctx.natures.setdefault(found, Nature(plain=True))
+    one = not phased and sizes[0].stage is not Stage.FIELD and len(set(sizes)) == 1
+    ctx.found.lattices.setdefault(found, (ctx.users_place(site.span), sizes[0] if one else None))
     return Scalar(found)
 
 
