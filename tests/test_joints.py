@@ -17,6 +17,8 @@ from porelang.data import Segments
 from porelang.diagnostics import PoreError
 from porelang.interval import interval
 from porelang.ops import joints
+from porelang.ops.segment_copies import copies
+from porelang.tasks.truss import cell_of, laid_out
 
 Values = NDArray[Any]
 RNG = np.random.default_rng(41)
@@ -164,6 +166,35 @@ def test_a_frame_takes_a_joint(tmp_path: Path) -> None:
     d = np.stack([np.hypot(p[:, 1], p[:, 2]), np.hypot(p[:, 0], p[:, 2])], 1) - 1
     for j in (2.0, 0.7):
         np.testing.assert_allclose(program.field("part", j=j)(p), agreed(d, j * joints.WIDER), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["octet", "kelvin", "diamond"])
+def test_a_truss_is_joined_to_all_of_its_copies(name: str) -> None:
+    p = RNG.uniform(-20, 20, (300, 3))
+    own = 10 * bars_of(name)
+    steps = np.array(np.meshgrid(*[np.arange(-2, 3)] * 3, indexing="ij")).reshape(3, -1).T * 10
+    every = (own[None] + steps[:, None, None, :]).reshape(-1, 2, 3)
+    flat = Segments(every[:, 0], every[:, 1], np.full(len(every), 0.6))
+    near = of_each(flat, (p % 10).T)["distance"]
+    for joint in (1.0, 2.8):
+        got = value(f'truss("{name}", 10mm, 0.6mm, joint={joint}mm)', p)
+        np.testing.assert_allclose(got, agreed(near, joint * joints.WIDER), atol=1e-9)
+
+
+def test_all_copies_are_kept_that_a_fillet_may_reach() -> None:
+    own = bars_of("kelvin")
+    bars = laid_out(cell_of(own), (10.0, 10.0, 10.0), 0.0, 5.0)
+    assert bars.reach >= 5
+    steps = np.array(np.meshgrid(*[np.arange(-2, 3)] * 3, indexing="ij")).reshape(3, -1).T
+    every = 10 * (own[None] + steps[:, None, None, :]).reshape(-1, 2, 3)
+    p = RNG.uniform(-5, 5, (3, 300))
+    kept, all_ = (
+        np.sort(of_each(b, p)["distance"], axis=1)
+        for b in (copies(bars).bars, Segments(every[:, 0], every[:, 1], np.zeros(len(every))))
+    )
+    near = all_ <= all_[:, :1] + bars.reach
+    for row, want, within in zip(kept, all_, near, strict=True):
+        np.testing.assert_allclose(row[: within.sum()], want[within], atol=1e-9)
 
 
 def test_a_phase_takes_a_joint() -> None:
