@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from collections.abc import Callable
@@ -13,6 +14,7 @@ from porelang.elaborate.kinds import KINDS
 from porelang.elaborate.prelude import prelude_files, prelude_scope
 from porelang.elaborate.values import Builtin, Function, Record, Scope
 from porelang.ops import TABLE
+from porelang.ops.strut_cells import CELLS
 from porelang.syntax import tree
 from porelang.syntax.parse import parse
 from porelang.units import UNITS
@@ -32,7 +34,7 @@ def page(text: str) -> str:
 
 
 def written(part: str) -> str:
-    """A generated part by its name: `units`, `kinds`, `operations`, `builtins`, `lattices`, or `prelude FILE`."""
+    """A generated part by its name: `units`, `kinds`, `operations`, `functions`, `cells`, `lattices`, `prelude X`."""
     if part.startswith("prelude "):
         return prelude(part.removeprefix("prelude "))
     return PARTS[part]()
@@ -94,6 +96,16 @@ def prelude(name: str) -> str:
     return "\n".join(lines)
 
 
+def cells() -> str:
+    """The cells of struts, with the sum of their lengths in sides of the cell: pi (r / w)^2 of that is solid."""
+    lines = [row("cell", "is", "bars", "meet in a node", "length / w", "source"), row(*["---"] * 6)]
+    for c in CELLS.values():
+        length = sum(math.dist(a, b) for a, b in c.bars)
+        met = ", ".join(map(str, sorted(c.met)))
+        lines.append(row(code(c.name), c.doc, str(len(c.bars)), met, f"{length:.4g}", c.source))
+    return "\n".join(lines)
+
+
 def lattices() -> str:
     lines = [row("lattice", "formula (X = 2 pi x / w ...)", "range", "solid", "steepest"), row(*["---"] * 5)]
     sources = []
@@ -149,7 +161,8 @@ def _modifies(fact: str) -> str:
 
 
 PARTS: dict[str, Callable[[], str]] = {
-    "units": units, "kinds": kinds, "operations": operations, "functions": functions, "lattices": lattices,
+    "units": units, "kinds": kinds, "operations": operations, "functions": functions, "cells": cells,
+    "lattices": lattices,
 }  # fmt: skip
 
 if __name__ == "__main__":

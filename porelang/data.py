@@ -30,6 +30,8 @@ NEAREST = 1e-6
 LARGEST_VALUE = 1e37
 #: Errors that are written without an exponent.
 _ORDINARY = (1e-6, 1e9)
+#: A cell that repeats may be so many times as long as it is wide: of more, too many copies lie within its length.
+LONGEST_CELL = 100.0
 #: Nodes along an axis, and bars: float32 counts no further.
 MOST_COUNTED = 2**24
 
@@ -129,14 +131,20 @@ class SampledField:
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """Bars: straight pieces from `starts` to `ends` (n, 3), of `radii` (n,), in mm and float64, none without length."""
+    """Bars: straight pieces from `starts` to `ends` (n, 3), of `radii` (n,), in mm and float64, none without length.
+
+    With a `period` (mm along x, y and z) they are those of one cell, which is repeated without end. What joins bars
+    looks at those up to `reach` mm farther than the nearest, and no farther.
+    """
 
     starts: NDArray[np.float64]
     ends: NDArray[np.float64]
     radii: NDArray[np.float64]
+    period: Triple | None = None
+    reach: float = 0.0
 
     def __repr__(self) -> str:
-        return f"<{len(self)} bars>"
+        return f"<{len(self)} bars>" if self.period is None else f"<{len(self)} bars in cells of {self.period} mm>"
 
     def __len__(self) -> int:
         return len(self.radii)
@@ -144,7 +152,8 @@ class Segments:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the content."""
-        return _digest("segments", self.starts, self.ends, self.radii)
+        period = () if self.period is None else (np.array([*self.period, self.reach]),)
+        return _digest("segments", self.starts, self.ends, self.radii, *period)
 
 
 Data = SampledField | Segments

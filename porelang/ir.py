@@ -30,7 +30,7 @@ ALL_AXES = 7
 #: What is computed before a field; `porelang.ops.tasks` says of each what it takes and gives.
 NUMBERS = ("porosity", "volume", "area", "minimum", "maximum", "mean", "to_porosity", "shell_to_porosity", "solve",
            "of_study")  # fmt: skip
-DATA = ("load", "sample", "blur", "frame", "phase", "mesh", "study", "bound")
+DATA = ("load", "sample", "blur", "frame", "cell", "truss", "phase", "mesh", "study", "bound")
 TASKS = frozenset({*NUMBERS, *DATA})
 SLOTS = TASKS | {"param", "unknown"}
 
@@ -288,6 +288,8 @@ def show(roots: Mapping[str, Node], note: Callable[[Node], str] | None = None) -
             n.value[:1] + n.value[2:] if n.op in ("load", "frame", "mesh") and isinstance(n.value, tuple) else n.value
         )
         value = (str(value[0])[:8],) if n.op == "bound" and isinstance(value, tuple) else value
+        if n.op == "cell" and isinstance(value, tuple):  # a name, a file and where it lies, or the ends of bars
+            value = (value[0] or f"{len(value) // 6} bars",)
         text = f"{names[n]} = {n.op}{_payload(value)} {', '.join(names[a] for a in n.args)}".rstrip()
         lines.append(f"{text:<44} ; {note(n)}" if note else text)
     lines.extend(f"{name} = {names[root]}" for name, root in roots.items())

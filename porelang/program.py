@@ -458,7 +458,7 @@ class Design(Doors):
         """
         out: dict[Diagnostic, None] = {}
         read = self.reads(*roots) if measure else [n for n in order(roots) if n.op in TASKS]
-        known = {n for n in read if n.depends < UNKNOWN and (measure or TASK_TABLE[n.op].cost == "instant")}
+        known = {n for n in read if n.depends < UNKNOWN and (measure or _takes_no_time(n))}
         for n in read:
             if n in known and n.op in TELL:
                 out.update(dict.fromkeys(told(n, self.task(n), self.program.places.get(n))))
@@ -510,6 +510,11 @@ class Design(Doors):
 
 def _ranges(numbers: Mapping[Node, Reduced]) -> Bindings:
     return {n: interval(r.value - r.error, r.value + r.error) for n, r in numbers.items()}
+
+
+def _takes_no_time(task: Node) -> bool:
+    """Whether a task is found at once, and so are those that it reads."""
+    return all(TASK_TABLE[n.op].cost == "instant" for n in order([task]) if n.op in TASKS)
 
 
 def _about(root: Node) -> list[Node]:

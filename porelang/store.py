@@ -288,7 +288,8 @@ def _parts(result: Stored) -> list[NDArray[Any]]:
             facts = np.array(result.facts, np.float64)
             parts = [np.array(result.origin), np.array(result.spacing), facts, result.values]
         case Segments():
-            parts = [result.starts, result.ends, result.radii]
+            period = [] if result.period is None else [np.array([*result.period, result.reach])]
+            parts = [result.starts, result.ends, result.radii, *period]
     return [np.ascontiguousarray(p, p.dtype.newbyteorder("<")) for p in parts]
 
 
@@ -305,9 +306,14 @@ def _from_parts(kind: str, parts: Sequence[NDArray[Any]]) -> Stored | None:
     if kind == "sampled field" and [len(s) for s in shapes] == [1, 1, 1, 4] and shapes[:2] == [(3,), (3,)]:
         (x, y, z), (dx, dy, dz), facts = (tuple(map(float, p)) for p in parts[:3])
         return SampledField(parts[3], (x, y, z), (dx, dy, dz), facts)
-    if kind == "segments" and len(shapes) == 3 and len(shapes[2]) == 1:
+    if kind == "segments" and len(shapes) in (3, 4) and len(shapes[2]) == 1:
         n = shapes[2][0]
-        return Segments(*parts) if shapes[:2] == [(n, 3), (n, 3)] else None
+        if shapes[:2] != [(n, 3), (n, 3)] or shapes[3:] not in ([], [(4,)]):
+            return None
+        if not shapes[3:]:
+            return Segments(parts[0], parts[1], parts[2])
+        x, y, z, reach = map(float, parts[3])
+        return Segments(parts[0], parts[1], parts[2], (x, y, z), reach)
     return None
 
 
@@ -324,6 +330,7 @@ def _plausible(result: Stored) -> bool:
             return whole and known and all(bool(np.isfinite(p).all()) for p in _parts(result))
         case Segments():
             whole = len(result) >= 1 and all(p.dtype == np.float64 for p in _parts(result))
+            whole = whole and (result.period is None or (min(result.period) > 0 and result.reach >= 0))
             return whole and all(bool(np.isfinite(p).all()) for p in _parts(result))
 
 

@@ -280,3 +280,11 @@ def test_a_seed_is_a_param_and_makes_another_foam() -> None:
     one, two = (np.asarray(program.field("part", s=s)(PLACES)) for s in (1, 2))
     assert np.abs(one - two).max() > 1
     np.testing.assert_allclose(field("voronoi_cells(10, 1, seed=2) & cube(30)"), two, atol=1e-4)
+
+
+@pytest.mark.parametrize("corner", [(0, 0, 0), (0.5, 0, 0), (0, 0.5, 0.5), (0.5, 0.5, 0.5)])
+def test_where_many_sites_are_as_near_there_is_a_wall_all_the_same(corner: tuple[float, float, float]) -> None:
+    """Sites in the middle of cells: at a corner eight tie, on an edge four, on a face two."""
+    at = np.array([corner]) + np.arange(-40, 40)[:, None]
+    least = 0.5 - np.abs(np.array(corner) - 0.5).max()
+    np.testing.assert_allclose(field("nearest_site(p, 1, 0).wall", at), least, atol=1e-12)

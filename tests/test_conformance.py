@@ -61,14 +61,8 @@ def test_what_has_samples_is_judged_with_the_operations(monkeypatch: pytest.Monk
     suite.run_suite(NUMPY[:1], graphs=0, operations=["neg", "lookup", "nearest"], programs=[])
     assert judged == ["lookup", "nearest"]
     assert {name for name in TABLE if has_samples(name)} == {
-        "lookup",
-        "lookup_cubic",
-        "covers",
-        "nearest",
-        "principal",
-        "random",
-        "sites",
-    }
+        "lookup", "lookup_cubic", "covers", "nearest", "joined", "principal", "random", "sites"
+    }  # fmt: skip
 
 
 def test_a_wrong_expectation_is_reported_with_its_line(tmp_path) -> None:  # type: ignore[no-untyped-def]

@@ -67,6 +67,7 @@ def blamed(backend: Any, name: str) -> set[tuple[str, str]]:
         ("lookup_cubic", "pore_lookup{0}({1}, {2}, {3}, {payload})"),  # linear for cubic
         ("covers", "(pore_covers{0}({1}, {2}, {3}) || {1} > 0.0)"),
         ("nearest", "pore_nearest{0}({1}, {2}, {3} * 1.001)"),
+        ("joined", "pore_joined{0}({1}, {2}, {3}, {4} * 1.01)"),
     ],
 )
 def test_a_wrong_shader_is_found(
@@ -133,13 +134,13 @@ def test_a_wrong_array_form_is_found(
     assert {operation for _, operation in found} <= {name, "", *made_of_it}
 
 
-@pytest.mark.parametrize("name", ["lookup", "lookup_cubic", "nearest"])
+@pytest.mark.parametrize("name", ["lookup", "lookup_cubic", "nearest", "joined"])
 @pytest.mark.parametrize("backend", [F64, F32], ids=["f64", "f32"])
 def test_a_wrong_reading_of_data_is_found(monkeypatch: pytest.MonkeyPatch, name: str, backend: Any) -> None:
     right = TABLE[name].numpy
 
-    def form(data: Any, x: Any, y: Any, z: Any, asked: Any, **more: Any) -> Any:
-        return right(data, x, y, z * x.dtype.type(1 + 1e-3), asked, **more)
+    def form(data: Any, x: Any, y: Any, z: Any, *asked: Any, **more: Any) -> Any:
+        return right(data, x, y, z * x.dtype.type(1 + 1e-3), *asked, **more)
 
     broken(monkeypatch, name, numpy=form)
     made = run_suite([backend], graphs=0, seed=3, operations=[name], programs=[])

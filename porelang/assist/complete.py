@@ -14,6 +14,7 @@ from porelang.assist.shown import signature
 from porelang.elaborate.kinds import KINDS
 from porelang.elaborate.values import Record, describe
 from porelang.materials import MATERIALS
+from porelang.ops.strut_cells import CELLS
 from porelang.session import Snapshot
 from porelang.syntax import tree
 from porelang.syntax.highlighting import STATEMENTS, TRUTHS, WORDS
@@ -50,6 +51,7 @@ _FILES = {
     "mesh": (".stl", ".obj", ".ply", ".3mf", ".off"),
     "frame": (".json",),
     "nearest_bar": (".json",),
+    "truss": (".json",),
 }
 
 
@@ -212,6 +214,9 @@ def _texts(snapshot: Snapshot, offset: int, written: str, folder: str) -> Iterat
     if within is not None and within.named == "material":
         for name in MATERIALS:
             yield Item(name, "text", name, start, offset, rank=0)
+    elif called == "truss" and within is not None and (within.named or ("cell", "")[min(within.argument, 1)]) == "cell":
+        for cell in CELLS.values():
+            yield Item(cell.name, "text", cell.name, start, offset, cell.doc, rank=0)
     elif within is not None and (found := signature_of(snapshot, start - 1, within.name)) is not None:
         here = [p for i, p in enumerate(found.parameters)
                 if (p.name == within.named if within.named else i == found.place(within.argument))]  # fmt: skip

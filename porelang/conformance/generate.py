@@ -66,6 +66,8 @@ def draw_graph(chooser: Chooser, size: int = 24) -> Node:
 def _asked(chooser: Chooser, name: str) -> Value:
     """What more an operation that reads data is asked: what the language can ask, values and not derivatives."""
     row = TABLE[name]
+    if name == "joined":  # of its derivatives the language asks for the first
+        return row.results[chooser.below(4)]
     if row.results:
         asked = {"sites": tuple(_OF_SITES), "random": row.results[:3]}.get(name, row.results)
         return asked[chooser.below(len(asked))]
@@ -90,6 +92,8 @@ def _argument(chooser: Chooser, wanted: str, reals: list[Node], bools: list[Node
 
 def _fit(chooser: Chooser, name: str, arguments: list[Node]) -> list[Node]:
     """Arguments that the operation makes sense of, most of the time."""
+    if name == "joined":
+        return [*arguments[:4], samples.JOINT]
     if name == "direction":  # exists only as part of the length of a vector
         return [arguments[0], node("hypot", *arguments)]
     if name in ("random", "sites"):  # whose seed and jitter are numbers
@@ -176,6 +180,10 @@ def _call(n: Node, names: list[str]) -> str:
             return f"({inside} @ {place}) > 0"
         case "nearest":
             return f'bare(nearest_bar("{samples.FRAME_FILE}").{_MEMBERS[str(n.value)]} @ {place})'
+        case "joined":
+            made = f'frame("{samples.FRAME_FILE}", joint={samples.FILLET!r})'
+            place = f"[{', '.join(names[:3])}]"
+            return f"{made} @ {place}" if n.value == "distance" else f"bare(grad({made}).{str(n.value)[1]} @ {place})"
         case "random":
             return f"random([{', '.join(names[:3])}], {names[3]}).{n.value}"
         case "sites":

@@ -13,10 +13,14 @@ from porelang.data import NEAREST, Data, SampledField, Segments
 from porelang.formula import Bindings
 from porelang.ir import ZERO, Node, X, Y, Z, const, node
 from porelang.ops import Op
+from porelang.ops.joints import WIDER
 
 #: The files that generated programs name, and the slots that stand for them in graphs.
 GRID_FILE, GRID_NAME, FRAME_FILE = "grid.npz", "value", "frame.json"
 GRID: Node = node("load", value=(GRID_FILE, GRID_FILE, GRID_NAME, 1))
+#: The radius of fillets between bars of the frame, and what the operation that joins them takes for it.
+FILLET = 1.25
+JOINT: Node = const(FILLET * WIDER)
 BARS: Node = node("frame", value=(FRAME_FILE, FRAME_FILE))
 
 
@@ -86,7 +90,7 @@ def arguments(row: Op) -> tuple[Node, ...]:
             return (X, Y, Z, const(7.0))
         case "sites":
             return (0.25 * X, 0.25 * Y, 0.25 * Z, const(7.0), const(0.875))
-    return (slot(row.args[0]), X, Y, Z)
+    return (slot(row.args[0]), X, Y, Z, *(JOINT,) * (len(row.args) - 4))
 
 
 def data(kind: str) -> Data:

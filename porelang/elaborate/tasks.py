@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from porelang.elaborate import arguments, bare, phases, samples, solids, studies
+from porelang.elaborate import arguments, bare, phases, samples, solids, studies, trusses
 from porelang.elaborate.advice import is_number
 from porelang.elaborate.calls import Call, call
 from porelang.elaborate.context import Context
@@ -146,7 +146,8 @@ def _nearest(bars: Node, result: str) -> Node:
 
 def _frame(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     bars = _bars(ctx, site, values[0], places[0])
-    return POISON if bars is None else Scalar(_nearest(bars, "distance"))
+    k = trusses.joint(ctx, values[1], places[1], "frame")
+    return POISON if bars is None or k is None else Scalar(trusses.surface(bars, _HERE, k))
 
 
 def _nearest_bar(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
@@ -168,7 +169,7 @@ def _nearest_bar(ctx: Context, site: tree.Call, values: list[Value], places: lis
 
 
 _CALLS: dict[str, Call] = {"solve": _solve, "frame": _frame, **samples.CALLS, **solids.CALLS, **phases.CALLS,
-                           **studies.CALLS}  # fmt: skip
+                           **studies.CALLS, **trusses.CALLS}  # fmt: skip
 
 
 def _builtin(row: Task) -> Builtin:

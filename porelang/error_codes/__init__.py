@@ -1,10 +1,10 @@
 """Every code of a diagnostic with its page for `pore explain`; one module for each theme.
 
 E001-E029 syntax, E030- names, E060- kinds and units, E080- params and contracts, E090- numbers found from fields,
-E100- requests, E120- the machine, E130- files of data, E140- meshes, E145- raw lattices, E147- phases, E150- sampling
-and binding, E160- and W250- tetrahedra, E170- and W255- elasticity, E179 and W285 parts in pictures, E180- and W260-
-unit cells, E184- studies, E190- loops, W200- warnings, W210- doubts, W273- studies, W280- elasticity and studies. A
-code keeps its meaning for ever; one that is no longer given keeps its page.
+E100- requests, E120- the machine, E130- files of data, E137- trusses, E140- meshes, E145- raw lattices, E147- phases,
+E150- sampling and binding, E160- and W250- tetrahedra, E170- and W255- elasticity, E179 and W285 parts in pictures,
+E180- and W260- unit cells, E184- studies, E190- loops, W200- warnings, W210- doubts, W273- studies, W280- elasticity
+and studies. A code keeps its meaning for ever; one that is no longer given keeps its page.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from porelang.error_codes.requests import REQUESTS
 from porelang.error_codes.shapes import SHAPES
 from porelang.error_codes.studies import STUDIES
 from porelang.error_codes.syntax import SYNTAX
+from porelang.error_codes.trusses import TRUSSES
 from porelang.error_codes.walls import WALLS
 
 THEMES: tuple[tuple[Code, ...], ...] = (
@@ -39,6 +40,7 @@ THEMES: tuple[tuple[Code, ...], ...] = (
     REQUESTS,
     MACHINE,
     DATAFILES,
+    TRUSSES,
     PHASES,
     SHAPES,
     WALLS,

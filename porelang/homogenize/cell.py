@@ -32,8 +32,9 @@ MOST_SIGNS = 192
 _SPREAD = 4.0
 #: How far a lattice without an end is looked at, in sides of its cell to each side.
 FAR = 32
-#: What repeats: a lattice has one of these in it.
+#: What repeats: a lattice has one of these in it, or the bars of a truss.
 _WAVES = frozenset({"sin", "cos", "sin_turns", "cos_turns"})
+_BARS = frozenset({"nearest", "joined"})
 
 
 def sides_of(design: Design, name: str, given: Any) -> Floats:
@@ -203,7 +204,7 @@ def _members(n: Node) -> list[Node]:
 
 
 def _waves(n: Node) -> bool:
-    return any(m.op in _WAVES and m.axes for m in order([n], within))
+    return any(m.axes and (m.op in _WAVES or (m.op in _BARS and m.args[0].op == "truss")) for m in order([n], within))
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ import numpy as np
 from porelang import interval as iv
 from porelang.interval import Array, Interval, Mask
 from porelang.ir import ONE, ZERO, Node, const, node
-from porelang.ops import forms, grid, principal, random, segments, sites
+from porelang.ops import forms, grid, joints, principal, random, segments, sites
 from porelang.ops.row import Kind, Op, Tolerance
 from porelang.ops.tasks import TASK_TABLE, Task
 
@@ -64,6 +64,20 @@ def _away(bars: Node, x: Node, y: Node, z: Node, f: Node) -> list[Node | None]:
             for i in range(3)
         ]  # fmt: skip
     return [None] * 3
+
+
+def _joint(bars: Node, x: Node, y: Node, z: Node, k: Node, f: Node) -> list[Node | None]:
+    """The derivatives of bars that are joined, along x, y, z and by k: results of the same walk. Those of second
+    derivatives are not known."""
+
+    def results(*names: str) -> list[Node | None]:
+        return [node("joined", bars, x, y, z, k, value=name) for name in names]
+
+    rows = {
+        "distance": ("nx", "ny", "nz", "dk"), "nx": ("hxx", "hxy", "hxz", "gx"), "ny": ("hxy", "hyy", "hyz", "gy"),
+        "nz": ("hxz", "hyz", "hzz", "gz"), "dk": ("gx", "gy", "gz", "kk"),
+    }  # fmt: skip
+    return results(*rows[str(f.value)]) if f.value in rows else [None] * 4
 
 
 def _flat(*_: Node) -> tuple[Node | None, ...]:
@@ -234,7 +248,7 @@ _ROWS = (
     # ---- chance -----------------------------------------------------------------------------------------------------
     Op("random", ("real",) * 4, "real", "Four random numbers, 0 to 1, of the cell of size 1 that a place lies in and "
        "of a seed.", random.random, "pore_random({0}, {1}, {2}, {3})", random.enclose, _flat, "", None,
-       tolerance=Tolerance(0.0, extra=random.rounding), domain="magnitudes below 2^23", jumps=random.jumps,
+       tolerance=Tolerance(0.0), domain="magnitudes below 2^23", jumps=random.jumps,
        results=random.RESULTS),
     Op("sites", ("real",) * 5, "real", "Random sites, one in each cell of size 1, of a seed and a jitter: the "
        "distances from the three nearest and from the wall half way to another, their gradients, and a number of "
@@ -262,6 +276,12 @@ _ROWS = (
        tolerance=Tolerance(0.0, extra=segments.rounding_nearest),
        jumps=segments.jumps_nearest, results=segments.RESULTS,
        narrow=lambda w, b, x, y, z: (None, *segments.narrow_distance(w, b, x, y, z))),
+    Op("joined", ("segments", "real", "real", "real", "real"), "real", "Bars joined smoothly where they are less than "
+       "k apart: the distance, its gradient, its derivative by k, and more.", joints.joined,
+       "pore_joined{0}({1}, {2}, {3}, {4})", joints.enclose_joined,
+       lambda b, x, y, z, k, f: (None, *_joint(b, x, y, z, k, f)), "", None,
+       tolerance=Tolerance(0.0, extra=joints.rounding_joined), jumps=joints.jumps_joined, results=joints.RESULTS,
+       narrow=lambda w, b, x, y, z, k: (None, *joints.narrow_joined(w, b, x, y, z, k))),
 )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from porelang.interval import Array, Interval, Mask
+from porelang.interval import Interval, Mask
 from porelang.ops.points import places
 
 Values = NDArray[Any]
@@ -55,12 +55,6 @@ def jumps(*asked: Any) -> tuple[Mask, ...]:
     """Over which boxes each result may jump: those that reach into another cell."""
     *place, wanted = asked
     return (_several(place),) * len(wanted)
-
-
-def rounding(*asked: Any) -> tuple[Array, ...]:
-    """Nothing is rounded."""
-    *place, wanted = asked
-    return (np.zeros(np.broadcast_shapes(*(np.shape(r.lo) for r in place))),) * len(wanted)
 
 
 def _several(place: Sequence[Interval]) -> Mask:

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from porelang.data import Segments
 from porelang.ops.derived import derived
+from porelang.ops.segment_copies import held
+from porelang.ops.segment_tree import EPSILON, limits_of, tree, walked
 from porelang.parallel import parallel_for, workers
 
 Ints = NDArray[np.int32]
@@ -40,18 +42,21 @@ class Cells:
 
 
 def cells(bars: Segments) -> Cells | None:
-    """The cells of a frame, made once; None where it has too few bars for it to pay."""
-    return derived(bars, "cells", lambda: _make(bars)) if len(bars) >= FEWEST else None
+    """The cells of a frame, or of the period in which its places are sought, made once; None where it has too few bars
+    for it to pay."""
+    return derived(bars, "cells", lambda: _make(bars)) if len(held(bars)) >= FEWEST else None
 
 
 def _make(bars: Segments) -> Cells:
     from porelang.ops import segment_ranges as loops
-    from porelang.ops.segments import EPSILON, _limits, nearest, tree
 
-    limits, made = _limits(bars), tree(bars, np.float64)
-    room = ROOM * float((limits.hi - limits.lo).max()) + 1e-9
-    lo, hi = limits.lo - room, limits.hi + room
-    wanted = min(max(PER_BAR * len(bars), LEAST_CELLS), MOST_CELLS / 2)
+    near = held(bars)
+    limits, made = limits_of(near), tree(near, np.float64)
+    half = None if bars.period is None else np.array(bars.period) / 2
+    lo, hi = (limits.lo, limits.hi) if half is None else (-half, half)
+    room = ROOM * float((hi - lo).max()) + 1e-9
+    lo, hi = lo - room, hi + room
+    wanted = min(max(PER_BAR * len(near), LEAST_CELLS), MOST_CELLS / 2)
     size = float(np.prod(hi - lo) / wanted) ** (1 / 3)
     counts = np.maximum(1, np.ceil((hi - lo) / size).astype(int))
     while np.prod(counts) > MOST_CELLS:
@@ -68,7 +73,7 @@ def _make(bars: Segments) -> Cells:
         last = min(first + AT_ONCE, total)
         centre = lo + (np.stack(np.unravel_index(np.arange(first, last), shape), 1) + 0.5) * size
         x, y, z = centre.T
-        (index,) = nearest(bars, x, y, z, wanted=("index",))
+        (index,) = walked(near, x, y, z, ("index",))
         at = limits.places[np.asarray(index, np.int64)]
         loops.candidates(made, np.ascontiguousarray(centre), reach, at, slack, listed[first:last], number[first:last])
 
@@ -76,6 +81,23 @@ def _make(bars: Segments) -> Cells:
     number[number > MOST_BARS] = 0
     starts = np.concatenate([[0], np.cumsum(number)]).astype(np.int32)
     return Cells(lo, size, shape, starts, listed[np.arange(MOST_BARS) < number[:, None]])
+
+
+def lists(bars: Segments, dtype: np.dtype[Any]) -> Any:
+    """The cells of bars as the compiled loops take them (`segment_loops.Lists`)."""
+    return derived(bars, ("lists", dtype.str), lambda: _lists(bars, dtype))
+
+
+def _lists(bars: Segments, dtype: np.dtype[Any]) -> Any:
+    from porelang.ops import segment_loops as loops
+
+    found = cells(bars)
+    if found is None:
+        return loops.Lists(
+            np.zeros(3, dtype), np.zeros(1, dtype), (0, 0, 0), np.empty(0, np.int32), np.empty(0, np.int32)
+        )
+    rate = np.array([1.0 / found.size], dtype)
+    return loops.Lists(found.lo.astype(dtype), rate, found.shape, found.starts, found.places)
 
 
 def header(found: Cells | None, at: int) -> tuple[list[Any], list[Any]]:

@@ -43,6 +43,17 @@ class Tree(NamedTuple):
     top: int
 
 
+class Lists(NamedTuple):
+    """Cells that list the bars which may be nearest in them, in a working type: `segment_cells.Cells`, with 1 / size;
+    none where `starts` is empty."""
+
+    lo: Values
+    rate: Values
+    shape: Triple
+    starts: Numbers
+    places: Numbers
+
+
 @compiled
 def arrange(centres: Floats, depth: int) -> tuple[Numbers, Numbers]:
     """The order of bars in leaves, halved along the longest side at each level, and where each leaf begins."""
@@ -193,6 +204,24 @@ def _walk(
 
 
 @compiled
+def _listed(tree: Tree, lists: Lists, x: Any, y: Any, z: Any, nought: Any, one: Any) -> int:
+    """What the walk finds, by the list of the cell that a place lies in; -1 where there is none."""
+    u, v, w = (x - lists.lo[0]) * lists.rate[0], (y - lists.lo[1]) * lists.rate[0], (z - lists.lo[2]) * lists.rate[0]
+    nx, ny, nz = lists.shape
+    if not (u >= nought and v >= nought and w >= nought and u < nx and v < ny and w < nz):
+        return -1
+    k = (int(u) * ny + int(v)) * nz + int(w)
+    best, least = -1, nought
+    for i in range(lists.starts[k], lists.starts[k + 1]):
+        m = lists.places[i]
+        qx, qy, qz, _ = _foot(tree.bars[m // WIDE], m % WIDE, x, y, z, nought, one)
+        d = np.sqrt(qx * qx + qy * qy + qz * qz) - tree.bars[m // WIDE, 6, m % WIDE]
+        if best < 0 or d < least or (d == least and tree.ids[m] < tree.ids[best]):
+            best, least = m, d
+    return best
+
+
+@compiled
 def curve(x: Strided, y: Strided, z: Strided, lo: Floats, rate: Floats, out: NDArray[np.uint16]) -> None:
     """The cells of points, of 32^3 from `lo` on and 1 / `rate` wide, numbered along a curve that stays near itself."""
     for n in range(len(out)):
@@ -212,7 +241,7 @@ def curve(x: Strided, y: Strided, z: Strided, lo: Floats, rate: Floats, out: NDA
 
 @compiled
 def nearest(
-    tree: Tree, wanted: int, x: Strided, y: Strided, z: Strided, order: Ints, out: Values, loops: Triple
+    tree: Tree, lists: Lists, wanted: int, x: Strided, y: Strided, z: Strided, order: Ints, out: Values, loops: Triple
 ) -> None:
     """Write the results whose bits are set in `wanted` as rows of `out` (results, points).
 
@@ -234,7 +263,10 @@ def nearest(
                 py = y.memory[a * y.steps[0] + b * y.steps[1] + c * y.steps[2]]
                 pz = z.memory[a * z.steps[0] + b * z.steps[1] + c * z.steps[2]]
                 if px == px and py == py and pz == pz:
-                    seed = _walk(tree, px, py, pz, seed, stack, keys, work, nought, one)
+                    found = _listed(tree, lists, px, py, pz, nought, one) if len(lists.starts) else -1
+                    if found < 0:
+                        found = _walk(tree, px, py, pz, seed, stack, keys, work, nought, one)
+                    seed = found
                     leaf, lane = tree.bars[seed // WIDE], seed % WIDE
                     qx, qy, qz, t = _foot(leaf, lane, px, py, pz, nought, one)
                     q = np.sqrt(qx * qx + qy * qy + qz * qz)

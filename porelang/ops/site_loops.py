@@ -119,7 +119,7 @@ def sites(at: Floats, walls: bool, margins: bool, out: Floats) -> None:
         wall = _wall(places, own, across, squares[1] - squares[0])
         second = _wall(places, own, slots[2], squares[2] - squares[0]) if margins else wall
         wall, second = min(wall, second), max(wall, second)
-        reach = (out[0, n] + 2 * second) ** 2
+        reach = _reach(out[0, n], second)
         second = np.inf
         wall = np.inf
         for i in NEAR:
@@ -143,13 +143,19 @@ def sites(at: Floats, walls: bool, margins: bool, out: Floats) -> None:
                         wall, second, across = found, wall, slot
                     elif found < second:
                         second = found
-                    reach = min(reach, (out[0, n] + 2 * (second if margins else wall)) ** 2)
+                    reach = min(reach, _reach(out[0, n], second if margins else wall))
         out[3, n] = wall
         length = _apart(places, own, across)
         for a in range(3):
             out[13 + a, n] = (places[own, a] - places[across, a]) / length
         if margins:
             out[18, n] = second
+
+
+@compiled
+def _reach(nearest: float, wall: float) -> float:
+    """The square of how far a site may be whose wall is no farther than this, with room for rounding where many are."""
+    return (nearest + 2 * wall) ** 2 * (1 + 1e-12)
 
 
 @compiled

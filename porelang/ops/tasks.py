@@ -67,10 +67,23 @@ _ROWS = (
          "The field f averaged about each point by a Gaussian of the standard deviation `sigma`, a length, in the box "
          "of a solid: what changes faster is gone. It is sampled every `voxel`, half of sigma unless given.",
          2, "blurring a field"),
-    Task("frame", ("path",), "segments", None, "instant",
+    Task("frame", ("path", "joint"), "segments", None, "instant",
          'The bars of a file as a solid, round at their ends: `frame("truss.json")`, which holds {"nodes": [[x, y, z], '
-         '...], "bars": [[i, j], ...], "radii": [...]}, in mm. Its value is the distance to the nearest surface.',
-         0, "reading data"),
+         '...], "bars": [[i, j], ...], "radii": [...]}, in mm. Its value is the distance to the nearest surface. '
+         "`joint=2mm` makes fillets where bars meet, of this radius where they are tightest at a right angle: they "
+         "begin 1.78 of it from a corner. Where N bars are equally near the surface lies 1.78 joint (1 - N^(-1/3)) "
+         "farther out, and nowhere more than 1.78 of it; where one is alone it stays where it was.",
+         1, "reading data"),
+    Task("cell", (), "segments", None, "instant", "The bars of a cell, in parts of it.", 0, "reading data"),
+    Task("truss", ("cell", "w", "r", "phase", "joint"), "segments", None, "instant",
+         'Struts of the radius `r` in cells that repeat, as a solid, round at their ends: `truss("octet", 10mm, '
+         "0.6mm)`. Its value is the distance in mm to the nearest surface, true everywhere; `r` may be a field. `cell` "
+         "is a name, a list of bars in parts of the cell, `[[[0, 0, 0], [1, 1, 1] / 2], ...]`, or a file of these, "
+         '`"mine.json"`, which holds {"nodes": [[x, y, z], ...], "bars": [[i, j], ...]} and may hold "radii", a factor '
+         "of `r` for each bar; `w` is the size of a cell, one length or three. With a field as `w`, or with a `phase` "
+         "in turns instead, as of `phase(w, part)`, it is the distance in a cell times the size that cells have at the "
+         "place: true where they are neither stretched nor change fast. `joint` makes fillets, as of `frame`, up to "
+         "0.28 of the least side of a cell.", 4, "laying out struts"),
     Task("phase", ("w", "within", "orientation", "keep", "cells"), "grid", RATIO, "seconds",
          "The phase of a lattice whose cells have the size w, a field, within a solid: `gyroid(phase=phase(w, part))`. "
          "As near to that as can be, and it says what it got: cells of one shape whose size varies exist for few w. "

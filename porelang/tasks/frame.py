@@ -29,18 +29,25 @@ _DEEPEST = 100
 _CHUNK = 1 << 20
 _STEPS = 5  # of reading: the text, its lists, the nodes, the bars, the radii
 _FORM = '{"nodes": [[0, 0, 0], [10, 0, 0]], "bars": [[0, 1]], "radii": [1]}, lengths in mm'
+_CELL = '{"nodes": [[0, 0, 0], [0.5, 0.5, 0.5]], "bars": [[0, 1]]}, in parts of the cell'
 _NAMES = {bool: "true or false", str: "text", type(None): "null", list: "a list", dict: "an object"}
 
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """The file that was asked for and where, for what is said of it."""
+    """The file that was asked for and where, for what is said of it; `cell` where it is that of a cell which repeats,
+    in parts of its sides."""
 
     path: str
     span: Span | None
+    cell: bool = False
 
-    def fail(self, code: str, message: str, hint: str = f"a frame is {_FORM}") -> PoreError:
-        return fail(code, message, self.span, hint=hint)
+    @property
+    def form(self) -> str:
+        return f"a cell is {_CELL}" if self.cell else f"a frame is {_FORM}"
+
+    def fail(self, code: str, message: str, hint: str = "") -> PoreError:
+        return fail(code, message, self.span, hint=hint or self.form)
 
 
 class _NotJsonError(ValueError):
@@ -52,13 +59,21 @@ def read_frame(path: str, span: Span | None = None) -> Segments:
     return remembered(path, ".json", "a frame", span, partial(_read, _Asked(path, span)))
 
 
+def read_cell(path: str, span: Span | None = None) -> Segments:
+    """The bars of a .json file in parts of a cell, with factors as radii. Errors: E130-E136, placed at `span`."""
+    return remembered(path, ".json", "a cell", span, partial(_read, _Asked(path, span, cell=True)), "cell")
+
+
 def _read(asked: _Asked, file: BinaryIO, size: int) -> Segments:
     if size > LARGEST:
         raise asked.fail("E135", f"`{asked.path}` is too large: {size:,} bytes of {LARGEST:,}", "split the frame")
     content = file.read(LARGEST + 1)
     tell(1, _STEPS)
     if _depth(content) > _DEEPEST:
-        raise asked.fail("E131", f"`{asked.path}` is no frame: its lists are nested over {_DEEPEST} deep")
+        raise asked.fail(
+            "E131",
+            f"`{asked.path}` is no {'cell' if asked.cell else 'frame'}: its lists are nested over {_DEEPEST} deep",
+        )
     try:
         found = json.loads(content.decode("utf-8-sig"), parse_constant=_constant, object_pairs_hook=_object)
     except UnicodeDecodeError as error:
@@ -71,7 +86,10 @@ def _read(asked: _Asked, file: BinaryIO, size: int) -> Segments:
     except (ValueError, RecursionError):  # a whole number of thousands of digits
         raise asked.fail("E134", f"`{asked.path}` holds a number that is too long to read") from None
     if not isinstance(found, dict):
-        raise asked.fail("E133", f"`{asked.path}` is {_NAMES.get(type(found), 'a number')}, not a frame")
+        raise asked.fail(
+            "E133",
+            f"`{asked.path}` is {_NAMES.get(type(found), 'a number')}, not a {'cell' if asked.cell else 'frame'}",
+        )
     tell(2, _STEPS)
     return _segments(asked, found)
 
@@ -102,13 +120,13 @@ def _segments(asked: _Asked, found: dict[str, Any]) -> Segments:
         raise asked.fail("E136", f"bar {bar} of `{asked.path}` {text}{more}", "leave out bars that have no length")
     for array in (starts, stops, radii):
         array.setflags(write=False)
-    return Segments(starts, stops, radii)
+    return Segments(starts, stops, radii, (1.0, 1.0, 1.0) if asked.cell else None)
 
 
 def _list(asked: _Asked, found: dict[str, Any], key: str) -> list[Any]:
     if key not in found:
         near = suggest(key, found)
-        hint = f"rename `{near}` to `{key}`" if near else f"a frame is {_FORM}"
+        hint = f"rename `{near}` to `{key}`" if near else asked.form
         raise asked.fail("E132", f"`{asked.path}` has no `{key}`", hint)
     value = found[key]
     if type(value) is not list:
@@ -148,6 +166,7 @@ def _near_enough(asked: _Asked, nodes: NDArray[np.float64], thing: str) -> None:
         at = int(np.argmax(far))
         place = ", ".join(f"{v:g}" for v in nodes[at])
         hint = f"parts lie within {FARTHEST:,.0f} mm of the origin: lengths are in mm"
+        hint = "places are in parts of the cell: 0 to 1" if asked.cell else hint
         raise asked.fail("E134", f"{thing} {at} of `{asked.path}` lies at ({place})", hint)
 
 
@@ -167,8 +186,10 @@ def _indices(asked: _Asked, bars: NDArray[np.float64], count: int) -> NDArray[np
 
 
 def _radii(asked: _Asked, found: dict[str, Any], count: int) -> NDArray[np.float64]:
-    """One radius for each bar."""
-    if "radius" in found:
+    """One radius for each bar; of a cell a factor, which may be left out."""
+    if asked.cell and "radii" not in found:
+        return np.ones(count)
+    if "radius" in found and not asked.cell:
         if "radii" in found:
             raise asked.fail("E133", f"`{asked.path}` has both `radius` and `radii`", "leave one of them out")
         _numbers_only(asked, [found["radius"]], lambda _: f"`radius` in `{asked.path}`")
@@ -178,13 +199,14 @@ def _radii(asked: _Asked, found: dict[str, Any], count: int) -> NDArray[np.float
         _numbers_only(asked, listed, lambda at: f"radius {at} of `{asked.path}`")
         if len(listed) != count:
             text = f"`{asked.path}` has {count:,} bars and {len(listed):,} radii"
-            raise asked.fail("E133", text, 'one radius for each bar; "radius": 1 gives all the same')
+            more = "leave it out if all are the same" if asked.cell else '"radius": 1 gives all the same'
+            raise asked.fail("E133", text, f"one radius for each bar; {more}")
         radii = _floats(listed)
     wrong = ~((radii >= NEAREST) & (radii <= FARTHEST))
     if wrong.any():
         bar = int(np.argmax(wrong))
         more = f", and {int(wrong.sum()) - 1:,} more are wrong" if wrong.sum() > 1 else ""
-        hint = "a radius is above 0, in mm"
+        hint = "a factor of the radius is above 0" if asked.cell else "a radius is above 0, in mm"
         raise asked.fail("E134", f"the radius of bar {bar} of `{asked.path}` is {radii[bar]:g}{more}", hint)
     return radii
 

@@ -7,16 +7,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal, TypeVar
 
-from porelang.data import Data, Reduced, SampledField, Triple
+import numpy as np
+
+from porelang.data import Data, Reduced, SampledField, Segments, Triple
 from porelang.diagnostics import PoreError, fail
 from porelang.formula import Formula
 from porelang.ir import Node, node
+from porelang.ops.strut_cells import CELLS
 from porelang.ops.studies import NUMBERS as OF_STUDY
 from porelang.store import Result
 from porelang.tasks.bake import bake
-from porelang.tasks.frame import read_frame
+from porelang.tasks.frame import read_cell, read_frame
 from porelang.tasks.readers import read_grid
 from porelang.tasks.shape import corners_of, look_at_shape, read_shape
+from porelang.tasks.truss import cell_of, laid_out
 
 Read = TypeVar("Read")
 
@@ -127,6 +131,13 @@ def _of_study(asked: Formula) -> Reduced:
     return Got.of(study).number(list(OF_STUDY)[int(_number(asked, 1))])
 
 
+def _truss(asked: Formula) -> Result:
+    bars = asked.bindings[asked.roots[0]]
+    assert isinstance(bars, Segments)
+    x, y, z, r, k = (_number(asked, i) for i in range(1, 6))
+    return laid_out(bars, (x, y, z), r, k)
+
+
 def _cells(counts: Sequence[float]) -> Triple:
     """How many cells a phase is to have along the axes. Errors: E149."""
     for n in counts:
@@ -159,6 +170,7 @@ RUN: Mapping[str, Callable[[Formula], Result]] = {
     "phase": _phase,
     "study": _study,
     "of_study": _of_study,
+    "truss": _truss,
 }
 
 
@@ -204,6 +216,14 @@ def _frame(n: Node) -> Data:
     return _as_named(str(shown), str(path), read_frame)
 
 
+def _cell(n: Node) -> Data:
+    assert isinstance(n.value, tuple)
+    first, *more = n.value
+    if not first:
+        return cell_of(np.array(more, np.float64).reshape(-1, 2, 3))
+    return _as_named(str(first), str(more[0]), read_cell) if more else cell_of(np.array(CELLS[str(first)].bars))
+
+
 def _mesh(n: Node) -> Data:
     assert isinstance(n.value, tuple)
     shown, path, *numbers, part = n.value
@@ -233,6 +253,6 @@ def _as_named(shown: str, path: str, read: Callable[[str], Read]) -> Read:
 
 
 #: What comes from files: each read is remembered by its reader, and known by the digest of what was in it.
-READERS: Mapping[str, Callable[[Node], Data]] = {"load": _load, "frame": _frame, "mesh": _mesh}
+READERS: Mapping[str, Callable[[Node], Data]] = {"load": _load, "frame": _frame, "cell": _cell, "mesh": _mesh}
 #: Of files that take long to read: what is plainly wrong with one is said without.
 LOOKERS: Mapping[str, Callable[[Node], None]] = {"mesh": _look_at_mesh}

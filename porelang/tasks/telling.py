@@ -67,6 +67,10 @@ def _study(n: Node, found: Result) -> Told:
     return told_of_study(found)
 
 
+def _truss(n: Node, found: Result) -> Told:
+    return Told()  # that it could be laid out is all: what is wrong with sizes is said when it is asked
+
+
 #: By the name of the task; what is not here has nothing to tell.
 TELL: Mapping[str, Callable[[Node, Result], Told]] = {
     "solve": _solve,
@@ -74,6 +78,7 @@ TELL: Mapping[str, Callable[[Node, Result], Told]] = {
     "mesh": _mesh,
     "phase": _phase,
     "study": _study,
+    "truss": _truss,
 }
 
 

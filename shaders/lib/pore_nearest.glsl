@@ -1,6 +1,7 @@
 // The nearest bar of segments (porelang/ops/words.py), by the walk of porelang/ops/segment_loops.py through the same
-// tree, or by its lists of cells (porelang/ops/segment_cells.py). Not a number where a coordinate is none; too far away
-// for squares, the distance is infinite and all else NaN.
+// tree, or by its lists of cells (porelang/ops/segment_cells.py); of bars that repeat by those near the cell about the
+// origin, to which the place is moved (porelang/ops/segment_copies.py). Not a number where a coordinate is none; too
+// far away for squares, the distance is infinite and all else NaN.
 PoreNearest pore_nearest@(float x, float y, float z) {
     int groups = int(pore_word@(0));
     int leaves = int(pore_word@(1));
@@ -8,8 +9,14 @@ PoreNearest pore_nearest@(float x, float y, float z) {
     int bars = 16 + 56 * groups;
     int frames = bars + 64 * leaves;
     int ids = frames + 32 * leaves;
-    vec3 p = vec3(x, y, z);
+    int repeats = int(pore_word@(6));
     bool bad = pore_is_nan(x) || pore_is_nan(y) || pore_is_nan(z);
+    if (repeats > 0) {
+        x = pore_folded(x, uintBitsToFloat(pore_word@(repeats)), uintBitsToFloat(pore_word@(repeats + 3)));
+        y = pore_folded(y, uintBitsToFloat(pore_word@(repeats + 1)), uintBitsToFloat(pore_word@(repeats + 4)));
+        z = pore_folded(z, uintBitsToFloat(pore_word@(repeats + 2)), uintBitsToFloat(pore_word@(repeats + 5)));
+    }
+    vec3 p = vec3(x, y, z);
     precise float slack = uintBitsToFloat(pore_word@(4)) * (uintBitsToFloat(pore_word@(3)) + ((abs(x) + abs(y)) + abs(z)));
     vec2 least = vec2(pore_inf(), 0.0);
     vec4 foot = vec4(0.0);
@@ -88,9 +95,10 @@ PoreNearest pore_nearest@(float x, float y, float z) {
     bool on = root == 0.0;
     int frame = frames + 4 * best.x;
     float radius = uintBitsToFloat(pore_word@(bars + 64 * (best.x / 8) + 48 + best.x % 8));
+    int number = repeats > 0 ? int(pore_word@(repeats + 6 + best.y)) : best.y;
     return PoreNearest(
         least.x,
         on ? 0.0 : pore_div(foot.x, root), on ? 0.0 : pore_div(foot.y, root), on ? 0.0 : pore_div(foot.z, root),
         uintBitsToFloat(pore_word@(frame)), uintBitsToFloat(pore_word@(frame + 1)), uintBitsToFloat(pore_word@(frame + 2)),
-        foot.w, radius, uintBitsToFloat(pore_word@(frame + 3)), float(best.y));
+        foot.w, radius, uintBitsToFloat(pore_word@(frame + 3)), float(number));
 }

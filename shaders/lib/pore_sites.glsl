@@ -6,8 +6,8 @@ PoreSites pore_sites(float x, float y, float z, float seed, float jitter, int wa
     PoreSites found = PoreSites(none, none, none, none, none, none, none, none, none, none, none, none, none, none, none, none, none);
     if (!all(lessThan(abs(at), vec4(8388608.0))) || !(jitter >= 0.0 && jitter <= 1.0)) return found;
     int last = (wanted & 0x1c04) != 0 ? 2 : (wanted & 0x382) != 0 ? 1 : 0;
-    float steps = roundEven(jitter * 256.0);
-    float reach = steps / 512.0;
+    precise float steps = roundEven(jitter * 256.0);
+    precise float reach = steps / 512.0;
     ivec3 cell = ivec3(floor(at.xyz));
     int own_seed = int(floor(seed));
     precise vec3 place = at.xyz - floor(at.xyz);
@@ -17,10 +17,10 @@ PoreSites pore_sites(float x, float y, float z, float seed, float jitter, int wa
     ivec3 offset_ = ivec3(0);
     float limit = pore_inf();
     for (int a = 0; a < 5; a++) {
-        float gx = pore_gap(pore_near(a), place.x, reach);
+        precise float gx = pore_gap(pore_near(a), place.x, reach);
         if (gx > limit) continue;
         for (int b = 0; b < 5; b++) {
-            float gy = gx + pore_gap(pore_near(b), place.y, reach);
+            precise float gy = gx + pore_gap(pore_near(b), place.y, reach);
             if (gy > limit) continue;
             for (int c = 0; c < 5; c++) {
                 if (gy + pore_gap(pore_near(c), place.z, reach) > limit) continue;
@@ -51,9 +51,9 @@ PoreSites pore_sites(float x, float y, float z, float seed, float jitter, int wa
         }
     }
     float f0 = pore_sqrt(s0), f1 = pore_sqrt(s1), f2 = pore_sqrt(s2);
-    vec3 n0 = f0 > 0.0 ? -v0 / f0 : vec3(0.0);
-    vec3 n1 = f1 > 0.0 ? -v1 / f1 : vec3(0.0);
-    vec3 n2 = f2 > 0.0 ? -v2 / f2 : vec3(0.0);
+    precise vec3 n0 = f0 > 0.0 ? -v0 / f0 : vec3(0.0);
+    precise vec3 n1 = f1 > 0.0 ? -v1 / f1 : vec3(0.0);
+    precise vec3 n2 = f2 > 0.0 ? -v2 / f2 : vec3(0.0);
     found.f1 = f0;
     found.f2 = f1;
     found.f3 = f2;
@@ -71,10 +71,10 @@ PoreSites pore_sites(float x, float y, float z, float seed, float jitter, int wa
     precise float wall = pore_inf();
     float far = pore_inf();
     for (int a = 0; a < 5; a++) {
-        float gx = pore_gap(pore_near(a), place.x, reach);
+        precise float gx = pore_gap(pore_near(a), place.x, reach);
         if (gx > far) continue;
         for (int b = 0; b < 5; b++) {
-            float gy = gx + pore_gap(pore_near(b), place.y, reach);
+            precise float gy = gx + pore_gap(pore_near(b), place.y, reach);
             if (gy > far) continue;
             for (int c = 0; c < 5; c++) {
                 ivec3 offset = ivec3(pore_near(a), pore_near(b), pore_near(c));

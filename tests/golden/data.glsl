@@ -105,6 +105,19 @@ struct PoreNearest {
     float length;
     float index;
 };
+// The nearest integer, halves to the even one. Exact; NaN and infinities stay what they are. GLSL leaves it to the
+// driver where round() sends a half.
+float pore_round(float x) {
+    return pore_is_nan(x) ? x : roundEven(x);
+}
+// A coordinate moved by whole periods to within half a period of 0, as porelang/ops/segment_copies.py does; what is
+// infinite stays so, and what is no number.
+float pore_folded(float x, float period, float inverse) {
+    precise float u = x * inverse;
+    precise float turns = pore_round(u);
+    precise float moved = x - turns * period;
+    return pore_is_nan(moved) ? x : moved;
+}
 // Positive infinity, from its bits.
 float pore_inf() {
     return uintBitsToFloat(0x7f800000u);
@@ -208,8 +221,9 @@ float pore_div(float a, float b) {
     return uintBitsToFloat(y | s);
 }
 // The nearest bar of segments (porelang/ops/words.py), by the walk of porelang/ops/segment_loops.py through the same
-// tree, or by its lists of cells (porelang/ops/segment_cells.py). Not a number where a coordinate is none; too far away
-// for squares, the distance is infinite and all else NaN.
+// tree, or by its lists of cells (porelang/ops/segment_cells.py); of bars that repeat by those near the cell about the
+// origin, to which the place is moved (porelang/ops/segment_copies.py). Not a number where a coordinate is none; too
+// far away for squares, the distance is infinite and all else NaN.
 PoreNearest pore_nearest1(float x, float y, float z) {
     int groups = int(pore_word1(0));
     int leaves = int(pore_word1(1));
@@ -217,8 +231,14 @@ PoreNearest pore_nearest1(float x, float y, float z) {
     int bars = 16 + 56 * groups;
     int frames = bars + 64 * leaves;
     int ids = frames + 32 * leaves;
-    vec3 p = vec3(x, y, z);
+    int repeats = int(pore_word1(6));
     bool bad = pore_is_nan(x) || pore_is_nan(y) || pore_is_nan(z);
+    if (repeats > 0) {
+        x = pore_folded(x, uintBitsToFloat(pore_word1(repeats)), uintBitsToFloat(pore_word1(repeats + 3)));
+        y = pore_folded(y, uintBitsToFloat(pore_word1(repeats + 1)), uintBitsToFloat(pore_word1(repeats + 4)));
+        z = pore_folded(z, uintBitsToFloat(pore_word1(repeats + 2)), uintBitsToFloat(pore_word1(repeats + 5)));
+    }
+    vec3 p = vec3(x, y, z);
     precise float slack = uintBitsToFloat(pore_word1(4)) * (uintBitsToFloat(pore_word1(3)) + ((abs(x) + abs(y)) + abs(z)));
     vec2 least = vec2(pore_inf(), 0.0);
     vec4 foot = vec4(0.0);
@@ -297,11 +317,12 @@ PoreNearest pore_nearest1(float x, float y, float z) {
     bool on = root == 0.0;
     int frame = frames + 4 * best.x;
     float radius = uintBitsToFloat(pore_word1(bars + 64 * (best.x / 8) + 48 + best.x % 8));
+    int number = repeats > 0 ? int(pore_word1(repeats + 6 + best.y)) : best.y;
     return PoreNearest(
         least.x,
         on ? 0.0 : pore_div(foot.x, root), on ? 0.0 : pore_div(foot.y, root), on ? 0.0 : pore_div(foot.z, root),
         uintBitsToFloat(pore_word1(frame)), uintBitsToFloat(pore_word1(frame + 1)), uintBitsToFloat(pore_word1(frame + 2)),
-        foot.w, radius, uintBitsToFloat(pore_word1(frame + 3)), float(best.y));
+        foot.w, radius, uintBitsToFloat(pore_word1(frame + 3)), float(number));
 }
 // The number x, every NaN as the same one. What a shader stores in a buffer goes through this: Mesa's software driver
 // writes a buffer in a loop over the lanes, and LLVM moves the arithmetic of a value that is used once into that loop,
