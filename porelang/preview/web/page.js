@@ -49,19 +49,17 @@ addEventListener("hashchange", () => location.reload());  // an address was writ
 
 // ---- measures and files ---------------------------------------------------------------------------------------------
 
-const WIDE = 22;  // characters of a value that takes a line of its own: labels beside it would be cut
 const MEASURED = { porosity: "porosity", volume: "volume", area: "area", size: "size", solid_components: "pieces" };
 
 function measured({ output, rows, envelope }) {
   element("measures-head").textContent = `Measures of ${output}`;
   element("rows").className = "";
-  element("rows").replaceChildren(...rows.filter(([name]) => MEASURED[name] || !/^[a-z_]+$/.test(name)).flatMap(([name, value, error]) => {
-    const text = error && name !== "size" ? `${value} ${error.replace(/ mm.$/, "")}` : value;
-    return [
-      made("dt", { textContent: MEASURED[name] ?? name, title: MEASURED[name] ?? name }),
-      made("dd", { textContent: text, title: error, className: text.length > WIDE ? "wide" : "" }),
-      ...(name === "porosity" ? [made("dd", { className: "of", textContent: `of ${envelope}` })] : []),
-    ];
+  element("rows").replaceChildren(...rows.filter(([name]) => MEASURED[name] || !/^[a-z_]+$/.test(name)).map(([name, value, error]) => {
+    const text = error && name !== "size" ? `${value} ${error.replace(/^(\+- \S+) .*/, "$1")}` : value;  // the unit is that of the value
+    return made("div", {},
+      made("dt", { textContent: MEASURED[name] ?? name }),
+      made("dd", { textContent: text, title: error }),
+      ...(name === "porosity" ? [made("dd", { className: "of", textContent: `of ${envelope}` })] : []));
   }));
 }
 

@@ -50,6 +50,7 @@ export class SourcePane {
       this.editor = edit(element("editor"), {
         changed: (text) => {
           this.now = text;
+          this.refused = "";
           this.wrong("style", "");  // of the text as it was
           this.stand();
           this.send({ do: "edit", text });
