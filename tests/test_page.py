@@ -196,6 +196,7 @@ def test_a_slider_changes_the_part_and_no_shader(page: Page) -> None:
     page.until(lambda: "fails" in (page.page.get_attribute("#checks li", "class") or ""))
     assert "r = 6mm" in page.page.inner_text("#checks")
     page.until(lambda: page.page.text_content("#measures-head") == "Measures of part")
+    assert page.page.get_attribute("#checks", "class") == page.page.get_attribute("#rows", "class") == ""
     assert page.page.inner_text("#rows dd.of").startswith("of the shape")
     heights = page.page.locator("#rows dd:not(.of)").evaluate_all("all => all.map(e => e.clientHeight)")[1:]
     assert max(heights) < 1.5 * min(heights)  # a number and its unit are in one line
@@ -357,7 +358,6 @@ def test_what_the_panel_says_is_what_is_set(page: Page) -> None:
     box.press("#paint", "Enter")
     page.until(lambda: "nowhere a number" in box.inner_text("#legend"))
     assert box.locator("#legend canvas").count() == 0
-    page.until(lambda: box.get_attribute("#checks", "class") == box.get_attribute("#rows", "class") == "")
 
 
 def test_what_cannot_be_saved_is_told_until_it_is(browser: Any, tmp_path: Path) -> None:

@@ -261,7 +261,7 @@ class Live:
         if program is None:
             return
         drawing = self._seen.draw(program, self.settings, self.wish)
-        wanted = self._values(program), self.wish.outputs[:1]
+        wanted = self._part(program)
         with self._order:  # who measured until now tells nothing more
             self._wanted = wanted
             if wanted != self._measured:
@@ -284,21 +284,27 @@ class Live:
             time.sleep(LOOK)
             checkpoint()
         try:
-            self._looked_at(tell)
+            found = self._looked_at(tell)
             with self._order:
                 if self._wanted is wanted:
-                    self._measured = wanted
+                    self._measured = found
         except PoreError as error:
             tell({"say": "unmeasured"})
             message = refusal("measure", error.diagnostics)
             if message["text"] != self._seen.refused:  # it is told once
                 tell(message)
 
-    def _looked_at(self, tell: Callable[[Message], None]) -> None:
+    def _part(self, program: Program) -> Any:
+        """Of what measures are, as it is set now."""
+        return self._values(program), self.wish.outputs[:1]
+
+    def _looked_at(self, tell: Callable[[Message], None]) -> Any:
+        """What was measured, which is not what was to be drawn where that was cancelled."""
         found, anew, doubts = self.session.snapshot(self.document.path), self._measured is None, list[Diagnostic]()
         try:
             design, wish = self._design(), self.wish
             program = design.program
+            part = self._part(program)
             output = program.output(wish.outputs[0] if wish.outputs else usual(program))
             if anew:
                 tell({"say": "measuring", "output": output})
@@ -312,6 +318,7 @@ class Live:
             tell(told.checked(design))
             with np.errstate(all="ignore"):  # a field may be infinite somewhere, and that is told
                 tell(told.measured(Report(output, measure(design, output))))
+        return part
 
     def _refused(self, purpose: str, error: PoreError) -> None:
         self.tell(refusal(purpose, error.diagnostics))

@@ -145,6 +145,7 @@ const heard = {
   scene: (scene) => texts.into(scene),
   program: ({ file }) => { document.title = file; viewer.wrong("measure", ""); other(); noted(); },
   settings: noted,
+  stopped: noted,
   doubts: ({ doubts, notes }) => {
     element("doubts").replaceChildren(...told(doubts.join("\n\n")));
     element("doubts").hidden = !doubts.length;
