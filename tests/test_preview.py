@@ -552,7 +552,9 @@ def test_measures_are_of_what_is_set_and_what_was_found_before_is_told_no_more(
 
     # nothing is drawn or measured where nothing is set that was not, and colours are not what is measured
     count = len(page.words)
+    job = page.live.session.jobs._latest["scene"]
     page.live.set({"lim": "1MPa"})
+    assert page.live.session.jobs._latest["scene"] is job
     page.live.show(Wish(paint="s.von_mises"))
     assert page.said("doubts", after=count)["notes"]
     page.live.session.jobs._latest["measure"].result(60)
