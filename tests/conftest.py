@@ -6,6 +6,7 @@ there is none. With PORELANG_TEST_GL=required, which `make test` sets on Linux, 
 
 from __future__ import annotations
 
+import compileall
 import os
 import signal
 import tempfile
@@ -18,6 +19,7 @@ from porelang import store
 from porelang.conformance.backend import NUMPY, Backend, glsl
 from porelang.conformance.sweep import Measurement, sweep
 from porelang.gpu import Gpu, GpuMissing, open_gpu, shared_gpu
+from porelang.resources import PACKAGE
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -25,6 +27,9 @@ def pytest_configure(config: pytest.Config) -> None:
         folder = tempfile.TemporaryDirectory(prefix="porelang-tests-")
         os.environ["PORELANG_CACHE"] = folder.name
         config.add_cleanup(folder.cleanup)
+        # Python is compiled once: for each `pore` that a test starts it would be a third of what that takes, and one on
+        # a full disk leaves half of a compiled module behind (Python 3.11), which nothing can import
+        compileall.compile_dir(PACKAGE, quiet=2)
     # what a script starts in its background ignores Ctrl-C, and so would all that the tests start and interrupt
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
