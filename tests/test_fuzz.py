@@ -22,7 +22,7 @@ from porelang.ops import TABLE
 from porelang.rewrites import flatten
 
 SEED = 20240229
-EXAMPLES = 200
+EXAMPLES = 500
 
 
 @dataclass(slots=True)
@@ -130,6 +130,6 @@ def test_programs_of_random_graphs_keep_the_law_with_params_at_their_ends() -> N
 
 
 def test_longer_graphs_keep_the_law(backend: Backend) -> None:
-    for i, root in enumerate(random_graphs(60, SEED + 2, size=50)):
+    for i, root in enumerate(random_graphs(150, SEED + 2, size=50)):
         failure = check_graph(f"graph {i} of seed {SEED + 2}", root, backend, 100, i).failure
         assert failure is None, f"{failure.where}: {backend.name} breaks the law:\n{failure.example}"

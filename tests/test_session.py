@@ -237,6 +237,24 @@ def test_a_program_is_as_large_as_it_may_be_whether_or_not_it_was_edited(monkeyp
     assert compiled(Source("a", enough), memory=memory).diagnostics == ()
 
 
+def test_lists_that_are_too_long_together_are_told_before_they_are_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where the first list is filtered, or the second depends on it, once enough has been computed."""
+    steps: list[int] = []
+    spend = context.Context.spend
+    monkeypatch.setattr(context.Context, "spend", lambda *a: (steps.append(1), spend(*a))[1])
+    monkeypatch.setattr(context, "MOST_EXPRESSIONS", 5000)
+    for clauses, most in (
+        ("for i in range(80) for j in range(80)", 300),
+        ("for i in range(80) if i >= 0 for j in range(80)", 5200),
+        ("for i in range(80) for j in range(i + 40)", 5200),
+    ):
+        steps.clear()
+        (found,) = compiled(Source("a", f"union([{clauses}: sphere(1 + i + j)])")).diagnostics
+        assert found.code == "E070"
+        assert len(steps) < most
+    assert compiled(Source("a", "union([for i in range(9) for j in range(9) if j > i: sphere(j)])")).diagnostics == ()
+
+
 # ---- the workspace --------------------------------------------------------------------------------------------------
 
 
