@@ -11,7 +11,8 @@ import os
 import signal
 import tempfile
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, partial
+from pathlib import Path
 
 import pytest
 
@@ -20,6 +21,7 @@ from porelang.conformance.backend import NUMPY, Backend, glsl
 from porelang.conformance.sweep import Measurement, sweep
 from porelang.gpu import Gpu, GpuMissing, open_gpu, shared_gpu
 from porelang.resources import PACKAGE
+from porelang.tasks.numbers import area, integrals
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -42,6 +44,17 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         patched.setenv("PORELANG_CACHE", str(tmp_path_factory.mktemp("kept")))
         store.forget()
         yield
+    store.forget()
+
+
+@pytest.fixture
+def roughly(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
+    """For tests of what is counted or told: volumes and areas, which take the time, to a few percent, kept nowhere."""
+    for module, name, accuracy in ((integrals, "volume", 1e-2), (integrals, "porosity", 1e-2), (area, "area", 3e-2)):
+        monkeypatch.setattr(module, name, partial(getattr(module, name), accuracy=accuracy))
+    monkeypatch.setenv("PORELANG_CACHE", str(tmp_path / "kept"))
+    store.forget()
+    yield
     store.forget()
 
 

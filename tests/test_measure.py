@@ -5,15 +5,13 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import porelang
-from porelang import pieces, store
+from porelang import pieces
 from porelang.cli import main
 from porelang.cli.measuring import _text as told
 from porelang.data import figures
@@ -25,22 +23,7 @@ from porelang.mesh.part import grid_of, surface_of
 from porelang.pieces import MOST_NODES
 from porelang.program import Design
 from porelang.refusals import refusals
-from porelang.tasks.numbers import area as area_of
-from porelang.tasks.numbers import integrals
 from porelang.walls import takes
-
-
-@pytest.fixture
-def roughly(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
-    """For tests of what is counted: volumes and areas, which take the time, to a few percent, and kept nowhere."""
-    for module, name, accuracy in (
-        (integrals, "volume", 1e-2), (integrals, "porosity", 1e-2), (area_of, "area", 3e-2),
-    ):  # fmt: skip
-        monkeypatch.setattr(module, name, partial(getattr(module, name), accuracy=accuracy))
-    monkeypatch.setenv("PORELANG_CACHE", str(tmp_path / "kept"))
-    store.forget()
-    yield
-    store.forget()
 
 
 def report(text: str, **more: object) -> dict[str, object]:

@@ -104,7 +104,7 @@ def same_as_afresh(path: str, snapshot: Snapshot, session: Session) -> None:
 @pytest.mark.parametrize("seed", range(2))
 def test_every_edit_gives_what_compiling_afresh_gives(seed: int) -> None:
     session = Session(folder="")
-    for text in edits(PROGRAM, 35, seed):
+    for text in edits(PROGRAM, 20, seed):
         same_as_afresh("part.pore", session.update("part.pore", text), session)
 
 
