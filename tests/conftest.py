@@ -9,6 +9,7 @@ from __future__ import annotations
 import compileall
 import os
 import signal
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from functools import cache, partial
@@ -32,6 +33,7 @@ def pytest_configure(config: pytest.Config) -> None:
         # Python is compiled once: for each `pore` that a test starts it would be a third of what that takes, and one on
         # a full disk leaves half of a compiled module behind (Python 3.11), which nothing can import
         compileall.compile_dir(PACKAGE, quiet=2)
+    sys.dont_write_bytecode = False  # pytest takes ten seconds to rewrite the tests' own, and keeps them beside them
     # what a script starts in its background ignores Ctrl-C, and so would all that the tests start and interrupt
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
