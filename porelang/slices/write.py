@@ -18,7 +18,7 @@ from porelang.program import Design
 from porelang.progress import activity, tell
 from porelang.slices.folder import MANIFEST, digest_of, layers_folder, replace_folder
 from porelang.slices.outline import At, area_of, outlines
-from porelang.slices.stack import SLACK, Band, Format, Stack, layers, stack_of
+from porelang.slices.stack import SLACK, Band, Format, Stack, check_lengths, layers, stack_of
 
 SLICING = "slicing"
 
@@ -44,9 +44,11 @@ def write_slices(
     many layers, those of the output.
     """
     layers_folder(folder)  # what is refused is refused before anything is computed
+    pixel = step if pixel is None else pixel
+    check_lengths(step, pixel)  # a box as tight as such a step asks for would take long
     formula = design.of(name)
     box = checked_bounds(bounds) if bounds is not None else _box_of(design, formula, name, step)
-    stack = stack_of(box, step, step if pixel is None else pixel)
+    stack = stack_of(box, step, pixel)
     dtype = number_type(formula, box, stack.pixel, backend, dtype)
     field = make_field(formula, design.program.ranges, backend, dtype)
     exact = NumpyField(formula.taken, dtype).at  # lines between samples misplace contours where a field bends
