@@ -92,7 +92,8 @@ def _numbers_of(design: Design, i: int, least: float = 5e-5) -> list[str]:
     program = design.program
     out = [f"`{text}` is {_with_error(found, least)}" for text, found in _sides(design, i)]
     numbers = design.own_numbers(program.graph.checks[i])
-    return out + sorted(f"{program.numbers[n]} is {_with_error(r, least)}" for n, r in numbers.items())
+    found = {n: f"{_with_error(r, least)} {program.units.get(n, '')}".rstrip() for n, r in numbers.items()}
+    return out + sorted(f"{program.numbers[n]} is {text}" for n, text in found.items())
 
 
 def _sides(design: Design, i: int) -> list[tuple[str, Reduced]]:

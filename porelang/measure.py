@@ -158,7 +158,11 @@ def measure(
             "open_void_fraction": _of_a_share(max(2 * abs(fine.open - coarse.open), fine.grain), seen),
             "euler": abs(meshed.euler - larger.euler) + (math.inf if unsure else 0.0),
         },
-        "reduced": {text: _told(design.number(n)) for n, text in design.program.numbers.items() if n in read},
+        "reduced": {
+            text: _told(design.number(n)) | {"unit": design.program.units.get(n, "")}
+            for n, text in design.program.numbers.items()
+            if n in read
+        },
         "numbers": {text: _told(design.valued(n)) for text, n in _made_of(design.program, read).items()},
         "voxel_for_wall": None,
     }
@@ -233,7 +237,7 @@ def _of_a_share(error: float, seen: bool) -> float:
     return error if seen and error < 1 else math.inf
 
 
-def _told(found: Reduced) -> dict[str, float]:
+def _told(found: Reduced) -> dict[str, Any]:
     return {"value": found.value, "error": found.error}
 
 
