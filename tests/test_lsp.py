@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 from lsprotocol import types
+from pygls.exceptions import JsonRpcException
 from pygls.lsp.client import LanguageClient
 
 from porelang.lsp.places import offset, position
@@ -265,6 +266,12 @@ def test_a_name_is_changed_and_found_in_files_that_are_not_open(tmp_path: Path) 
         )
         assert found is not None
         assert [place.uri for place in found] == [editor.uri, editor.uri, user.as_uri()]
+
+        user.write_text('use "../part.pore" as lib\nout part = sphere(lib.t)\nlet z = lib.t + (\n')
+        with pytest.raises(JsonRpcException, match=r"line 3 of .*user\.pore` has `t` in it"):
+            await editor.client.text_document_rename_async(
+                types.RenameParams(new_name="wall", **editor.at(text, "t = 2"))
+            )
 
     spoken(tmp_path, talk)
 

@@ -45,7 +45,9 @@ def _talk(options: Namespace, state: State, at_terminal: bool) -> int:
         if now.page is not None:
             now.page.follow(now.with_part)
 
-    wrong = talk(_reader(program) if at_terminal else _piped(_Pipe()), partial(print, flush=True), state, heard)
+    wrong = talk(
+        _reader(program, state.name) if at_terminal else _piped(_Pipe()), partial(print, flush=True), state, heard
+    )
     return 1 if wrong and not at_terminal else 0
 
 
@@ -91,7 +93,7 @@ def _piped(pipe: _Pipe) -> Read:
     return read
 
 
-def _reader(program: list[str]) -> Read:
+def _reader(program: list[str], name: str) -> Read:
     try:
         from porelang.repl.terminal import reader
     except ImportError as error:
@@ -100,4 +102,4 @@ def _reader(program: list[str]) -> Read:
         report.note("without history and completion: pip install 'porelang[editor]' brings them")
         return input
     print("a statement, or an expression; :help lists the commands, Ctrl-D ends")
-    return reader(program)
+    return reader(program, name)

@@ -256,16 +256,19 @@ def server() -> Server:
 
     @ls.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
     def rename(params: types.RenameParams) -> types.WorkspaceEdit:
+        snapshot, at = ls.at(params)
+        here = names.use_at(snapshot, at)
+        users = ls.users(snapshot.path)
         try:
-            places = names.renamed(*ls.at(params), params.new_name)
+            places = names.renamed(snapshot, at, params.new_name)
+            for user in users:
+                names.refuse_unreadable(user, here.name if here is not None else "")
         except PoreError as error:
             d = error.diagnostics[0]
             raise JsonRpcInvalidParams(message=f"{d.message}; {d.hint}") from None
         edits = {params.text_document.uri: [types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in places]}
-        snapshot, at = ls.at(params)
-        here = names.use_at(snapshot, at)
         bound = here.bound if here is not None else None
-        for user in ls.users(snapshot.path):
+        for user in users:
             found = names.uses_of(user, bound) if bound is not None else []
             if found:
                 edits[ls.uri(user.path)] = [types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in found]

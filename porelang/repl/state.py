@@ -52,7 +52,8 @@ _PARTED = re.compile(r"\n[ \t]*\n")
 class State:
     """What the program is called, in messages and as that beside which files are sought; the statements so far, each
     its text by what it binds; what params are set to; the program that they make; the expression that was asked for
-    last, and the last that may be a part; whether pictures may have colours, and the page that shows all of it."""
+    last, and the last that may be a part; remarks that no statement has followed yet; whether pictures may have
+    colours, and the page that shows all of it."""
 
     session: Session
     name: str = NAME
@@ -61,6 +62,7 @@ class State:
     program: Program | None = None
     last: str = ""
     field: str = ""
+    remarks: str = ""
     colours: bool = False
     page: View | None = None
 
@@ -85,14 +87,15 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """What a line came to: the state from now on, what is wrong or doubtful, and the value that it asks for, with the
-    program that has it, and its name there."""
+    """What a line came to: the state from now on, what is wrong or doubtful, the value that it asks for, with the
+    program that has it, and its name there, and the checks that it writes, by the names of their statements."""
 
     state: State
     diagnostics: tuple[Diagnostic, ...] = ()
     value: Value | None = None
     program: Program | None = None
     name: str = ""
+    checks: tuple[str, ...] = ()
 
     @property
     def design(self) -> Design:
@@ -114,7 +117,9 @@ def said(state: State, line: str, part: bool = False) -> Said:
     file, wrong = parse(Source(state.name, line))
     if wrong:
         return Said(state, tuple(wrong))
-    statements, question = dict(state.statements), ""
+    if not file.statements and line.strip():  # of what follows it
+        return Said(replace(state, remarks="".join(f"{r}\n" for r in (state.remarks + line).rstrip().split("\n"))))
+    statements, question, checks, remarks = dict(state.statements), "", list[str](), state.remarks
     for s, text in zip(file.statements, _texts(line, file.statements), strict=True):
         if isinstance(s, tree.Out) and not s.name_span.text and part:
             begins = text.index(s.span.text)
@@ -123,7 +128,9 @@ def said(state: State, line: str, part: bool = False) -> Said:
             question = s.value.span.text
         else:
             key = _key(s, statements, text)
-            statements[key] = _remarks(statements.get(key, ""), text) + text
+            statements[key] = (remarks or _remarks(statements.get(key, ""), text)) + text
+            checks += [key] if isinstance(s, tree.Check) else []
+            remarks = ""
     text = "".join(f"{s}\n" for s in statements.values())
     taken = {*statements, *(t.text for t in lexed(question))}
     it = next(name for name in ("it" + "_" * n for n in count()) if name not in taken)
@@ -140,18 +147,18 @@ def said(state: State, line: str, part: bool = False) -> Said:
         Diagnostic("", f"`{name}` is what this line says, and not {state.settings[name]} any more", severity="note")
         for name in state.settings if name in typed_anew
     )  # fmt: skip
-    new = replace(state, statements=statements, settings=settings, program=snapshot.program)
+    new = replace(state, statements=statements, settings=settings, program=snapshot.program, remarks=remarks)
     if new.field and not question and state.session.update(state.name, new.with_part).program is None:
         new = replace(new, field="")  # it names what is gone, or is something else now
     last = snapshot.file.statements[-1] if question else None
     value = snapshot.value(last.value) if isinstance(last, tree.Let) else None
     if value is None or isinstance(value, Poison):
-        return Said(new, told)
+        return Said(new, told, checks=tuple(checks))
     program = snapshot.program
     if isinstance(value, Scalar) and value.node.axes:  # a field may be a part
         new = replace(new, field=question)
         program = state.session.update(state.name, f"{text}out {it} = {question}\n").program or program
-    return Said(replace(new, last=question), told, value, program, it)
+    return Said(replace(new, last=question), told, value, program, it, tuple(checks))
 
 
 def _key(s: tree.Statement, known: dict[str, str], text: str) -> str:
