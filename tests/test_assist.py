@@ -146,7 +146,19 @@ def test_a_name_is_followed_through_files() -> None:
         assert use is not None
         assert use.bound is not None
         assert told(names.uses_of(user, use.bound)) == wanted
-    assert told(names.renamed(user, text.index("r: length"), "s")) == [(3, 10), (3, 50), (4, 35)]
+    assert told(names.renamed(user, text.index("r: length"), "s")) == [(3, 10), (3, 47), (4, 35)]
+
+
+def test_a_parameter_of_a_lambda_is_changed_where_it_is_named() -> None:
+    text = "let f = (u) => u + 1\nf(u=2)\n"
+    assert told(names.renamed(snapshot(text), text.index("u)"), "v")) == [(1, 10), (1, 16), (2, 3)]
+
+
+@pytest.mark.parametrize(
+    "text", ["let b = { let kk = 3; let jj = j", "let q = [for i in range(3) for j in [j", "let jj = j"]
+)
+def test_what_is_being_bound_is_not_offered(text: str) -> None:
+    assert not {"j", "jj"} & {i.text for i in complete.completions(snapshot(text), len(text))}
 
 
 def test_a_preset_sets_params_and_nothing_else() -> None:

@@ -276,6 +276,31 @@ def test_a_name_is_changed_and_found_in_files_that_are_not_open(tmp_path: Path) 
     spoken(tmp_path, talk)
 
 
+def test_a_name_is_changed_in_texts_as_they_are_now(tmp_path: Path) -> None:
+    """Of a file that was edited a moment ago, and is not compiled yet."""
+    (tmp_path / "part.pore").write_text("let t = 2mm\n")
+
+    async def talk(editor: Editor) -> None:
+        text = "let t = 2mm\nsphere(t)\n"
+        await editor.open(text)
+        user = Editor(editor.client, (tmp_path / "user.pore").as_uri())
+        user.told = editor.told
+        using = 'use "part.pore" as lib\nsphere(lib.t)\n'
+        await user.open(using)
+        document = types.VersionedTextDocumentIdentifier(uri=user.uri, version=1)
+        change = types.TextDocumentContentChangeWholeDocument("# two\n# lines\n" + using)
+        editor.client.text_document_did_change(types.DidChangeTextDocumentParams(document, [change]))
+        made = await editor.client.text_document_rename_async(
+            types.RenameParams(new_name="wall", **editor.at(text, "t = 2"))
+        )
+        assert made is not None
+        assert made.changes is not None
+        (edit,) = made.changes[user.uri]
+        assert (edit.range.start.line, edit.range.start.character) == (3, 11)
+
+    spoken(tmp_path, talk)
+
+
 def test_a_document_without_a_file_is_named_as_the_client_does(tmp_path: Path) -> None:
     async def talk(editor: Editor) -> None:
         editor.uri = "untitled:Untitled-1"

@@ -435,13 +435,10 @@ def test_outputs_and_angles_are_what_was_asked_for(page: Page) -> None:
         "param a = 0deg in -90deg..90deg step 15deg\nout part = rotate(box([9, 4, 4]), [0, 0, 1], a)\n"
         "out b = sphere(3) |> translate([0, 9, 0])\nout c = sphere(3) |> translate([0, -9, 0])\n"
     ))  # fmt: skip
-    page.after(
-        lambda: page.page.evaluate("for (const id of ['output-1', 'output-2']) document.getElementById(id).click()")
-    )
+    click = "(some) => { for (const k of some) document.getElementById(`output-${k}`).click(); }"
+    page.after(lambda: page.page.evaluate(click, [1, 2]))
     assert page.page.get_attribute("#view", "data-outputs") == "part b c"
-    page.after(
-        lambda: page.page.evaluate("for (const id of ['output-0', 'output-2']) document.getElementById(id).click()")
-    )
+    page.after(lambda: page.page.evaluate(click, [0, 2]))
     assert page.page.get_attribute("#view", "data-outputs") == "b"
     page.page.focus("#param-a")
     for key in ("ArrowRight", "ArrowLeft"):

@@ -83,6 +83,24 @@ def test_a_part_whose_check_fails_is_not_written(tmp_path: Path) -> None:
     assert not path.exists()
 
 
+def test_a_remark_may_say_what_the_part_is_called() -> None:
+    state = said(State(Session()), "let body = sphere(3)\n# body\nbody\n", part=True).state
+    assert state.text == "let body = sphere(3)\n# body\nout part = body\n"
+    assert answered(state, "let w = 3").state.program is not None
+
+
+def test_a_setting_ends_with_its_range() -> None:
+    told = spoken("let b = 4mm", "param a = 3mm in 1mm..b", ":set a = 3.5mm", "let b = 3mm", "2", ":set")
+    assert told[1] == "note: `a` is what the program says, and not 3.5mm any more, which lies outside of it now"
+    assert told[2:] == ["a number: 2", "a = 3mm in 1mm..3mm"]
+
+
+def test_names_that_nobody_typed_are_not_shown() -> None:
+    assert "`gyroid(8)` has no end" in spoken("gyroid(8)")[0]
+    assert "`it" not in spoken("it")[0].replace("unknown name `it`", "")
+    assert spoken("param w = 3 in 1..4", 'preset "a": w = 2', ':drop preset "a"') == ["`preset a` is gone"]
+
+
 def test_a_check_that_falls_is_told() -> None:
     check = 'check w > 7mm, "wide"'
     anew = "param w = 4mm in 2mm..12mm"
@@ -354,7 +372,8 @@ def test_a_file_is_begun_with_where_it_lies(tmp_path: Path, monkeypatch: pytest.
         command = [sys.executable, "-m", "porelang", "repl", file]
         return subprocess.run(command, input="lib.t\n", capture_output=True, text=True)
 
-    assert run("deep/part.pore").stdout == "a length: 2mm\n"
+    for path in ("deep/part.pore", "./deep/part.pore"):
+        assert run(path).stdout == "a length: 2mm\n"
     wrong = run("deep/wrong.pore")
     assert (wrong.returncode, wrong.stdout) == (1, "")
     assert " --> deep/wrong.pore:3:9\n" in wrong.stderr

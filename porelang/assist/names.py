@@ -211,8 +211,9 @@ def _used(target: tree.Expr, seen: Mapping[str, Bound], members: Members) -> tre
     return bound.by if bound is not None and isinstance(bound.by, tree.Use) else None
 
 
-def _definition(function: tree.Expr, seen: Mapping[str, Bound], members: Members) -> tree.Def | None:
-    """The def that is called: by its name, as a member of a used file, or by a let that stands for it, in its file."""
+def _parameters_of(function: tree.Expr, seen: Mapping[str, Bound], members: Members) -> dict[str, Bound] | None:
+    """The parameters of what is called: of a def by its name, as a member of a used file, by a let that stands for it
+    in its file, or of a lambda; None where it is none of these."""
     for _ in range(len(seen) + MOST_LETS):
         bound: Bound | None = None
         if isinstance(function, tree.Name):
@@ -222,8 +223,10 @@ def _definition(function: tree.Expr, seen: Mapping[str, Bound], members: Members
             if used is not None:
                 seen = members(used)
                 bound = seen.get(function.name)
+        elif isinstance(function, tree.Lambda):
+            return {p.name: Bound(p.name, "parameter", p.span) for p in function.parameters}
         if bound is not None and isinstance(bound.by, tree.Def):
-            return bound.by
+            return {p.name: Bound(p.name, "parameter", p.name_span, p) for p in bound.by.parameters}
         if bound is None or not isinstance(bound.by, tree.Let):
             return None
         function = bound.by.value
@@ -232,12 +235,11 @@ def _definition(function: tree.Expr, seen: Mapping[str, Bound], members: Members
 
 def _named_arguments(call: tree.Call, seen: Mapping[str, Bound], members: Members) -> Iterator[Use]:
     """The names of arguments, which are those of the parameters of what is called."""
-    definition = _definition(call.function, seen, members)
+    parameters = _parameters_of(call.function, seen, members)
     for a in call.arguments:
-        if a.name is not None and definition is not None:
-            p = next((p for p in definition.parameters if p.name == a.name), None)
+        if a.name is not None and parameters is not None:
             span = Span(a.span.source, a.span.start, a.span.start + len(a.name))
-            yield Use(a.name, span, Bound(a.name, "parameter", p.name_span, p) if p is not None else None)
+            yield Use(a.name, span, parameters.get(a.name))
 
 
 def use_at(snapshot: Snapshot, offset: int) -> Use | None:
@@ -288,9 +290,7 @@ def renamed(snapshot: Snapshot, offset: int, name: str) -> list[Span]:
         raise fail("E196", f"`{here.name}` is the language's own", hint="a name of this file can be changed")
     if here.bound.span is not None and here.bound.span.source.name != snapshot.source.name:
         where = here.bound.span.source.name
-        raise fail(
-            "E196", f"`{here.name}` is bound in `{where}`", hint="change it there: open files that use it go along"
-        )
+        raise fail("E196", f"`{here.name}` is bound in `{where}`", hint="change it there: files that use it go along")
     tokens = [t for t in lexed(name) if t.type != "NEWLINE"]
     if [t.type for t in tokens] != ["NAME"] or tokens[0].text != name:
         raise fail("E196", f"`{name}` is no name", hint="a name is letters, digits and _, and begins with no digit")

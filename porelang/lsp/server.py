@@ -99,7 +99,9 @@ class Server(LanguageServer):
 
     def users(self, path: str) -> list[Snapshot]:
         """The files that use a file: those that are open, and those of the folder that are not."""
-        found = [self.session.snapshot(user) for user in self.session.users(path)]
+        open_ = [self.opened(uri) for uri in self.open.values()]  # as their clients have them now
+        using = self.session.users(path)
+        found: list[Snapshot | None] = [snapshot for snapshot in open_ if snapshot.path in using]
         closed = Session(self.session.workspace, self.folder)
         for other in programs(self.folder) if self.workspace.root_path else ():
             if other not in self.open and other != path:

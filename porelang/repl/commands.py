@@ -207,7 +207,7 @@ def _view(state: State, words: str) -> Answer:
         raise fail("E100", "nothing has been written yet", hint="write a part, as in `gyroid(10) & cube(20)`")
     if state.page is None:
         raise fail("E108", "there is no page here", hint="`pore view` shows a file")
-    address = state.page.show(state.with_part, state.settings)
+    address = state.page.show(state.with_part, state.settings, os.path.dirname(state.name))
     return state, f"{address} follows what is written here, and ends with it; its params are set there"
 
 
@@ -216,6 +216,7 @@ def _program(state: State, _: str) -> Answer:
 
 
 def _drop(state: State, words: str) -> Answer:
+    words = words.replace('"', "")  # preset "fine"
     if words not in state.statements:
         near = suggest(words, state.statements)
         hint = f"did you mean `{near}`?" if near else ":program shows all"

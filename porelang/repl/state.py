@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import count
 
-from porelang.diagnostics import Diagnostic, fail
+from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.elaborate.values import Poison, Scalar, Value
 from porelang.program import Design, Program
 from porelang.repl.typed import as_typed, pieces
@@ -120,9 +121,8 @@ def said(state: State, line: str, part: bool = False) -> Said:
     if not file.statements and line.strip():  # of what follows it
         return Said(replace(state, remarks="".join(f"{r}\n" for r in (state.remarks + line).rstrip().split("\n"))))
     statements, question, checks, remarks = dict(state.statements), "", list[str](), state.remarks
-    for s, text in zip(file.statements, _texts(line, file.statements), strict=True):
+    for s, (text, begins) in zip(file.statements, _texts(line, file.statements), strict=True):
         if isinstance(s, tree.Out) and not s.name_span.text and part:
-            begins = text.index(s.span.text)
             statements["part"] = f"{text[:begins]}out part = {text[begins:]}"
         elif isinstance(s, tree.Out) and not s.name_span.text:
             question = s.value.span.text
@@ -138,6 +138,7 @@ def said(state: State, line: str, part: bool = False) -> Said:
     snapshot = state.session.update(state.name, text + asking)
     typed = pieces([*statements.values(), *([(f"let {it} = ", question)] if question else [])], line)
     told = tuple(as_typed(d, typed, state.name) for d in snapshot.diagnostics if d.code != "W220")
+    told = tuple(replace(d, hint="") if f"`{it}`" in d.hint else d for d in told)  # nobody has typed that name
     if snapshot.program is None:
         return Said(state, told)
     params = snapshot.program.params
@@ -147,6 +148,13 @@ def said(state: State, line: str, part: bool = False) -> Said:
         Diagnostic("", f"`{name}` is what this line says, and not {state.settings[name]} any more", severity="note")
         for name in state.settings if name in typed_anew
     )  # fmt: skip
+    for name, setting in list(settings.items()):
+        try:
+            snapshot.program.design({name: setting})
+        except PoreError:
+            del settings[name]
+            said_ = f"`{name}` is what the program says, and not {setting} any more, which lies outside of it now"
+            told += (Diagnostic("", said_, severity="note"),)
     new = replace(state, statements=statements, settings=settings, program=snapshot.program, remarks=remarks)
     if new.field and not question and state.session.update(state.name, new.with_part).program is None:
         new = replace(new, field="")  # it names what is gone, or is something else now
@@ -169,12 +177,14 @@ def _key(s: tree.Statement, known: dict[str, str], text: str) -> str:
     return f"preset {s.name}" if isinstance(s, tree.Preset) else s.name
 
 
-def _texts(line: str, statements: tuple[tree.Statement, ...]) -> list[str]:
-    """The text of each statement, with the remarks above it and behind it, and an empty line that parts it from the one
-    before; remarks at the end belong to the last."""
+def _texts(line: str, statements: tuple[tree.Statement, ...]) -> Iterator[tuple[str, int]]:
+    """The text of each statement and where in it the statement begins: with the remarks above it and behind it, and an
+    empty line that parts it from the one before; remarks at the end belong to the last."""
     starts = [0, *(_line_end(line, s.span.in_file.end) for s in statements[:-1])]
-    texts = [line[a:b].rstrip() for a, b in zip(starts, [*starts[1:], len(line)], strict=True)]
-    return [("\n" if _PARTED.match(t) else "") + t.lstrip("\n") for t in texts] if statements else []
+    for s, start, end in zip(statements, starts, [*starts[1:], len(line)], strict=False):
+        whole = line[start:end].rstrip()
+        text, parted = whole.lstrip("\n"), "\n" if _PARTED.match(whole) else ""
+        yield parted + text, len(parted) + s.span.in_file.start - start - (len(whole) - len(text))
 
 
 def _line_end(text: str, at: int) -> int:
