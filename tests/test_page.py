@@ -429,6 +429,25 @@ def test_several_outputs_are_shown_in_their_colours(page: Page) -> None:
     assert page.page.get_attribute("#view", "data-outputs") == "part foot"
 
 
+def test_outputs_and_angles_are_what_was_asked_for(page: Page) -> None:
+    """Two boxes that are ticked one after the other, before a picture is there; and an angle that comes back to 0."""
+    page.after(lambda: page.path.write_text(
+        "param a = 0deg in -90deg..90deg step 15deg\nout part = rotate(box([9, 4, 4]), [0, 0, 1], a)\n"
+        "out b = sphere(3) |> translate([0, 9, 0])\nout c = sphere(3) |> translate([0, -9, 0])\n"
+    ))  # fmt: skip
+    click = "(some) => { for (const k of some) document.getElementById(`output-${k}`).click(); }"
+    page.after(lambda: page.page.evaluate(click, [1, 2]))
+    assert page.page.get_attribute("#view", "data-outputs") == "part b c"
+    page.after(lambda: page.page.evaluate(click, [0, 2]))
+    assert page.page.get_attribute("#view", "data-outputs") == "b"
+    page.page.focus("#param-a")
+    for key in ("ArrowRight", "ArrowLeft"):
+        page.page.keyboard.press(key)
+    assert page.page.input_value("#param-a-number") == "0"
+    page.until(lambda: "p.a=" not in page.page.evaluate("location.hash"))
+    assert page.wrong == []
+
+
 def test_a_mesh_and_a_picture_can_be_had(page: Page) -> None:
     page.page.fill("#voxel", "0.3mm")
     page.page.click("#export")

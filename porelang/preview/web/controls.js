@@ -58,7 +58,9 @@ export function control(param, set) {
     box.put = (value) => { main.value = String(last = value); };
     main.onchange = () => say(param.choices[main.selectedIndex]);
   } else {
-    const [low, high, step] = [param.low, param.high, param.step].map((v) => v === null ? null : v / param.scale);
+    // in the unit of the param a number has twelve figures at most: 15deg are no 15 in float64, and 0 is no 1e-14
+    const plainly = (v) => Math.abs(v) < 1e-12 * Math.max(Math.abs(param.low), Math.abs(param.high)) / param.scale ? 0 : Number(v.toPrecision(12));
+    const [low, high, step] = [param.low, param.high, param.step].map((v) => v === null ? null : plainly(v / param.scale));
     main = made("input", { type: "range" });
     Object.assign(main, { min: low, max: high, step: step ?? fine(high - low) });
     const number = entry(made("input", { type: "text", id: `${id}-number`, className: "number", autocomplete: "off", spellcheck: false }), (text) => {
@@ -73,7 +75,8 @@ export function control(param, set) {
       main.value = given / param.scale;
       if (!number.writing()) number.say(shown(given / param.scale));
     };
-    const take = (given) => {
+    const take = (moved) => {
+      const given = plainly(moved);
       number.say(shown(given));
       say(Math.min(Math.max(given * param.scale, param.low), param.high));
     };
@@ -97,12 +100,12 @@ export function control(param, set) {
   return box;
 }
 
-// Which outputs are shown; the first is what is measured, exported and cut by the plane.
-export function outputs(names, shownNow, colours, show) {
+// Which outputs are to be shown, of those that `asked()` says now; the first is what is measured, exported and cut by the plane.
+export function outputs(names, asked, colours, show) {
   return names.map((name, i) => {
-    const box = made("input", { type: "checkbox", id: `output-${i}`, checked: shownNow.includes(name) });
+    const box = made("input", { type: "checkbox", id: `output-${i}`, checked: asked().includes(name) });
     box.onchange = () => {
-      const next = names.filter((n) => (n === name ? box.checked : shownNow.includes(n)));
+      const before = asked(), next = names.filter((n) => (n === name ? box.checked : before.includes(n)));
       if (next.length) show(next);
       else box.checked = true;  // something is to be seen
     };

@@ -221,9 +221,13 @@ export class Viewer {
     element("outputs").hidden = bodies.length < 2;
     if (bodies.length < 2) return;
     const drawn = state.scene?.bodies ?? [];
-    const names = drawn.map((body) => body.name);
     const colours = new Map(drawn.map((body) => [body.name, body.colour]));
-    element("outputs").replaceChildren(made("h2", { textContent: "Outputs" }), ...outputs(bodies, names, colours, (next) => { state.outputs = next; this.show(); }));
+    const asked = () => {  // what is drawn may be of before
+      const wanted = bodies.filter((name) => state.outputs.includes(name));
+      return wanted.length ? wanted : (state.scene?.bodies ?? []).map((body) => body.name);
+    };
+    const show = (next) => { state.outputs = next; this.show(); };
+    element("outputs").replaceChildren(made("h2", { textContent: "Outputs" }), ...outputs(bodies, asked, colours, show));
   }
 
   programmed(program) {
