@@ -126,9 +126,11 @@ def test_walls_of_a_closed_foam_are_as_thick_as_they_say(t: float) -> None:
 
 
 def test_particles_in_the_middle_of_their_cells_fill_what_balls_do() -> None:
-    report = porelang.compile("particles(10mm, 4mm, jitter=0) & box([20, 20, 20])").measure("part", voxel=0.25)
-    error = report["error"]["porosity"]
-    assert report["porosity"] == pytest.approx(1 - 4 / 3 * math.pi * 4**3 / 1000, abs=max(error, 1e-4))
+    text = "let share = porosity(particles(10mm, 4mm, jitter=0), box([10, 10, 10]))\nout part = sphere(9 * share)"
+    program = porelang.compile(text)
+    (found,) = program.design().own_numbers(program.named("share")).values()  # type: ignore[arg-type]  # it is there
+    assert found.value == pytest.approx(1 - 4 / 3 * math.pi * 4**3 / 1000, abs=found.error)
+    assert found.error < 2e-3
 
 
 def test_lengths_are_those_of_the_local_cell() -> None:
@@ -214,14 +216,14 @@ def test_octaves_add_up() -> None:
 
 def test_a_spinodoid_has_the_spread_and_the_directions_it_says() -> None:
     """Mean 0, variance 1; the mean square of a slope along an axis is (2 pi / w)^2 times that of the waves' cosines."""
-    at = np.random.default_rng(7).uniform(-1000, 1000, (40_000, 3))
+    at = np.random.default_rng(7).uniform(-1000, 1000, (20_000, 3))
     cap = 1 - math.cos(math.radians(20))
     for cones, wanted in (
         ("[90deg, 90deg, 90deg]", (1 / 3, 1 / 3, 1 / 3)),
         ("[20deg, 0deg, 0deg]", ((1 - cap / 2) ** 2 + cap**2 / 12, None, None)),
         ("[0deg, 0deg, 20deg]", (None, None, (1 - cap / 2) ** 2 + cap**2 / 12)),
     ):
-        text = f"let f = spinodoid(10, cones={cones}, waves=400, seed=2)\nout part = f\nout slope = grad(f)"
+        text = f"let f = spinodoid(10, cones={cones}, waves=200, seed=2)\nout part = f\nout slope = grad(f)"
         program = porelang.compile(text)
         value = np.asarray(program.field("part", dtype="f64")(at))
         slopes = np.asarray(program.field("slope", dtype="f64")(at))
