@@ -14,6 +14,7 @@ import porelang
 from porelang.conformance.backend import Backend
 from porelang.formula import Formula
 from porelang.program import Program
+from porelang.session import Session
 
 Array = NDArray[np.float64]
 PLACES = np.random.default_rng(31).uniform(-60, 60, (400, 3)).astype(np.float32).astype(np.float64)
@@ -290,3 +291,13 @@ def test_where_many_sites_are_as_near_there_is_a_wall_all_the_same(corner: tuple
     at = np.array([corner]) + np.arange(-40, 40)[:, None]
     least = 0.5 - np.abs(np.array(corner) - 0.5).max()
     np.testing.assert_allclose(field("nearest_site(p, 1, 0).wall", at), least, atol=1e-12)
+
+
+@pytest.mark.parametrize("foam", ["voronoi_cells({}, 0.8)", "particles({}, 2)", "voronoi_edges({}, 1)"])
+def test_cells_are_cubes_and_as_large_as_they_say(foam: str) -> None:
+    """Stretched ones have no walls of one thickness, and a size that varies has others than it says."""
+    with pytest.raises(porelang.PoreError, match="must be a size"):
+        porelang.compile(foam.format("[6, 6, 12]"))
+    for size, codes in (("7 + z / 10", ["W228"]), ("9mm", [])):
+        text = f"out part = {foam.format(size)} & cylinder(15, 40)\n"
+        assert [d.code for d in Session().update("a.pore", text).all_diagnostics] == codes

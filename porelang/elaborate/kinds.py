@@ -124,6 +124,7 @@ KINDS = {
         Kind("vector", "a vector", "three numbers", _vector()),
         Kind("point", "a point", "three lengths", _vector(units.LENGTH)),
         Kind("period", "a period", "a length, or three, greater than 0; bare inside the def", _period, _positive),
+        Kind("size", "a size", "a length greater than 0; bare inside the def", _bare(units.LENGTH), _positive),
         Kind("count", "a count", "a whole number, known when the program is compiled", _number(units.RATIO), _whole,
              constant=True),
         Kind("whole", "a whole number", "a whole number, 0 or more", _number(units.RATIO), _whole, whole=True),

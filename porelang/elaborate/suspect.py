@@ -118,8 +118,7 @@ def drifts(
 ) -> None:
     """Suspect a lattice whose period varies in space: its cells have another."""
     w, turns = bound.get("w"), bound.get("phase")
-    found = nature(ctx.natures, result.node) if result.node.axes else None
-    if found is None or not found.raw or not isinstance(turns, Vector) or not isinstance(w, Scalar | Vector):
+    if not _has_cells(ctx, function, result) or not isinstance(turns, Vector) or not isinstance(w, Scalar | Vector):
         return
     periods = w.nodes if isinstance(w, Vector) else (w.node,) * 3
     if not any(n.axes for n in periods) or result.node.depends >= UNKNOWN:
@@ -130,13 +129,19 @@ def drifts(
     ctx.suspect(Suspicion("period", place, (result.node, *periods, *turns.nodes), argument, function.name))
 
 
+def _has_cells(ctx: Context, function: Function, result: Scalar) -> bool:
+    """Whether a field is a lattice, or another that takes its cells by a size or by a phase, as foams do."""
+    found = nature(ctx.natures, result.node) if result.node.axes else None
+    return found is not None and (found.raw or any(p.alternative == "phase" for p in function.parameters))
+
+
 def jumps(
     ctx: Context, function: Function, bound: Mapping[str, Value], result: Scalar, given: Mapping[str, Given],
     site: tree.Call,
 ) -> None:  # fmt: skip
     """Suspect a lattice by its phase: of several formulas, of stretched cells, or found within a solid."""
-    turns, found = bound.get("phase"), nature(ctx.natures, result.node) if result.node.axes else None
-    if found is None or not found.raw or not isinstance(turns, Vector) or result.node.depends >= UNKNOWN:
+    turns = bound.get("phase")
+    if not _has_cells(ctx, function, result) or not isinstance(turns, Vector) or result.node.depends >= UNKNOWN:
         return
     below, nodes = order(turns.nodes, within), (result.node, *turns.nodes)
     place = ctx.users_place(site.span)
