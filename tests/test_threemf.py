@@ -60,12 +60,13 @@ def agrees(formula: Formula, reach: float = 50.0, seed: int = 1) -> None:
 @pytest.mark.parametrize("text", prelude_examples())
 def test_prelude_gives_what_numpy_gives(text: str) -> None:
     program = porelang.compile(text)
-    roots = program.roots()
-    try:
-        for root in roots:
-            agrees(program.design().formula(root))
-    except Unwritable as error:
-        assert error.node.op in NOT_WRITTEN
+    for root in program.roots():
+        formula = program.design().formula(root)
+        if {n.op for n in order([root], within)} & NOT_WRITTEN:
+            with pytest.raises(Unwritable):
+                function(formula, around(50.0), '"f"')
+        else:
+            agrees(formula)
 
 
 NOT_WRITTEN = {"random", "sites", "nearest", "joined", "principal", "lookup_cubic"}
@@ -158,7 +159,7 @@ def test_images_of_a_vector_and_of_nothing_new(tmp_path: Path) -> None:
     np.testing.assert_allclose(got, program.field("part", dtype="f64")(points), atol=room)
 
 
-@pytest.mark.parametrize("name", ["bending", "cantilever", "grip", "hole"])
+@pytest.mark.parametrize("name", ["bending", "hole", pytest.param("grip", marks=pytest.mark.slow)])
 def test_example_with_data_is_written(name: str, tmp_path: Path) -> None:
     program = porelang.compile(path=ROOT / "examples" / f"{name}.pore")
     found = write_field(program.design(), tmp_path / "a.3mf", name="part")
@@ -198,43 +199,49 @@ def written(tmp_path: Path, text: str) -> Path:
     return tmp_path / "a.3mf"
 
 
-SUM = f"{BODY}body & ({' + '.join(f'(if ({t}) < 1 then 1 else 2)' for t in HARD)} - 3"
+SUM = f"{BODY}body & ({' + '.join(f'(if ({t}) < 1 then 1 else 2)' for t in HARD)} - 99"
 ALL = f"{SUM} + sample(x * y, 2mm, body))"
 
 
-def test_schemas_hold(tmp_path: Path) -> None:
-    """All that is ours in a file that has every node, by the schemas of the extensions in version 0.8.0, but for four
-    slips of these, where they contradict the text of the specification and its examples:
+#: Where the schemas of version 0.8.0 contradict the text of the specification, its examples and lib3mf: what stands
+#: there, what is meant, and how often.
+SLIPS = (
+    ("2147483647", "unbounded", None),  # libxml2 counts no further than its own integers
+    ('elementFormDefault="unqualified"', 'elementFormDefault="qualified"', 1),  # ports are written as `i:in`, `i:out`
+    ('Output" />\n\t\t\t\t\t<xs:any', 'Output" />\n\t\t\t\t\t<xs:any minOccurs="0"', 1),  # nothing has to follow
+    ('<xs:element ref="resourceid" />\n\t\t\t<xs:element ref="mod"',
+     '<xs:element ref="constresourceid" />\n\t\t\t<xs:element ref="mod"', 1),  # so it is called below
+)  # fmt: skip
 
-    ports (`in`, `out`) are in the namespace; after a function's `out` nothing else is required; the node that names a
-    resource is called `constresourceid`.
-    """
-    xmlschema = pytest.importorskip("xmlschema")
+
+def test_schemas_hold(tmp_path: Path) -> None:
+    """All that is of the extensions in a file that has every node, by their schemas without their slips."""
+    etree = pytest.importorskip("lxml.etree")
     text = (SCHEMAS / "implicit.xsd").read_text(encoding="utf-8")
-    for wrong, right in (
-        ('elementFormDefault="unqualified"', 'elementFormDefault="qualified"'),
-        ('<xs:element ref="resourceid" />\n\t\t\t<xs:element ref="mod" />',
-         '<xs:element ref="constresourceid" />\n\t\t\t<xs:element ref="mod" />'),
-        ('<xs:element name="out" type="CT_Output" />\n\t\t\t\t\t<xs:any',
-         '<xs:element name="out" type="CT_Output" />\n\t\t\t\t\t<xs:any minOccurs="0"'),
-    ):  # fmt: skip
-        assert text.count(wrong) == 1, wrong
+    for wrong, right, count in SLIPS:
+        assert text.count(wrong) == (count or text.count(wrong)) > 0, wrong
         text = text.replace(wrong, right)
-    volumetric = xmlschema.XMLSchema(str(SCHEMAS / "volumetric.xsd"))
-    implicit = xmlschema.XMLSchema(text, base_url=str(SCHEMAS))
+    for of_one in ("Abs", "Sqrt"):  # which read two numbers there
+        form = rf'(<xs:complexType name="CT_{of_one}">.*?<xs:element name="out")'
+        before, inputs, after = re.split(form, text, flags=re.DOTALL)
+        text = before + inputs.replace('Occurs="2"', 'Occurs="1"') + after
+    other = (SCHEMAS / "volumetric.xsd").read_text(encoding="utf-8").replace(*SLIPS[0][:2])
+    (tmp_path / "volumetric.xsd").write_text(other, encoding="utf-8")
+    (tmp_path / "implicit.xsd").write_text(text, encoding="utf-8")
+    schemas = {space: etree.XMLSchema(file=str(tmp_path / f"{name}.xsd")) for space, name in (
+        (V, "volumetric"), (I, "implicit"),
+    )}  # fmt: skip
     package = Package.read(written(tmp_path, ALL))
+    model = etree.fromstring(package.parts["3D/3dmodel.model"])
     seen = set()
-    for element in [*package.resources(), *package.built()]:
-        seen.add(element.tag)
-        if element.tag.startswith(V):
-            volumetric.validate(element)
-        elif element.tag.startswith(I):
-            implicit.validate(element)
-    assert seen == {
-        f"{CORE}object", f"{V}image3d", f"{V}functionfromimage3d", f"{V}levelset", f"{I}implicitfunction",
-    }  # fmt: skip
+    for element in [e for e in model.iter() if e.getparent() is not None]:
+        space = element.tag.partition("}")[0] + "}"
+        if space in schemas and not element.getparent().tag.startswith(space):
+            seen.add(element.tag)
+            schemas[space].assertValid(element)
+    assert seen == {f"{V}image3d", f"{V}functionfromimage3d", f"{V}levelset", f"{I}implicitfunction"}
     nodes = {e.tag.removeprefix(I) for e in package.model.iter() if e.tag.startswith(I)}
-    forms = set(re.findall(r"'([a-z]{3,})'", repr([(f.nodes, f.plain) for f in NODES.values()])))
+    forms = set(re.findall(r"'([a-z0-9]{3,})'", repr([(f.nodes, f.plain) for f in NODES.values()])))
     assert forms <= nodes  # every kind of node is in it
 
 
@@ -265,11 +272,12 @@ def test_lib3mf_reads_all_of_it(tmp_path: Path) -> None:
             node = nodes.GetCurrent()
             read += 1
             ports = node.GetInputs()
-            links = []
+            links = {}
             while ports.MoveNext():
-                links.append(ports.GetCurrent().GetReference())
+                port = ports.GetCurrent()
+                links[port.GetIdentifier()] = port.GetReference()
             (same,) = (e for e in own if e.get("identifier") == node.GetIdentifier())
-            assert links == [p.attrib["ref"] for e in same if e.tag == f"{I}in" for p in e]
+            assert links == {p.attrib["identifier"]: p.attrib["ref"] for e in same if e.tag == f"{I}in" for p in e}
         assert read == len(own) - 2
 
 

@@ -5,7 +5,7 @@ extension lacks is composed of what it has. Settings and numbers found from fiel
 that both the schema and lib3mf (2.5) know: they name the inverse angles differently (`arctan2`, `atan2`), so those are
 composed, and so is `clamp`, which the schema gives two inputs in place of three.
 
-Undefined results of nodes are guarded unless an enclosure over the box proves that they cannot occur: a readers' select
+Undefined results of nodes are guarded unless an enclosure over the box proves that they cannot occur: a reader's select
 may compute both of its sides. So a divisor of 0 is 1e-30, a root is of 0 at least. Where the source is no number the
 function is some number. A condition is 1 or 0.
 """
@@ -133,6 +133,7 @@ _PORTS = {
     "composevector": (("x", "y", "z"), "scalarref", "vector"),
     "length": (("A",), "vectorref", "scalar"),
 }
+_XYZ = ('"x"', '"y"', '"z"')
 
 
 class Unwritable(Exception):  # noqa: N818  no error of ours, but what is told of one
@@ -180,7 +181,7 @@ IMAGES = 2
 
 def function(formula: Formula, box: Sequence[Interval], name: str) -> Function:
     """The first root of a formula as a function of `pos` (mm), whose result is called `shape`; `box` is where it is
-    evaluated. Errors: Unwritable."""
+    evaluated, and `name` is quoted for XML. Errors: Unwritable."""
     formula = formula.taken.with_roots(formula.taken.root)
     tape = formula.tape
     ranges = enclose_all(formula, box, F64)
@@ -228,10 +229,9 @@ def _lookup(writer: _Writer, data: SampledField, place: list[str], n: Node) -> s
     for axis, (o, h, count) in enumerate(zip(data.origin, data.spacing, data.shape, strict=True)):
         u = ("multiplication", ("subtraction", axis, o), 1 / h)
         held = ("max", 0.0, ("min", u, float(count - 1)))
-        at = ("multiplication", ("addition", held, 0.5), 1 / count)
-        uvw.append(("subtraction", 1.0, at) if axis == 1 else at)  # rows of a picture go down, and v goes up
+        uvw.append(("multiplication", ("addition", held, 0.5), 1 / count))
     key = (data.digest, component)
-    image = writer.images.setdefault(key, Image(data, component, low, span))
+    writer.images.setdefault(key, Image(data, component, low, span))
     grey = writer.call(IMAGES + 2 * list(writer.images).index(key) + 1, writer.put(("composevector", *uvw), place))
     return writer.put(("addition", low, ("multiplication", span, A)), [grey])  # the image's error is half a step
 
@@ -274,44 +274,26 @@ class _Writer:
         """What refers to a number; infinity and no number at all are as far outside as float32 goes."""
         number = float(value)
         number = number if math.isfinite(number) else math.copysign(HUGE, number) if number == number else HUGE
-        text = repr(number)
-        return self._add(
-            ("constant", text),
-            lambda name: f'<i:constant identifier="{name}" value="{text}"><i:out><i:scalar identifier="value"/></i:out>'
-            "</i:constant>",
-            "value",
-        )
+        return self._add("constant", f' value="{number!r}"', "", '<i:scalar identifier="value"/>', "value")
 
     def call(self, resource: int, place: str) -> str:
         """What refers to the grey value of an image function."""
-        which = self._add(
-            ("constresourceid", str(resource)),
-            lambda name: f'<i:constresourceid identifier="{name}" value="{resource}"><i:out>'
-            '<i:resourceid identifier="value"/></i:out></i:constresourceid>',
-            "value",
-        )
-        return self._add(
-            ("functioncall", which, place),
-            lambda name: f'<i:functioncall identifier="{name}"><i:in><i:resourceref identifier="functionID" '
-            f'ref="{which}"/><i:vectorref identifier="pos" ref="{place}"/></i:in><i:out>'
-            '<i:scalar identifier="red"/></i:out></i:functioncall>',
-            "red",
-        )
+        named = '<i:resourceid identifier="value"/>'
+        which = self._add("constresourceid", f' value="{resource}"', "", named, "value")
+        inputs = f'<i:resourceref identifier="functionID" ref="{which}"/><i:vectorref identifier="pos" ref="{place}"/>'
+        return self._add("functioncall", "", inputs, '<i:scalar identifier="red"/>', "red")
 
     def _node(self, kind: str, refs: Sequence[str]) -> str:
         ports, read, gives = _PORTS.get(kind, (("A", "B", "C", "D"), "scalarref", "scalar"))
         inputs = "".join(f'<i:{read} identifier="{p}" ref="{r}"/>' for p, r in zip(ports, refs, strict=False))
-        return self._add(
-            (kind, *refs),
-            lambda name: f'<i:{kind} identifier="{name}"><i:in>{inputs}</i:in><i:out><i:{gives} identifier="result"/>'
-            f"</i:out></i:{kind}>",
-            "result",
-        )
+        return self._add(kind, "", inputs, f'<i:{gives} identifier="result"/>', "result")
 
-    def _add(self, key: tuple[str, ...], text: Callable[[str], str], port: str) -> str:
+    def _add(self, kind: str, given: str, inputs: str, outputs: str, port: str) -> str:
+        key = (kind, given, inputs)
         if key not in self._known:
             name = f"n{len(self.lines)}"
-            self.lines.append(text(name))
+            read = f"<i:in>{inputs}</i:in>" if inputs else ""
+            self.lines.append(f'<i:{kind} identifier="{name}"{given}>{read}<i:out>{outputs}</i:out></i:{kind}>')
             self._known[key] = f"{name}.{port}"
         return self._known[key]
 
@@ -320,8 +302,8 @@ class _Writer:
         head = (
             f'<i:implicitfunction id="{IMAGES + 2 * len(self.images)}" displayname={name}>'
             '<i:in><i:vector identifier="pos"/></i:in>',
-            '<i:decomposevector identifier="position"><i:in><i:vectorref identifier="A" ref="inputs.pos"/></i:in><i:out>'
-            '<i:scalar identifier="x"/><i:scalar identifier="y"/><i:scalar identifier="z"/></i:out></i:decomposevector>',
+            '<i:decomposevector identifier="position"><i:in><i:vectorref identifier="A" ref="inputs.pos"/></i:in>'
+            f"<i:out>{''.join(f'<i:scalar identifier={quoted}/>' for quoted in _XYZ)}</i:out></i:decomposevector>",
         )
         end = f'<i:out><i:scalarref identifier="shape" ref="{shape}"/></i:out></i:implicitfunction>'
         return "\n".join([*head, *self.lines, end]) + "\n"

@@ -92,8 +92,8 @@ COMMANDS: dict[str, Command] = {
         ),
         Command(
             "volume",
-            "write the values of the field on a grid, and of others: .vti for ParaView, .npz for NumPy; or the field as a "
-            "function: .3mf",
+            "write the values of the field on a grid, and of others: .vti for ParaView, .npz for NumPy; "
+            "or the field as a function: .3mf",
             (*ASK, "output", "fields", "voxel", "resolution", "bounds", "backend", "dtype", "json", "quiet"),
             "pore volume specimen.pore -o specimen.vti --voxel 1mm",
         ),

@@ -113,8 +113,8 @@ def _sheet(image: int, sheet: int) -> str:
 
 
 def _pictures(made: Function) -> Iterator[tuple[str, bytes]]:
-    """The sheets of all images, from below; in each the columns go along x, and the rows from the last y to the
-    first."""
+    """The sheets of all images, from below; in each columns go along x, and rows from the last y to the first: the
+    rows of a picture go down, and v goes up."""
     of = sum(image.field.shape[2] for image in made.images)
     done = 0
     for k, image in enumerate(made.images):

@@ -1,5 +1,5 @@
-"""A 3MF package: a zip of one model in millimetres, with what it refers to. Nothing in it tells the time of day, so that
-the same part gives the same file."""
+"""A 3MF package: a zip of one model in millimetres, with what it refers to. Nothing in it tells the time of day, so
+that the same part gives the same file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MODEL = "3D/3dmodel.model"
 #: Decimal digits of a coordinate in a text.
 DIGITS = 12
 NUMBER = f"%.{DIGITS}g"
-#: Twelve triangles round a box whose corner is a number with a bit for each axis.
+#: The faces of a box, whose corners are numbers with a bit for each axis.
 _FACES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
 
 
@@ -67,10 +67,10 @@ def package(
 
 def box_mesh(lo: Sequence[float], hi: Sequence[float]) -> str:
     """The mesh of a box, outward."""
-    corners = [[(lo, hi)[k >> axis & 1][axis] for axis in range(3)] for k in range(8)]
-    vertices = "".join('<vertex x="%r" y="%r" z="%r"/>' % tuple(map(float, c)) for c in corners)
+    corners = [[float((lo, hi)[k >> axis & 1][axis]) for axis in range(3)] for k in range(8)]
+    vertices = "".join(f'<vertex x="{x!r}" y="{y!r}" z="{z!r}"/>' for x, y, z in corners)
     halves = [(f[0], *f[i : i + 2]) for f in _FACES for i in (1, 2)]
-    triangles = "".join('<triangle v1="%d" v2="%d" v3="%d"/>' % h for h in halves)
+    triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in halves)
     return f"<mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles></mesh>"
 
 
