@@ -284,7 +284,8 @@ def test_lib3mf_reads_all_of_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "what", "place", "way"),
     [
-        ("let w = voronoi_cells(8mm, 1mm)\nout part = w & cube(20)", "random sites", "w", "sample(w, 1mm, body)"),
+        ("let w = voronoi_cells(8mm, 1mm)\nout part = w & cube(20)", "random sites",
+         "voronoi_cells(8mm, 1mm)", "sample(voronoi_cells(8mm, 1mm), 1mm, body)"),
         ("cube(20) & (perlin(5mm) + 0.1)", "noise", "perlin(5mm)", "sample(perlin(5mm), 1mm, body)"),
         ('truss("octet", 9mm, 1mm) & cube(20)', "the nearest bar", 'truss("octet", 9mm, 1mm)', "--beams"),
         ('truss("octet", 9mm, 1mm, joint=1mm) & cube(20)', "bars that are joined", None, "sample("),

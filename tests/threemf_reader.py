@@ -167,3 +167,53 @@ def _stack(image: ElementTree.Element, package: Package) -> Floats:
     counts = tuple(int(stack.attrib[f"{what}count"]) for what in ("sheet", "row", "column"))
     assert found.shape == counts
     return found
+
+
+B = "{http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02}"
+
+
+@dataclass(frozen=True)
+class Bars:
+    """The bars of the object that a package builds: ends (n, 2, 3), radii (n,), and the triangles (m, 3, 3) inside of
+    which they are kept, if any."""
+
+    ends: Floats
+    radii: Floats
+    clip: Floats | None
+
+    @classmethod
+    def read(cls, package: Package) -> Bars:
+        (mesh,) = package.built()
+        vertices, lattice = mesh
+        assert lattice.tag == f"{B}beamlattice"
+        assert lattice.get("cap", "sphere") == "sphere"
+        assert package.model.get("requiredextensions") == "b"
+        places = _places(vertices)
+        (beams,) = lattice
+        pairs = np.array([[int(b.attrib[v]) for v in ("v1", "v2")] for b in beams])
+        radii = np.array([float(b.get("r1", lattice.attrib["radius"])) for b in beams])
+        clip = None
+        if lattice.get("clippingmode", "none") != "none":
+            assert lattice.get("clippingmode") == "inside"
+            listed = [r.get("id") for r in package.resources()]
+            number = lattice.attrib["clippingmesh"]
+            assert listed.index(number) < listed.index(package.built().get("id"))
+            (found,) = package.resource(number)
+            faces = [[int(t.attrib[v]) for v in ("v1", "v2", "v3")] for t in found[1]]
+            clip = _places(found[0])[np.array(faces)]
+        ends = places[pairs]
+        assert np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).min() > float(lattice.attrib["minlength"])
+        assert len(np.unique(pairs)) == len(places)
+        return cls(ends, radii, clip)
+
+    def distance(self, points: Floats) -> Floats:
+        """The signed distance from the bars, whose ends are round, not cut."""
+        least = np.full(len(points), np.inf)
+        for (a, b), r in zip(self.ends, self.radii, strict=True):
+            t = np.clip((points - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+            least = np.minimum(least, np.linalg.norm(points - a - t[:, None] * (b - a), axis=1) - r)
+        return least
+
+
+def _places(vertices: ElementTree.Element) -> Floats:
+    return np.array([[float(v.attrib[a]) for a in "xyz"] for v in vertices])

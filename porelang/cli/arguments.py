@@ -29,7 +29,20 @@ COMMANDS: dict[str, Command] = {
         Command(
             "mesh",
             "write the surface of the part, watertight, in mm: .stl .obj .ply .3mf .glb .vtp",
-            (*ASK, "output", "spacing", "resolution", "bounds", *REFINE, "force", "backend", "dtype", "json", "quiet"),
+            (
+                *ASK,
+                "output",
+                "spacing",
+                "resolution",
+                "bounds",
+                *REFINE,
+                "force",
+                "beams",
+                "backend",
+                "dtype",
+                "json",
+                "quiet",
+            ),
             "pore mesh specimen.pore -o part.stl --voxel 1mm --set w=25mm",
         ),
         Command(

@@ -41,13 +41,18 @@ def raw(rows: Rows, dtype: str) -> Iterator[bytes]:
 def write_3mf(surface: Surface, file: BinaryIO, notes: Notes) -> None:
     """3MF core: a zip of one model in millimetres, with the notes as metadata `pore:NAME`."""
     with package(file, notes, build=1) as model:
-        model.write(b'<object id="1" type="model"><mesh><vertices>\n')
-        for piece in lines(f'<vertex x="{NUMBER}" y="{NUMBER}" z="{NUMBER}"/>\n', surface.vertices):
-            model.write(piece)
-        model.write(b"</vertices><triangles>\n")
-        for piece in lines('<triangle v1="%d" v2="%d" v3="%d"/>\n', surface.faces):
-            model.write(piece)
-        model.write(b"</triangles></mesh></object>")
+        write_mesh(model, 1, surface)
+
+
+def write_mesh(model: BinaryIO, number: int, surface: Surface) -> None:
+    """A surface as an object of a 3MF model, by its number there."""
+    model.write(f'<object id="{number}" type="model"><mesh><vertices>\n'.encode())
+    for piece in lines(f'<vertex x="{NUMBER}" y="{NUMBER}" z="{NUMBER}"/>\n', surface.vertices):
+        model.write(piece)
+    model.write(b"</vertices><triangles>\n")
+    for piece in lines('<triangle v1="%d" v2="%d" v3="%d"/>\n', surface.faces):
+        model.write(piece)
+    model.write(b"</triangles></mesh></object>")
 
 
 def write_glb(surface: Surface, file: BinaryIO, notes: Notes) -> None:

@@ -13,23 +13,20 @@ from porelang.analysis.box import Box
 from porelang.atomic import replace_file
 from porelang.backends.implicit import IMAGES, STEPS, Function, Image, Unwritable, function
 from porelang.diagnostics import PoreError, fail
-from porelang.elaborate.values import Scalar, Vector
 from porelang.field import Bounds, checked_bounds
 from porelang.interval import Interval
-from porelang.ir import TASKS, Node, order
+from porelang.ir import Node
 from porelang.mesh.part import notes_of
 from porelang.program import Design
 from porelang.progress import activity, tell
 from porelang.solid import Solid
-from porelang.source import Span
 from porelang.threemf.package import box_mesh, grey, package
+from porelang.threemf.places import place_of, roomy
 from porelang.walls import thinnest
 
 WRITING = "writing the function"
 VOLUMETRIC = "http://schemas.3mf.io/3dmanufacturing/volumetric/2022/01"
 IMPLICIT = "http://schemas.3mf.io/3dmanufacturing/implicit/2023/12"
-#: Beside a part that ends of itself there is this share of its longest side: no reader closes it at the box then.
-AROUND = 1 / 64
 #: What operations that cannot be written are in the language.
 _CALLED = {
     "nearest": "the nearest bar",
@@ -51,10 +48,10 @@ def write_field(
     The file appears whole or not at all. Returns how many nodes there are, in which box, and which images.
     Errors: E197 for what no function can say, E113 for a file that cannot be written, those of outputs and bounds.
     """
-    box = checked_bounds(bounds) if bounds is not None else _roomy(design.bounds(name))
+    box = checked_bounds(bounds) if bounds is not None else roomy(design.bounds(name))
     name = design.program.output(name)
     formula = design.of(name)
-    space = [Interval(np.array([a]), np.array([b]), np.array([False])) for a, b in zip(*_roomy(box), strict=True)]
+    space = [Interval(np.array([a]), np.array([b]), np.array([False])) for a, b in zip(*roomy(box), strict=True)]
     try:
         made = function(formula, space, quoteattr(name))
     except Unwritable as error:
@@ -79,12 +76,6 @@ def write_field(
         "images": [{"nodes": list(image.field.shape), "error": image.error} for image in made.images],
         "bytes": Path(path).stat().st_size,
     }
-
-
-def _roomy(box: Box) -> Box:
-    room = AROUND * max(box.size)
-    (x0, y0, z0), (x1, y1, z1) = box.lo, box.hi
-    return Box((x0 - room, y0 - room, z0 - room), (x1 + room, y1 + room, z1 + room))
 
 
 def _resources(made: Function, box: Box, wall: float | None) -> Iterator[str]:
@@ -132,8 +123,9 @@ def _greys(image: Image, sheet: int) -> np.ndarray[Any, np.dtype[np.uint16]]:
 def _refused(design: Design, name: str, n: Node) -> PoreError:
     """E197 at the place that asks for what the extension cannot say."""
     what = _CALLED.get(n.op, f"`{n.op}`")
-    span = _place(design, name, n)
-    wanted = span.text if span is not None and "\n" not in span.text and len(span.text) < 40 else "f"
+    # samples can be written, their derivatives cannot
+    span = place_of(design, name, "d" if n.op == "lookup" else n.op)
+    wanted = span.text if "\n" not in span.text and len(span.text) < 40 else "f"
     sampled = f"`sample({wanted}, 1mm, body)` makes an image of it, over the box of the solid `body`"
     ways = {
         "lookup_cubic": "leave out `smooth=true`: images are read linearly",
@@ -142,25 +134,3 @@ def _refused(design: Design, name: str, n: Node) -> PoreError:
     return fail(
         "E197", f"{what}: no function of 3MF can say that", span, label="asked for here", hint=ways.get(n.op, sampled)
     )
-
-
-def _place(design: Design, name: str, n: Node) -> Span | None:
-    """The innermost expression of the text that the operation comes from, else the task whose data it reads."""
-    program = design.program
-    output = program.outputs[name]
-    below = set(order(output.nodes))
-    written = "d" if n.op == "lookup" else n.op  # samples can be written, their derivatives cannot
-    places = []
-    for span, value in program.elaborated.values.items():
-        nodes = value.nodes if isinstance(value, Vector) else (value.node,) if isinstance(value, Scalar) else ()
-        if all(m in below for m in nodes) and any(m.op == written for m in order(nodes, _here)):
-            places.append(span)
-    if places:
-        return min(places, key=lambda s: s.end - s.start)
-    tasks = [program.places[m] for m in n.args if m.op in TASKS and m in program.places]
-    return tasks[0] if tasks else output.span
-
-
-def _here(n: Node) -> tuple[Node, ...]:
-    """The arguments of a node that are computed at a point, and not within a task."""
-    return () if n.op in TASKS else n.args
