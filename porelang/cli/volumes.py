@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from argparse import Namespace
 from pathlib import Path
@@ -52,9 +53,11 @@ def _function(options: Namespace) -> int:
     found = write_field(design, options.output, name=options.out, bounds=options.bounds)
     size = " x ".join(f"{b - a:.4g}" for a, b in zip(found["lo"], found["hi"], strict=True))
     said = f"{found['output']} as a function of {found['nodes']:,} nodes in a box of {size} mm"
-    for image in found["images"]:
-        voxels = " x ".join(f"{n:,}" for n in image["nodes"])
-        said += f", an image of {voxels} voxels whose values are {image['error']:.2g} off at most"
+    if images := found["images"]:
+        voxels = sum(math.prod(image["nodes"]) for image in images)
+        many = "an image" if len(images) == 1 else f"{len(images)} images"
+        off = max(image["error"] for image in images)
+        said += f", {many} of {voxels:,} voxels whose values are {off:.2g} off at most"
     return _told(options, design, found, said, start)
 
 

@@ -13,16 +13,17 @@ AROUND = 1 / 64
 
 
 def place_of(design: Design, name: str, op: str | None) -> Span:
-    """The innermost expression of the text that an operation of an output, as it is written, comes from, but no bare
-    name of it; else all of the output."""
+    """The least expression of the text that an operation of an output, as it is written, comes from, but no bare name
+    of it; else all of the output."""
     output = design.program.outputs[name]
     below = set(order(output.nodes))
-    found = [output.span]
+    found = [(len(below), 0, output.span)]
     for span, value in design.program.elaborated.values.items():
         nodes = value.nodes if isinstance(value, Vector) else (value.node,) if isinstance(value, Scalar) else ()
-        if all(n in below for n in nodes) and any(n.op == op for n in order(nodes, _here)):
-            found += [] if span.text.isidentifier() else [span]
-    return min(found, key=lambda s: s.end - s.start)
+        made = order(nodes, _here)
+        if below.issuperset(nodes) and any(n.op == op for n in made) and not span.text.isidentifier():
+            found.append((len(made), span.end - span.start, span))
+    return min(found, key=lambda f: f[:2])[-1]
 
 
 def _here(n: Node) -> tuple[Node, ...]:
