@@ -11,7 +11,9 @@ import pytest
 from threemf_reader import Bars, Package
 
 import porelang
+from porelang.analysis.box import Box
 from porelang.cli import main
+from porelang.data import Segments
 from porelang.diagnostics import PoreError
 from porelang.threemf import bars
 from porelang.threemf.beams import write_beams
@@ -79,6 +81,19 @@ def test_bars_are_there_once(tmp_path: Path) -> None:
     lo, hi = (np.array(end) for end in program.bounds())
     low, high = read.ends.min(axis=1) - 0.6, read.ends.max(axis=1) + 0.6
     assert ((low <= hi) & (high >= lo)).all()
+
+
+def test_of_bars_in_one_place_the_thickest_is_there() -> None:
+    """Two edges of a cell that its neighbours have too, one of them twice, and the other way round."""
+    starts = np.array([[0, 0, 0], [6, 5, 0], [0, 0, 4.0]])
+    ends = np.array([[6, 0, 0], [0, 5, 0], [6, 0, 4.0]])
+    found = Segments(starts, ends, np.array([0.5, 1.0, 0.7]), (6.0, 5.0, 4.0))
+    made = bars.laid_out([bars.Laid(found, np.eye(3), np.zeros(3), 0.0)], Box((1, 2, 1), (5, 3, 3)), None)
+    assert len(made.pairs) == 0  # all are farther away than they are thick
+    made = bars.laid_out([bars.Laid(found, np.eye(3), np.zeros(3), 0.0)], Box((2, -1, 1), (4, 1, 3)), None)
+    middles = made.places[made.pairs].mean(axis=1)
+    np.testing.assert_allclose(middles[np.argsort(middles[:, 2])], [[3, 0, 0], [3, 0, 4]], atol=1e-12)
+    np.testing.assert_array_equal(made.radii, 1.0)
 
 
 def test_bars_beyond_a_round_clip_are_left_out(tmp_path: Path) -> None:

@@ -174,8 +174,8 @@ def _copies(bars: Segments, lo: Floats, hi: Floats, more: float) -> tuple[Floats
         return ends, bars.radii
     period = np.array(bars.period)
     reach = float(bars.radii.max()) + max(more, 0.0)
-    first = np.floor((lo - reach - ends.max(axis=(0, 1))) / period).astype(int)
-    last = np.ceil((hi + reach - ends.min(axis=(0, 1))) / period).astype(int)
+    first = np.ceil((lo - reach - ends.max(axis=(0, 1))) / period).astype(int)
+    last = np.floor((hi + reach - ends.min(axis=(0, 1))) / period).astype(int)
     many = float(np.prod(last - first + 1.0)) * len(ends)
     if many > MOST:
         raise NoBarsError(f"{many:.2g} bars, which are too many")
