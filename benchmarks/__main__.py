@@ -22,6 +22,7 @@ from meshes import compiling, pruning, specimen
 from metric import metric
 from peers import install
 from phases import phases
+from porosities import porosities
 from preview import preview
 from sampling import sampling
 from shapes import shapes
@@ -42,7 +43,7 @@ def main() -> None:
     parser.add_argument(
         "--only",
         help="of specimen, pruning, fields, metric, data, sampling, shapes, tensors, phases, tets, tetmeshers, loop, "
-        "elasticity, gpu, compiling, starts, edits, preview, cells",
+        "elasticity, gpu, compiling, starts, edits, preview, porosities, cells",
     )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--readme", action="store_true", help="write the table of the specimen into README.md")
@@ -69,6 +70,7 @@ def main() -> None:
         "starts": lambda: starts(options.rounds),
         "edits": lambda: edits(options.rounds),
         "preview": lambda: preview(options.rounds),
+        "porosities": lambda: porosities(max(1, options.rounds // 4)),
         "cells": cells,
     }
     if options.only and options.only not in sections:

@@ -312,7 +312,8 @@ class Report(dict[str, Any]):
             out.append((key, told, off))
         for text, number in self.get("reduced", {}).items():
             told, off = figures(number["value"], number["error"]).split(" +- ")
-            out.append((text, told, f"+- {off}"))
+            unit = number["unit"]
+            out.append((text, f"{told} {unit}".rstrip(), f"+- {off} {unit}".rstrip()))
         return out
 
     def __repr__(self) -> str:

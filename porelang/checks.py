@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from porelang.contracts import doubtful_contracts
-from porelang.data import Reduced, figures
+from porelang.data import Reduced, coordinates, figures
 from porelang.diagnostics import Diagnostic
 from porelang.formula import Formula
 from porelang.ir import NUMBERS, TASKS, UNKNOWN, Node, order, within
@@ -92,7 +92,18 @@ def _numbers_of(design: Design, i: int, least: float = 5e-5) -> list[str]:
     program = design.program
     out = [f"`{text}` is {_with_error(found, least)}" for text, found in _sides(design, i)]
     numbers = design.own_numbers(program.graph.checks[i])
-    return out + sorted(f"{program.numbers[n]} is {_with_error(r, least)}" for n, r in numbers.items())
+    found = {n: f"{_with_error(r, least)} {program.units.get(n, '')}".rstrip() + _place(design, n)
+             for n, r in numbers.items()}  # fmt: skip
+    return out + sorted(f"{program.numbers[n]} is {text}" for n, text in found.items())
+
+
+def _place(design: Design, n: Node) -> str:
+    """Where a wall is that a number tells the thickness of."""
+    if n.op != "min_wall":
+        return ""
+    from porelang.tasks.numbers.thickness import thinnest_wall
+
+    return f" at ({coordinates(thinnest_wall(design.formula(n.args[0])).at, 3)}) mm"
 
 
 def _sides(design: Design, i: int) -> list[tuple[str, Reduced]]:

@@ -29,7 +29,7 @@ X_AXIS, Y_AXIS, Z_AXIS, PARAM, UNKNOWN = 1, 2, 4, 8, 16  # the unknown of a `sol
 ALL_AXES = 7
 #: What is computed before a field; `porelang.ops.tasks` says of each what it takes and gives.
 NUMBERS = ("porosity", "volume", "area", "minimum", "maximum", "mean", "to_porosity", "shell_to_porosity", "solve",
-           "of_study")  # fmt: skip
+           "of_study", "min_wall")  # fmt: skip
 DATA = ("load", "sample", "blur", "frame", "cell", "truss", "phase", "mesh", "study", "bound")
 TASKS = frozenset({*NUMBERS, *DATA})
 SLOTS = TASKS | {"param", "unknown"}

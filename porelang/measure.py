@@ -36,6 +36,7 @@ from porelang.ops import kind
 from porelang.pieces import Pieces, pieces_of, refuse_too_many, sampled
 from porelang.program import Design, Program
 from porelang.solid import Solid
+from porelang.tasks.numbers.thickness import Wall, thinnest_wall
 from porelang.walls import chosen
 
 _COARSER = 1.5
@@ -131,6 +132,7 @@ def measure(
     # what the box of the bounds may be too large by is an error of all that is relative to it
     loose = 1 - extent.inner.volume / extent.outer.volume if extent.inner is not None else 1.0
     loose = loose if called == BOUNDS and bounds is None else 0.0
+    wall = _wall(part.with_roots(root))
     report: dict[str, Any] = {
         "bounds": [list(extent.outer.lo), list(extent.outer.hi)],
         "voxel": h,
@@ -146,6 +148,8 @@ def measure(
         "pieces": _listed(pieces, not unsure),
         "voids": _listed(voids, not unsure),
         "closed_voids": voids.count,
+        "min_wall": wall.thickness.value if wall is not None else None,
+        "min_wall_at": wall.at.tolist() if wall is not None else None,
         "error": {
             "bounds": extent.error,
             "bounds_by_axis": list(extent.errors),
@@ -153,12 +157,17 @@ def measure(
             "envelope_volume": whole.error + loose * whole.value,
             "porosity": share.error + loose * (1 - share.value),
             "area": surface.error,
+            "min_wall": wall.thickness.error if wall is not None else None,
             "solid_components": abs(several[0] - several[1]) + unsure,
             "void_components": abs(fine.void - coarse.void) + unsure,
             "open_void_fraction": _of_a_share(max(2 * abs(fine.open - coarse.open), fine.grain), seen),
             "euler": abs(meshed.euler - larger.euler) + (math.inf if unsure else 0.0),
         },
-        "reduced": {text: _told(design.number(n)) for n, text in design.program.numbers.items() if n in read},
+        "reduced": {
+            text: _told(design.number(n)) | {"unit": design.program.units.get(n, "")}
+            for n, text in design.program.numbers.items()
+            if n in read
+        },
         "numbers": {text: _told(design.valued(n)) for text, n in _made_of(design.program, read).items()},
         "voxel_for_wall": None,
     }
@@ -166,6 +175,16 @@ def measure(
         choice = choice or chosen(Solid(part, box))
         report["voxel_for_wall"] = choice.wanted if choice.wall is not None and choice.wanted < h else None
     return report
+
+
+def _wall(part: Formula) -> Wall | None:
+    """The thinnest walls of a part; None where it has none to measure."""
+    try:
+        return thinnest_wall(part)
+    except PoreError as error:
+        if error.diagnostics[0].code != "E139":
+            raise
+        return None
 
 
 def _made_of(program: Program, read: set[Node]) -> dict[str, Node]:
@@ -233,7 +252,7 @@ def _of_a_share(error: float, seen: bool) -> float:
     return error if seen and error < 1 else math.inf
 
 
-def _told(found: Reduced) -> dict[str, float]:
+def _told(found: Reduced) -> dict[str, Any]:
     return {"value": found.value, "error": found.error}
 
 

@@ -30,6 +30,7 @@ from porelang.doubts.elsewhere import Reading, sources
 from porelang.doubts.margins import thin_margins
 from porelang.elaborate.context import Bound
 from porelang.elaborate.results import DataInfo, Elaborated, Listed, Output, ParamInfo, Requirement
+from porelang.elaborate.values import Scalar
 from porelang.extents import Cut, part_extent
 from porelang.formula import Bindings, Formula
 from porelang.html import brief, table, title
@@ -45,6 +46,7 @@ from porelang.tasks.bake import region
 from porelang.tasks.resolve import all_read, bind_files, bind_tasks, find, look
 from porelang.tasks.run import LOOKERS, READERS, within_of
 from porelang.tasks.telling import TELL, told
+from porelang.units import RATIO
 
 
 class Again(Protocol):
@@ -295,6 +297,14 @@ class Program(Doors):
                 seen[text] = seen.get(text, 0) + 1
                 out[n] = text if seen[text] == 1 else f"{text} #{seen[text]}"
         return out
+
+    @cached_property
+    def units(self) -> dict[Node, str]:
+        """What the numbers found from fields are measured in, as far as an expression of the text tells."""
+        known = {v.node: v.dimension for v in self.elaborated.values.values() if isinstance(v, Scalar)}
+        flat = zip(self.elaborated.tasks, self.graph.tasks, strict=True)
+        found = {n: known.get(written) for (written, _), n in flat if n in self.numbers}
+        return {n: d.called.replace("^", "") for n, d in found.items() if d not in (None, RATIO)}
 
 
 class Design(Doors):

@@ -111,15 +111,15 @@ def thinnest(part: Solid) -> float | None:
     return None if found is None else found.wall
 
 
-def on_surface(part: Solid) -> Floats:
-    """Points (n, 3) mm on the surface of a part: those spread over its box, brought there."""
+def on_surface(part: Solid, seed: int = 0) -> Floats:
+    """Points (n, 3) mm on the surface of a part: those spread over its box, by chance of a seed, brought there."""
     size = part.hi - part.lo
     apart = float(np.prod(size) / STARTS) ** (1 / 3)
     counts = np.clip(np.ceil(size / apart), 1, STARTS).astype(np.int64)
     while np.prod(counts) > 4 * STARTS:
         counts = np.maximum(1, counts * 3 // 4)
     cells = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), -1).reshape(-1, 3)
-    random = np.random.default_rng(0)
+    random = np.random.default_rng(seed)
     at = onto(part, part.lo + (cells + random.random(cells.shape)) * size / counts, STEPS, float((size / counts).max()))
     at = at[np.isfinite(at).all(axis=1)]
     at = at[part.within(at)]
@@ -170,13 +170,19 @@ def _thinnest(part: Solid, at: Floats, reach: float, void: bool, parallel: float
 def least(thick: Floats, points: int, most: float | None = None) -> float | None:
     """The least thickness, of those in order, that is no tail of thicker walls; where there is a `most` (mm) it is no
     more, and of those a little thicker there are fewer."""
+    found = alike(thick, points, most)
+    return None if found is None else float(np.median(found))
+
+
+def alike(thick: Floats, points: int, most: float | None = None) -> Floats | None:
+    """The thicknesses, of those in order, of which the median is the `least`."""
     for i in range(max(0, math.ceil(FEW * points) - 1), len(thick)):
-        alike = int(np.searchsorted(thick, ALIKE * thick[i]))
+        first = int(np.searchsorted(thick, ALIKE * thick[i]))
         if most is not None:
             if thick[i] >= most:
                 return None
-            if int(np.searchsorted(thick, thick[i] / ALIKE)) - (i + 1) > i + 1 - alike:
+            if int(np.searchsorted(thick, thick[i] / ALIKE)) - (i + 1) > i + 1 - first:
                 continue
-        if i + 1 - alike >= max(FEW * points, (i + 1) / 2):
-            return float(np.median(thick[alike : i + 1]))
+        if i + 1 - first >= max(FEW * points, (i + 1) / 2):
+            return thick[first : i + 1]
     return None

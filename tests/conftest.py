@@ -6,11 +6,14 @@ there is none. With PORELANG_TEST_GL=required, which `make test` sets on Linux, 
 
 from __future__ import annotations
 
+import compileall
 import os
 import signal
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, partial
+from pathlib import Path
 
 import pytest
 
@@ -18,6 +21,8 @@ from porelang import store
 from porelang.conformance.backend import NUMPY, Backend, glsl
 from porelang.conformance.sweep import Measurement, sweep
 from porelang.gpu import Gpu, GpuMissing, open_gpu, shared_gpu
+from porelang.resources import PACKAGE
+from porelang.tasks.numbers import area, integrals
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -25,6 +30,10 @@ def pytest_configure(config: pytest.Config) -> None:
         folder = tempfile.TemporaryDirectory(prefix="porelang-tests-")
         os.environ["PORELANG_CACHE"] = folder.name
         config.add_cleanup(folder.cleanup)
+        # Python is compiled once: for each `pore` that a test starts it would be a third of what that takes, and one on
+        # a full disk leaves half of a compiled module behind (Python 3.11), which nothing can import
+        compileall.compile_dir(PACKAGE, quiet=2)
+    sys.dont_write_bytecode = False  # pytest takes ten seconds to rewrite the tests' own, and keeps them beside them
     # what a script starts in its background ignores Ctrl-C, and so would all that the tests start and interrupt
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -37,6 +46,17 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         patched.setenv("PORELANG_CACHE", str(tmp_path_factory.mktemp("kept")))
         store.forget()
         yield
+    store.forget()
+
+
+@pytest.fixture
+def roughly(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
+    """For tests of what is counted or told: volumes and areas, which take the time, to a few percent, kept nowhere."""
+    for module, name, accuracy in ((integrals, "volume", 1e-2), (integrals, "porosity", 1e-2), (area, "area", 3e-2)):
+        monkeypatch.setattr(module, name, partial(getattr(module, name), accuracy=accuracy))
+    monkeypatch.setenv("PORELANG_CACHE", str(tmp_path / "kept"))
+    store.forget()
+    yield
     store.forget()
 
 

@@ -120,13 +120,45 @@ def test_a_name_of_a_used_file_is_changed_in_presets_and_arguments_too() -> None
 
 def test_a_name_is_not_changed_where_a_use_of_it_would_be_left() -> None:
     broken = "let a = w + (\nparam w = 8mm in 4mm..9mm\nlet q = w + 1\n"
-    with pytest.raises(PoreError, match="line 1 has `w` in it"):
+    with pytest.raises(PoreError, match=r"line 1 of `a\.pore` has `w` in it"):
         names.renamed(snapshot(broken), broken.index("w = 8"), "wide")
     last = 'check volume(part) > 1, "m"\nsphere(3)\n'
     with pytest.raises(PoreError, match="what the last expression of a file is called"):
         names.renamed(snapshot(last), last.index("part"), "wide")
     other = "def f(a) = a\nlet g = f\ng(a=3)\n"
     assert told(names.renamed(snapshot(other), other.index("a)"), "b")) == [(1, 7), (1, 12), (3, 3)]
+
+
+def test_a_name_is_followed_through_files() -> None:
+    """Behind two dots, and of a let of a used file that stands for a def of that file, not of the user's."""
+    lib = "def ball(r: length) = sphere(r)\nlet g = ball\nlet size = 3\n"
+    middle = 'use "lib.pore" as plates\n'
+    text = (
+        'use "middle.pore" as mm\nuse "lib.pore" as plates\ndef ball(r: length, q: length = 2mm) = sphere(r + q)\n'
+        "out part = plates.g(r=2mm) | ball(r=mm.plates.size) | mm.plates.g(r=1mm)\n"
+    )
+    session = Session(folder="")
+    session.workspace.open("lib.pore", lib)
+    session.workspace.open("middle.pore", middle)
+    user, used = session.update("a.pore", text), session.update("lib.pore", lib)
+    for of, wanted in (("size", [(4, 47)]), ("r: length", [(4, 21), (4, 67)])):
+        use = names.use_at(used, lib.index(of))
+        assert use is not None
+        assert use.bound is not None
+        assert told(names.uses_of(user, use.bound)) == wanted
+    assert told(names.renamed(user, text.index("r: length"), "s")) == [(3, 10), (3, 47), (4, 35)]
+
+
+def test_a_parameter_of_a_lambda_is_changed_where_it_is_named() -> None:
+    text = "let f = (u) => u + 1\nf(u=2)\n"
+    assert told(names.renamed(snapshot(text), text.index("u)"), "v")) == [(1, 10), (1, 16), (2, 3)]
+
+
+@pytest.mark.parametrize(
+    "text", ["let b = { let kk = 3; let jj = j", "let q = [for i in range(3) for j in [j", "let jj = j"]
+)
+def test_what_is_being_bound_is_not_offered(text: str) -> None:
+    assert not {"j", "jj"} & {i.text for i in complete.completions(snapshot(text), len(text))}
 
 
 def test_a_preset_sets_params_and_nothing_else() -> None:

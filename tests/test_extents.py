@@ -398,6 +398,7 @@ def test_a_drained_void_is_not_closed_and_one_piece_is_one() -> None:
     assert len(found["pieces"]) == 1
 
 
+@pytest.mark.usefixtures("roughly")
 def test_the_text_says_what_is_not_certain(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "part.pore"
     path.write_text("sphere(10) \\ sphere(6)\n")

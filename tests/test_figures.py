@@ -280,6 +280,7 @@ def test_specimen_is_half_void_by_formulas_written_here(name: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("roughly")
 def test_the_command_measures_the_porosity_within_the_specimen(capsys: pytest.CaptureFixture[str]) -> None:
     path = FOLDER / "fig08a_regular.pore"
     assert main(["measure", str(path), "--within", "specimen", "--resolution", "24", "--json"]) == 0

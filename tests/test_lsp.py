@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 from lsprotocol import types
+from pygls.exceptions import JsonRpcException
 from pygls.lsp.client import LanguageClient
 
 from porelang.lsp.places import offset, position
@@ -265,6 +266,37 @@ def test_a_name_is_changed_and_found_in_files_that_are_not_open(tmp_path: Path) 
         )
         assert found is not None
         assert [place.uri for place in found] == [editor.uri, editor.uri, user.as_uri()]
+
+        user.write_text('use "../part.pore" as lib\nout part = sphere(lib.t)\nlet z = lib.t + (\n')
+        with pytest.raises(JsonRpcException, match=r"line 3 of .*user\.pore` has `t` in it"):
+            await editor.client.text_document_rename_async(
+                types.RenameParams(new_name="wall", **editor.at(text, "t = 2"))
+            )
+
+    spoken(tmp_path, talk)
+
+
+def test_a_name_is_changed_in_texts_as_they_are_now(tmp_path: Path) -> None:
+    """Of a file that was edited a moment ago, and is not compiled yet."""
+    (tmp_path / "part.pore").write_text("let t = 2mm\n")
+
+    async def talk(editor: Editor) -> None:
+        text = "let t = 2mm\nsphere(t)\n"
+        await editor.open(text)
+        user = Editor(editor.client, (tmp_path / "user.pore").as_uri())
+        user.told = editor.told
+        using = 'use "part.pore" as lib\nsphere(lib.t)\n'
+        await user.open(using)
+        document = types.VersionedTextDocumentIdentifier(uri=user.uri, version=1)
+        change = types.TextDocumentContentChangeWholeDocument("# two\n# lines\n" + using)
+        editor.client.text_document_did_change(types.DidChangeTextDocumentParams(document, [change]))
+        made = await editor.client.text_document_rename_async(
+            types.RenameParams(new_name="wall", **editor.at(text, "t = 2"))
+        )
+        assert made is not None
+        assert made.changes is not None
+        (edit,) = made.changes[user.uri]
+        assert (edit.range.start.line, edit.range.start.character) == (3, 11)
 
     spoken(tmp_path, talk)
 

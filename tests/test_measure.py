@@ -44,8 +44,9 @@ def porosity(text: str) -> float:
     return design.number(node("porosity", design.of().root, envelope)).value
 
 
+@pytest.mark.usefixtures("roughly")
 @pytest.mark.parametrize(
-    ("text", "solids", "voids", "euler"), [("box([200, 200, 0.5])", 1, 0, 2), ("sphere(5) \\ sphere(4.9)", 1, 1, 4)]
+    ("text", "solids", "voids", "euler"), [("box([100, 100, 0.5])", 1, 0, 2), ("sphere(5) \\ sphere(4.9)", 1, 1, 4)]
 )
 def test_counts_are_taken_at_a_voxel_that_holds_the_walls(text: str, solids: int, voids: int, euler: int) -> None:
     """Without a voxel they were not known of a plate and of a thin shell, at 1/128 of the longest side."""
@@ -100,6 +101,7 @@ def test_a_ring_in_its_box() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("roughly")
 def test_a_shell_of_schwarz_p_has_two_voids() -> None:
     """The paper: shelling separates the volume "into two interwoven but unconnected voids"."""
     found = report("shell(schwarz_p(30), 0.4) & box([58, 58, 58])")
@@ -107,6 +109,7 @@ def test_a_shell_of_schwarz_p_has_two_voids() -> None:
     assert found["solid_components"] == 1
 
 
+@pytest.mark.usefixtures("roughly")
 def test_the_euler_number_is_that_of_the_part_and_not_of_its_crumbs() -> None:
     """A ball cuts the sheet at sharp angles, where sampling leaves specks: 27 of them here, each of which counts 2."""
     design = porelang.compile("shell(gyroid(10), 0.6) & sphere(15)").design()
@@ -118,6 +121,7 @@ def test_the_euler_number_is_that_of_the_part_and_not_of_its_crumbs() -> None:
     assert abs(found["euler"] + 230) <= 10 + found["error"]["euler"] < 30
 
 
+@pytest.mark.usefixtures("roughly")
 @pytest.mark.parametrize("resolution", [41, 64])
 def test_the_euler_number_of_a_sheet_of_schwarz_p(resolution: int) -> None:
     """One side in two periods a side is 8 balls joined by 12 bars (2 * (8 - 12)), whose 24 further bars end at the box:
@@ -127,6 +131,7 @@ def test_the_euler_number_of_a_sheet_of_schwarz_p(resolution: int) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("roughly")
 def test_voids_beyond_those_that_are_described_are_counted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -274,7 +279,7 @@ def test_the_envelope_does_not_depend_on_how_a_part_is_written(text: str) -> Non
 
 @pytest.mark.slow
 def test_the_porosity_is_that_of_the_envelope() -> None:
-    found = report("gyroid(4) & (cylinder(10, 8) \\ cylinder(2.5, 10))", resolution=24)
+    found = report("gyroid(8) & (cylinder(10, 8) \\ cylinder(2.5, 10))", resolution=24)
     cylinder = math.pi * 100 * 8
     assert found["envelope_volume"] == pytest.approx(cylinder, rel=1e-3)
     assert found["porosity"] == pytest.approx(1 - found["volume"] / cylinder, abs=1e-3)  # type: ignore[operator]
@@ -405,6 +410,7 @@ def test_a_field_that_is_infinite_everywhere_is_told(recwarn: pytest.WarningsRec
         ("gyroid(4) & torus(4, 0.6)", 2),  # of three in the samples two are joined by less than a voxel
     ],
 )
+@pytest.mark.usefixtures("roughly")
 def test_a_gap_that_no_sample_meets_leaves_counts_open(text: str, solids: int) -> None:
     """No two voxels that are both wider than a gap show it, however they differ."""
     found = report(text)
@@ -423,6 +429,7 @@ def test_a_gap_that_no_sample_meets_leaves_counts_open(text: str, solids: int) -
         ("sphere(10) | translate(sphere(5), [20, 0, 0])", 2, 4),
     ],
 )
+@pytest.mark.usefixtures("roughly")
 def test_what_samples_show_is_certain(text: str, solids: int, euler: int | None) -> None:
     found = report(text)
     assert found["solid_components"] == solids

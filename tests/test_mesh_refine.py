@@ -414,9 +414,9 @@ def test_what_no_corner_middle_or_centre_shows_is_found_between_them():
     assert bound >= -points[:, 2].min()
 
 
-@pytest.mark.parametrize("deviation", [0.02, 0.1])
 @pytest.mark.slow
-def test_a_simpler_lattice_is_nowhere_further_than_its_bound(deviation):
+def test_a_simpler_lattice_is_nowhere_further_than_its_bound():
+    deviation = 0.02
     _, simple, facts, _ = refined("gyroid(10) |> shell(0.6) & cylinder(9, 12)", 60, sharp=True, deviation=deviation)
     _, sharp, _, _ = refined("gyroid(10) |> shell(0.6) & cylinder(9, 12)", 60, sharp=True)
     assert len(simple.faces) < 0.8 * len(sharp.faces)

@@ -48,7 +48,7 @@ def settled(text, **how):
 # --- pieces ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("how", [{"resolution": 120}, {"voxel": 0.12}, {"resolution": 60}])
+@pytest.mark.parametrize("how", [{"voxel": 0.25}, {"resolution": 60}])
 def test_a_lattice_in_one_piece_is_meshed_in_one_piece(how):
     """The sheet of a gyroid is connected, and a sphere of 3/2 periods cuts nothing off: there were 73 to 106 specks."""
     found = made("shell(gyroid(10mm), 0.6) & sphere(15mm)", **how)
@@ -128,6 +128,7 @@ def test_pieces_that_are_closed_off_need_no_look(monkeypatch):
     assert hollow.unknown == hollow.filled == 0
 
 
+@pytest.mark.usefixtures("roughly")
 def test_more_pieces_than_there_is_time_to_look_at_are_told(monkeypatch):
     """The porous coat of a hip cup came in 1 684 surfaces without a word: 4 327 others had been found torn off."""
     monkeypatch.setattr(crumbs, "BUDGET", 0)  # as many samples as the grid has
@@ -511,12 +512,12 @@ def test_a_mesh_is_judged_as_it_is_written():
     """Rims that are cut sharp give back what chamfers took, and a ball of eight triangles is not the ball."""
     assert codes(made("cube(10)", resolution=3, sharp=True)) == []
     with pytest.raises(PoreError) as caught:
-        made("sphere(3)", resolution=30, simplify=20)
+        made("sphere(3)", resolution=16, simplify=20)
     told = caught.value.diagnostics[0]
     assert told.code == "E118"
     assert "--simplify 20mm is larger than the part" in told.label
     assert told.hint.startswith("use a smaller --simplify")
-    found = made("sphere(3)", resolution=30, simplify=20, force=True)
+    found = made("sphere(3)", resolution=16, simplify=20, force=True)
     assert codes(found) == ["W202"]
     assert "--simplify 20mm is larger than the part" in found.doubts[0].message
     assert codes(made("sphere(3)", resolution=30, simplify=0.02)) == []
@@ -691,9 +692,9 @@ def test_thin_shells_do_not_cross_themselves(how):
 
 @pytest.mark.slow
 def test_sharp_wedges_do_not_cross_themselves():
-    found = made("shell(gyroid(10mm), 0.6) & sphere(15mm)", resolution=40, sharp=True, force=True)
+    found = made("shell(gyroid(10mm), 0.6) & sphere(10mm)", resolution=27, sharp=True, force=True)
     assert found.facts["crossed"] == 0
-    assert found.facts["rim_edges"] > 3000
+    assert found.facts["rim_edges"] > 1000
 
 
 def test_what_crosses_all_the_same_is_told():

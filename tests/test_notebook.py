@@ -24,6 +24,8 @@ from porelang.diagnostics import PoreError
 from porelang.notebook import display, still
 from porelang.notebook.magic import load_ipython_extension
 from porelang.notebook.slice import slice_picture
+from porelang.preview import doing
+from porelang.progress import checkpoint
 
 pytest.importorskip("anywidget")
 from porelang.notebook.widget import Viewer
@@ -157,6 +159,46 @@ def test_what_is_wrong_is_told_and_the_last_picture_stays(heard: Heard) -> None:
     assert "E103" in viewer.wrong  # still
     heard.after(lambda: setattr(viewer, "outputs", ["part"]))
     assert viewer.wrong == ""
+
+
+def test_what_is_cancelled_says_of_what_the_picture_is_and_can_be_had_again(
+    heard: Heard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    viewer = heard.viewer
+    heard.after(lambda: viewer._handle_custom_msg({"do": "begin"}, []))
+    drawn = doing.draw
+
+    def never(*_: object) -> None:
+        while True:
+            time.sleep(0.01)
+            checkpoint()
+
+    def stopped(act: Callable[[], object]) -> dict[str, Any]:
+        monkeypatch.setattr("porelang.preview.seen.draw", never)
+        told = heard.after(lambda: (act(), viewer._handle_custom_msg({"do": "cancel"}, [])))
+        monkeypatch.setattr("porelang.preview.seen.draw", drawn)
+        (word,) = [word for word in told if word["say"] == "stopped"]
+        return word
+
+    word = stopped(lambda: setattr(viewer, "settings", {"r": "1.2cm"}))
+    assert word["text"] == viewer.wrong == "Cancelled. The picture is as before: r = 10mm."
+    assert viewer.settings["r"] == 12
+    # the same once more, here or by the button there, is drawn
+    for again in (
+        lambda: setattr(viewer, "settings", {"r": 12}),
+        lambda: viewer._handle_custom_msg({"do": "again"}, []),
+    ):
+        assert "scene" in {word["say"] for word in heard.after(again)}
+        assert viewer.wrong == ""
+        assert heard.after(again) == []  # it is there
+        heard.after(lambda: setattr(viewer, "settings", {"r": 11}))
+        stopped(lambda: setattr(viewer, "settings", {"r": 12}))
+    # outputs and colours are those that are seen
+    word = stopped(lambda: setattr(viewer, "paint", "high"))
+    assert (viewer.paint, word["wish"]) == ("", {"outputs": [], "paint": "", "plane": False})
+    # and a refusal says so too
+    heard.after(lambda: setattr(viewer, "outputs", ["part", "none"]))
+    assert viewer.wrong.endswith("The picture is as before: r = 11mm, `part`.")
 
 
 def test_every_trait_refuses_what_cannot_be(program: porelang.Program) -> None:
@@ -423,7 +465,7 @@ def test_the_widget_draws_in_a_browser(heard: Heard) -> None:
         # what is wrong lies over the picture that was there
         page.fill("#paint", "hihg")
         page.press("#paint", "Enter")
-        page.wait_for_function("said.at(-1).paint === 'hihg'")
+        page.wait_for_function("said.at(-2).paint === 'hihg'")
         passed(lambda: viewer.set_state({"paint": "hihg"}))
         page.evaluate("state => Object.entries(state).forEach(([n, v]) => model.set(n, v))", heard.states[-1])
         assert page.evaluate("model.get('paint')") == ""
@@ -443,10 +485,18 @@ def test_the_widget_draws_in_a_browser(heard: Heard) -> None:
         assert "run the cell again" not in page.inner_text("#said")
         assert not page.locator("#panel").evaluate("e => e.inert")
 
+        # what was cancelled is asked for again, also where no trait has changed
+        stopped = {"say": "stopped", "of": "scene", "text": "Cancelled. As before.",
+                 "wish": {"outputs": [], "paint": "", "plane": False}}  # fmt: skip
+        page.evaluate("word => tell(word)", stopped)
+        page.click("#said-again")
+        assert page.evaluate("said.at(-1)") == {"do": "again"}
+
         # another view of the same, later
         page.evaluate("() => { stop(); document.getElementById('cell').replaceChildren(); again(); }")
         seen(0)
         assert "did you mean `high`" in page.inner_text("#said")
+        assert "Cancelled. As before." in page.inner_text("#said")
         browser.close()
     assert [one for one in wrong if "CONTEXT_LOST" not in one] == []
 

@@ -186,7 +186,7 @@ def test_volume_is_kept_at_the_price_of_shape() -> None:
     assert np.quantile(stretch[1], 0.9) > np.quantile(stretch[0], 0.9)
 
 
-@pytest.mark.parametrize("depth", [18, 20, 21.4])
+@pytest.mark.parametrize("depth", [18, 21.4])
 def test_volume_is_kept_of_a_deep_dip(depth: float) -> None:
     """From even cells the first step towards it folds, and they were what came out: off by half in the middle. Volumes
     are never farther off than of cells of the right shape, and those of the deepest dip cannot be nearer."""

@@ -58,8 +58,9 @@ def start(*words: str, said_first: bool = False, **more: object) -> subprocess.P
 @pytest.fixture(scope="module")
 def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("work")
-    (folder / "a.pore").write_text("gyroid(5) |> shell(0.8) & sphere(20)\n")
-    np.save(folder / "p.npy", np.random.default_rng(1).uniform(-20, 20, (300_000, 3)))
+    (folder / "a.pore").write_text("gyroid(5) |> shell(0.8) & sphere(10)\n")
+    (folder / "ball.pore").write_text(BALL)
+    np.save(folder / "p.npy", np.random.default_rng(1).uniform(-10, 10, (300_000, 3)))
     write_slices(porelang.compile(BALL).design(), folder / "layers", 2)
     return folder
 
@@ -68,7 +69,7 @@ COMMANDS = {
     "stl": ["mesh", "a.pore", "-o", "a.stl", "--voxel", "0.5mm", "-q"],
     "slices": ["slices", "a.pore", "-o", "layers", "--step", "0.5mm", "--voxel", "0.15mm", "-q"],
     "new": ["slices", "a.pore", "-o", "new", "--step", "0.5mm", "--voxel", "0.15mm", "-q"],
-    "tet": ["tet", "a.pore", "-o", "a.msh", "--bounds", "0,0,0,4,4,4", "--size", "0.4mm", "-q"],
+    "tet": ["tet", "a.pore", "-o", "a.msh", "--bounds", "0,0,0,2,2,2", "--size", "0.4mm", "-q"],
     "eval": ["eval", "a.pore", "--points", "p.npy", "-o", "v.npy", "-q"],
     "render": ["render", "a.pore", "-o", "a.png", "--solid", "none", "--slice", "x=0", "--samples", "2", "-q"],
 }
@@ -206,17 +207,18 @@ FULL = pytest.mark.skipif(not os.path.exists("/dev/full"), reason="Linux has a d
 
 
 @FULL
-@pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize(
-    "words",
+    ("words", "unbuffered"),
     [
-        ["check", "a.pore", "--json"],
-        ["show", "a.pore"],
-        ["glsl", "a.pore"],
-        ["eval", "a.pore", "--points", "p.npy"],
-        ["mesh", "a.pore", "-o", "full.stl", "--resolution", "9", "--force"],
-        ["explain", "--json"],
-        ["--help"],
+        (["check", "ball.pore", "--json"], ""),
+        (["show", "ball.pore"], ""),
+        (["glsl", "ball.pore"], ""),
+        (["eval", "ball.pore", "--points", "p.npy"], "1"),
+        (["mesh", "ball.pore", "-o", "full.stl", "--resolution", "9", "--force"], "1"),
+        (["explain", "--json"], ""),
+        (["explain", "--json"], "1"),
+        (["--help"], ""),
+        (["--help"], "1"),
     ],
 )
 def test_standard_output_that_takes_nothing_is_told(words: list[str], unbuffered: str, work: Path) -> None:
@@ -233,13 +235,19 @@ def test_standard_output_that_takes_nothing_is_told(words: list[str], unbuffered
 @FULL
 def test_streams_that_nobody_needs_may_be_closed(work: Path) -> None:
     """A file that is written then does not take the number of standard output or error."""
-    for redirected in (">&-", "2>&-", "<&- >&- 2>&-", "2>/dev/full", ">/dev/full"):
-        done = subprocess.run(["sh", "-c", f'exec "$@" {redirected}', "sh", sys.executable, "-m", "porelang",
-                               "mesh", "a.pore", "-o", "c.stl", "--resolution", "9", "-q", "--force"],
+    mesh = ["mesh", "ball.pore", "-o", "c.stl", "--resolution", "9", "-q", "--force"]
+    values = ["eval", "ball.pore", "--points", "p.npy", "-o", "c.npy", "-q"]
+    for redirected, words in ((">&-", values), ("2>&-", values), ("<&- >&- 2>&-", mesh), ("2>/dev/full", values),
+                              (">/dev/full", values)):  # fmt: skip
+        done = subprocess.run(["sh", "-c", f'exec "$@" {redirected}', "sh", sys.executable, "-m", "porelang", *words],
                               cwd=work, capture_output=True, text=True, env=environment(), check=False)  # fmt: skip
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
-        assert (work / "c.stl").stat().st_size % 50 == 84 % 50
-        (work / "c.stl").unlink()
+        if words is mesh:
+            assert (work / "c.stl").stat().st_size % 50 == 84 % 50
+            (work / "c.stl").unlink()
+        else:
+            assert np.load(work / "c.npy").shape == (300_000,)
+            (work / "c.npy").unlink()
     done = subprocess.run(["sh", "-c", 'exec "$@" 2>/dev/full', "sh", sys.executable, "-m", "porelang", "check", "b"],
                           cwd=work, capture_output=True, text=True, env=environment(), check=False)  # fmt: skip
     assert done.returncode == 2

@@ -83,6 +83,61 @@ def test_a_part_whose_check_fails_is_not_written(tmp_path: Path) -> None:
     assert not path.exists()
 
 
+def test_a_remark_may_say_what_the_part_is_called() -> None:
+    state = said(State(Session()), "let body = sphere(3)\n# body\nbody\n", part=True).state
+    assert state.text == "let body = sphere(3)\n# body\nout part = body\n"
+    assert answered(state, "let w = 3").state.program is not None
+
+
+def test_a_setting_ends_with_its_range() -> None:
+    told = spoken("let b = 4mm", "param a = 3mm in 1mm..b", ":set a = 3.5mm", "let b = 3mm", "2", ":set")
+    assert told[1] == "note: `a` is what the program says, and not 3.5mm any more, which lies outside of it now"
+    assert told[2:] == ["a number: 2", "a = 3mm in 1mm..3mm"]
+
+
+def test_names_that_nobody_typed_are_not_shown() -> None:
+    assert "`gyroid(8)` has no end" in spoken("gyroid(8)")[0]
+    assert "`it" not in spoken("it")[0].replace("unknown name `it`", "")
+    assert spoken("param w = 3 in 1..4", 'preset "a": w = 2', ':drop preset "a"') == ["`preset a` is gone"]
+
+
+def test_a_check_that_falls_is_told() -> None:
+    check = 'check w > 7mm, "wide"'
+    anew = "param w = 4mm in 2mm..12mm"
+    told = spoken("param w = 8mm in 2mm..12mm", check, ":set w = 3mm", check, ":set w =", anew)
+    assert told[0] == 'note: it holds: check w > 7mm, "wide"'
+    assert told[1].startswith("w = 3mm\nerror[E068]: wide")
+    assert told[2].startswith("error[E068]: wide")  # asked for again
+    assert told[3] == "w = 8mm"
+    assert "error[E068]: wide" in told[4]
+
+
+def test_a_remark_belongs_to_what_follows(tmp_path: Path) -> None:
+    path = tmp_path / "a.pore"
+    told = spoken(
+        "# of a panel", "", "# the cell", "let w = 3mm", "w", "# seen", "let v = w", ":program", f":save {path}"
+    )
+    assert told[1] == "# of a panel\n# the cell\nlet w = 3mm\n# seen\nlet v = w"
+    assert path.read_text().startswith("# of a panel\n# the cell\nlet w = 3mm\n")
+
+
+def test_a_program_is_saved_where_its_files_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "deep" / "lib.pore").write_text("param t = 2mm in 1mm..3mm\n")
+    text = 'use "lib.pore" as lib\nout part = sphere(lib.t)\n'
+    monkeypatch.chdir(tmp_path)
+    state = said(State(Session(), "deep/<repl>"), text, part=True).state
+    refused = answered(state, ":save other.pore")
+    assert refused.wrong
+    assert "`:save deep/other.pore`" in refused.said
+    assert not answered(state, ":save deep/other.pore").wrong
+    assert (tmp_path / "deep" / "other.pore").read_text() == text
+    from porelang.repl.terminal import Names
+
+    names = Names([text], "deep/<repl>")
+    assert [c.text for c in names.get_completions(Document("lib."), CompleteEvent())] == ["t"]
+
+
 def test_remarks_are_kept(tmp_path: Path) -> None:
     text = """\
 # of a panel
@@ -317,7 +372,8 @@ def test_a_file_is_begun_with_where_it_lies(tmp_path: Path, monkeypatch: pytest.
         command = [sys.executable, "-m", "porelang", "repl", file]
         return subprocess.run(command, input="lib.t\n", capture_output=True, text=True)
 
-    assert run("deep/part.pore").stdout == "a length: 2mm\n"
+    for path in ("deep/part.pore", "./deep/part.pore"):
+        assert run(path).stdout == "a length: 2mm\n"
     wrong = run("deep/wrong.pore")
     assert (wrong.returncode, wrong.stdout) == (1, "")
     assert " --> deep/wrong.pore:3:9\n" in wrong.stderr

@@ -17,7 +17,7 @@ from porelang.cli import main
 from porelang.diagnostics import PoreError
 
 ROOT = Path(__file__).resolve().parent.parent
-SHEET = "metric(gyroid(10mm)) |> shell(0.75mm) & cube(12mm)\n"
+SHEET = "metric(gyroid(10mm)) |> shell(0.75mm) & cube(8mm)\n"
 
 
 @pytest.mark.parametrize(

@@ -104,7 +104,7 @@ def same_as_afresh(path: str, snapshot: Snapshot, session: Session) -> None:
 @pytest.mark.parametrize("seed", range(2))
 def test_every_edit_gives_what_compiling_afresh_gives(seed: int) -> None:
     session = Session(folder="")
-    for text in edits(PROGRAM, 35, seed):
+    for text in edits(PROGRAM, 20, seed):
         same_as_afresh("part.pore", session.update("part.pore", text), session)
 
 
@@ -235,6 +235,28 @@ def test_a_program_is_as_large_as_it_may_be_whether_or_not_it_was_edited(monkeyp
     assert "E070" in told_again[0]
     assert told_again == [str(d) for d in compiled(Source("a", more)).diagnostics]
     assert compiled(Source("a", enough), memory=memory).diagnostics == ()
+
+
+def test_lists_that_are_too_long_together_are_told_before_they_are_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where the first list is filtered, or the second depends on it, once enough has been computed."""
+    steps: list[int] = []
+    spend = context.Context.spend
+    monkeypatch.setattr(context.Context, "spend", lambda *a: (steps.append(1), spend(*a))[1])
+    monkeypatch.setattr(context, "MOST_EXPRESSIONS", 5000)
+    for clauses, most in (
+        ("for i in range(80) for j in range(80)", 300),
+        ("for i in range(80) if i >= 0 for j in range(80)", 5200),
+        ("for i in range(80) for j in range(i + 40)", 5200),
+    ):
+        steps.clear()
+        (found,) = compiled(Source("a", f"union([{clauses}: sphere(1 + i + j)])")).diagnostics
+        assert found.code == "E070"
+        assert len(steps) < most
+    # lists that become shorter, or are left out, are not 40 x 40
+    monkeypatch.setattr(context, "MOST_EXPRESSIONS", 1500)
+    for clauses in ("for i in range(40) for j in range(40 - 4 * i)", "for i in range(40) if i < 2 for j in range(40)"):
+        told = compiled(Source("a", f"let list = [{clauses}: j]\nsphere(len(list))")).diagnostics
+        assert told == ()
 
 
 # ---- the workspace --------------------------------------------------------------------------------------------------

@@ -31,7 +31,7 @@ from porelang.ops.grid import lookup
 from porelang.progress import watching
 from porelang.source import Source, Span
 from porelang.tasks import datafile, shape
-from porelang.tasks.shape import Found, ask, file, read_shape
+from porelang.tasks.shape import Found, ask, child, file, read_shape
 from porelang.tasks.shape.found import told_of
 
 SPAN = Span(Source("part.pore", 'mesh("part.stl")'), 0, 16)
@@ -39,11 +39,35 @@ BOX = np.array([4.0, 6.0, 10.0])  # half its sides, in mm
 Some = np.ndarray[Any, np.dtype[np.float64]]
 
 
+@pytest.fixture
+def kept() -> None:
+    """For a test that may find what others of the suite have measured."""
+
+
 @pytest.fixture(autouse=True)
-def _afresh(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each test measures for itself: nothing is found that another one has kept."""
+def _afresh(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each other test measures for itself: nothing is found that another one has kept."""
     forget()
-    monkeypatch.setattr(store, "_folder", lambda: None)
+    if "kept" not in request.fixturenames:
+        monkeypatch.setattr(store, "_folder", lambda: None)
+
+
+@pytest.fixture
+def apart() -> None:
+    """For tests of the process that measures; it takes a second to start."""
+
+
+@pytest.fixture(autouse=True)
+def _here(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The others have the same measured in this one, from and to the same files."""
+    if "apart" not in request.fixturenames:
+
+        def measured(asked: Any, source: int, target: int, words: object) -> int:
+            child.main(asked.ending, asked.error, asked.margin, asked.unit, os.dup(source), os.dup(target))
+            return 0
+
+        monkeypatch.setattr(ask, "_measured", measured)
+        monkeypatch.setattr(child, "told", lambda done, total: None)
 
 
 def forget() -> None:
@@ -414,15 +438,16 @@ def test_error_that_takes_too_many_samples(tmp_path: Path) -> None:
         assert told(lambda wrong=wrong: read_shape(path, error=wrong, span=SPAN)).code == "E143"
 
 
+@pytest.mark.usefixtures("apart")
 def test_death_of_the_process_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = saved(box(), tmp_path / "box.stl")
     ended = ask.ended
 
     for how, words in ((signal.SIGSEGV, "crashed (SIGSEGV)"), (signal.SIGKILL, "not enough memory")):
 
-        def killed(child: Running, heard: Any, how: signal.Signals = how) -> int:
-            os.kill(child.pid, how)
-            return ended(child, heard)
+        def killed(running: Running, heard: Any, how: signal.Signals = how) -> int:
+            os.kill(running.pid, how)
+            return ended(running, heard)
 
         monkeypatch.setattr(ask, "ended", killed)
         found = told(lambda: read_shape(path, span=SPAN))
@@ -430,11 +455,12 @@ def test_death_of_the_process_is_told(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("apart")
 def test_cancelling_ends_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = saved(trimesh.creation.icosphere(subdivisions=5, radius=10.0), tmp_path / "ball.stl")
+    path = saved(trimesh.creation.icosphere(subdivisions=4, radius=10.0), tmp_path / "ball.stl")
     started: list[Running] = []
     ended = ask.ended
-    monkeypatch.setattr(ask, "ended", lambda child, heard: (started.append(child), ended(child, heard))[1])
+    monkeypatch.setattr(ask, "ended", lambda running, heard: (started.append(running), ended(running, heard))[1])
     reports: list[tuple[int, int]] = []
     with (
         watching(lambda _, done, total: reports.append((done, total)), lambda: bool(reports)),
@@ -453,19 +479,19 @@ def test_process_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
     python = [sys.executable, "-P", "-m", "porelang.tasks.shape.child", ".stl", "0.05", "nan", "nan"]
     with open(path, "rb") as source, open(tmp_path / "found.npz", "wb") as target:
         files = source.fileno(), target.fileno()
-        child = subprocess.Popen(
+        running = subprocess.Popen(
             [*python, *map(str, files)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             pass_fds=files,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
         )
-        with child:
-            assert child.stdout is not None
-            assert child.stdin is not None
-            assert re.fullmatch(rb"\d+ \d+\n", child.stdout.readline())
-            child.stdin.close()
-            assert child.wait(timeout=120) == 0
+        with running:
+            assert running.stdout is not None
+            assert running.stdin is not None
+            assert re.fullmatch(rb"\d+ \d+\n", running.stdout.readline())
+            running.stdin.close()
+            assert running.wait(timeout=120) == 0
     assert (tmp_path / "found.npz").read_bytes() == b""
 
 
@@ -473,6 +499,7 @@ def never(*_: object) -> int:
     raise AssertionError("a mesh was measured")
 
 
+@pytest.mark.usefixtures("apart")
 def test_what_was_measured_is_kept_by_the_content_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(store, "_folder", lambda: tmp_path / "kept")
     first = read_shape(saved(box(), tmp_path / "box.stl"), error=0.4)
@@ -575,6 +602,7 @@ def test_numbers_that_a_mesh_is_asked_for_with(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("kept")
 def test_scan_of_the_example_is_what_was_scanned() -> None:
     """By the sign of what it was made from: noise and the closed holes lie within half a mm of its surface."""
     examples = Path(__file__).parent.parent / "examples"

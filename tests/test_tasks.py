@@ -800,7 +800,7 @@ def test_what_was_damaged_is_computed_again(damage: Any, tmp_path: Path, compute
     "call",
     [
         "porosity(gyroid(3), sphere(9))",
-        "area(gyroid(3) & sphere(9))",
+        "area(gyroid(3) & sphere(5))",
         "maximum(sin(x) * y, sphere(9))",
         "to_porosity(gyroid(3), 30%, sphere(9))",
         "solve(t => volume(sphere(t)), 100, 1..10)",

@@ -163,7 +163,7 @@ def test_planes_cut_a_lattice_within_the_published_angles() -> None:
     lattice = Lattice(uniform(frame, lambda lo, hi: np.zeros(len(lo), np.int8)), frame)
     free = np.zeros(len(lattice.at), np.uint8)
     random = np.random.default_rng(0)
-    for _ in range(60):
+    for _ in range(25):
         normal = random.normal(size=3) * 10.0 ** -random.integers(0, 4, 3)
         normal /= np.linalg.norm(normal)
         centre = 3 + random.random(3)
@@ -197,14 +197,14 @@ def test_the_volume_of_a_ball_converges_by_the_square_of_the_size() -> None:
 
 
 def test_the_volume_of_curved_walls_is_the_parts() -> None:
-    """What flat triangles cut off a ball, and add to a hollow one, is less by a hundred where vertices leave it."""
-    for text, volume in (("sphere(10)", BALL), ("sphere(10) \\ sphere(6)", BALL * (1 - 0.6**3))):
-        plain, _ = meshed(text, 1.0, sharp=False)
-        mesh, facts = meshed(text, 1.0)
-        assert abs(facts["volume"] / volume - 1) < 1e-4
-        assert abs(volumes(plain).sum() / volume - 1) > 1e-3
-        assert 0 < facts["moved"] < 0.05
-        assert np.linalg.norm(mesh.vertices - plain.vertices, axis=1).max() == pytest.approx(facts["moved"])
+    """What flat triangles cut off a ball, and add to the hollow in it, is less by a hundred where vertices leave it."""
+    text, volume = "sphere(10) \\ sphere(6)", BALL * (1 - 0.6**3)
+    plain, _ = meshed(text, 1.0, sharp=False)
+    mesh, facts = meshed(text, 1.0)
+    assert abs(facts["volume"] / volume - 1) < 1e-4
+    assert abs(volumes(plain).sum() / volume - 1) > 1e-3
+    assert 0 < facts["moved"] < 0.05
+    assert np.linalg.norm(mesh.vertices - plain.vertices, axis=1).max() == pytest.approx(facts["moved"])
 
 
 @pytest.mark.parametrize("text", ["sphere(10)", "torus(10, 4)", "smooth_intersection(gyroid(20) * 3, sphere(9), 3)"])
@@ -264,10 +264,11 @@ def test_of_several_gaps_the_largest_is_told_and_how_many_there_are() -> None:
     assert "as at (13.5" in told.message
 
 
-@pytest.mark.parametrize(("part", "deep"), [
-    ("box([20, 10, 10])", (10, 7.0)), ("box([120, 20, 20])", (20, 16.0)),  # the slit is a small share of its surface
+@pytest.mark.parametrize(("part", "deep", "x"), [
+    ("box([20, 10, 10])", (10, 7.0), 0.35),
+    ("box([20, 10, 10])", (10, 7.0), 0.505),  # just beside a plane of corners
+    ("box([120, 20, 20])", (20, 16.0), 0.35),  # the slit is a small share of its surface
 ])  # fmt: skip
-@pytest.mark.parametrize("x", [0.35, 0.505])  # the latter just beside a plane of corners
 def test_a_slit_that_stays_closed_is_told(part: str, deep: tuple[float, float], x: float) -> None:
     """One of .05 mm, in cubes that are .5 mm when they are halved: how wide it is, over how much, and where."""
     across, down = deep
@@ -338,21 +339,6 @@ def test_a_drilled_ball_has_its_volume_in_closed_form() -> None:
     rim = np.abs(np.linalg.norm(mesh.vertices, axis=1) - 10) + np.abs(np.hypot(*mesh.vertices.T[:2]) - 4) < 1e-5
     assert rim.sum() >= 60
     assert facts["min_dihedral"] > 8
-
-
-def test_a_lattice_in_a_cylinder_has_its_volume_at_ten_cubes_to_a_cell() -> None:
-    """Against points by chance in cells of the box, whose error is a tenth of what is allowed."""
-    for text in ("gyroid(10) & cylinder(10, 10)", "gyroid(10) |> shell(1.5) & cylinder(10, 10)"):
-        solid = solid_of(text)
-        random, held, many = np.random.default_rng(0), 0, 100
-        cells = np.stack(np.meshgrid(np.arange(many), np.arange(many), indexing="ij"), -1).reshape(-1, 2)
-        for layer in range(many):
-            at = np.column_stack([cells, np.full(len(cells), layer)]) + random.random((len(cells), 3))
-            held += int(solid.holds(solid.lo + at / many * (solid.hi - solid.lo)).sum())
-        volume = held / many**3 * np.prod(solid.hi - solid.lo)
-        _, facts = meshed(text, 1.0, keep_islands=True)
-        assert abs(facts["volume"] / volume - 1) < 3e-3
-        assert facts["min_dihedral"] > 8
 
 
 def test_a_lattice_cut_at_its_box_has_sharp_rims() -> None:
@@ -427,20 +413,22 @@ def test_tongues_at_an_envelope_are_not_lost() -> None:
     ("text", "solid"),
     [
         ("gyroid(10) & cylinder(10, 10)", 0.5),
+        ("gyroid(10) |> shell(1.5) & cylinder(10, 10)", None),
         ("schwarz_p(10) & cylinder(5, 10)", None),
         ("iwp(10) & cylinder(10, 5)", None),
     ],
 )
 def test_lattices_in_a_cylinder_have_their_volume(text: str, solid: float | None) -> None:
-    """At ten cubes to a cell within 0.3 %, against points by chance in the cells of a grid, known to 0.05 %."""
-    part, rng, n = solid_of(text), np.random.default_rng(1), 110
+    """At ten cubes to a cell within 0.3 %, against points by chance in the cells of a grid, known to 0.1 %."""
+    part, rng, n = solid_of(text), np.random.default_rng(1), 80
     cells = np.stack(np.meshgrid(*[np.arange(n)] * 3, indexing="ij"), -1).reshape(-1, 3)
     lo, hi = np.array(part.lo), np.array(part.hi)
     held = part.holds(lo + (cells + rng.random(cells.shape)) / n * (hi - lo)).mean() * np.prod(hi - lo)
     if solid is not None:
         assert held == pytest.approx(solid * math.pi * 100 * 10, rel=2e-3)
-    mesh, _ = meshed(text, 1.0, keep_islands=True)
+    mesh, facts = meshed(text, 1.0, keep_islands=True)
     assert volumes(mesh).sum() == pytest.approx(held, rel=3e-3)
+    assert facts["min_dihedral"] > 8
 
 
 def test_kites_on_the_surface_are_left_out() -> None:
@@ -587,8 +575,8 @@ def test_a_field_without_a_number_is_refused_with_its_place() -> None:
 
 
 def test_the_same_again() -> None:
-    one, _ = meshed("gyroid(10) |> shell(1.5) & sphere(7)", 0.8)
-    other, _ = meshed("gyroid(10) |> shell(1.5) & sphere(7)", 0.8)
+    one, _ = meshed("gyroid(10) |> shell(1.5) & sphere(5)", 1.0)
+    other, _ = meshed("gyroid(10) |> shell(1.5) & sphere(5)", 1.0)
     assert one.tets.tobytes() == other.tets.tobytes()
     assert one.vertices.tobytes() == other.vertices.tobytes()
 

@@ -461,8 +461,7 @@ def test_plates_and_balls_come_apart() -> None:
 
 @pytest.mark.parametrize(
     ("text", "normal", "resolution"),
-    [("sin(tau*(x+y)/10mm)", (1, 1, 0), 16), ("sin(tau*(x+z)/10mm) + 0.3", (1, 0, 1), 24),
-     ("sin(tau*(x+y+z)/10mm) + 0.4", (1, 1, 1), 24)],
+    [("sin(tau*(x+z)/10mm) + 0.3", (1, 0, 1), 16), ("sin(tau*(x+y+z)/10mm) + 0.4", (1, 1, 1), 24)],
 )  # fmt: skip
 def test_laminates_that_lie_askew_are_exact(text: str, normal: tuple[int, int, int], resolution: int) -> None:
     found = porelang.compile(text).homogenize(cell=10, resolution=resolution)
@@ -533,16 +532,15 @@ def test_rods_along_111_have_their_density_along_them() -> None:
     """E along fibres with nothing between is their share, and none across; 32 voxels made .042 +- .036 of .078."""
     at = [(0, 0, 0), (10, 0, 0), (0, 10, 0), (0, 0, 10), (-10, 0, 0), (0, -10, 0), (0, 0, -10)]
     text = " | ".join(STRUT.format(*(v - 15 for v in a), *(v + 15 for v in a)).format(1.2) for a in at)
-    for resolution in (16, 24):
-        found = porelang.compile(text).homogenize(cell=10, resolution=resolution)
-        share = np.pi * 1.2**2 * 10 * 3**0.5 / 1000
-        assert abs(found.numbers["E.111"] - share) <= found.errors["E.111"] < 0.05 * share
-        assert [found.numbers[f"E.{key}"] for key in ("100", "010", "001", "110")] == [0] * 4
-        assert found.young([[1, -1, 0], [1, 1, 1.01]]).tolist() == [0, 0]
+    found = porelang.compile(text).homogenize(cell=10, resolution=16)
+    share = np.pi * 1.2**2 * 10 * 3**0.5 / 1000
+    assert abs(found.numbers["E.111"] - share) <= found.errors["E.111"] < 0.05 * share
+    assert [found.numbers[f"E.{key}"] for key in ("100", "010", "001", "110")] == [0] * 4
+    assert found.young([[1, -1, 0], [1, 1, 1.01]]).tolist() == [0, 0]
 
 
 @pytest.mark.parametrize(
-    ("text", "resolution"), [(t, n) for t in TETRAHEDRA for n in (16, 32) if not ("iwp" in t and n == 16)]
+    ("text", "resolution"), [("schwarz_p(10) + 0.7", 32)] + [(t, 32 if "iwp" in t else 16) for t in TETRAHEDRA]
 )
 def test_stated_errors_hold_what_tetrahedra_find(text: str, resolution: int) -> None:
     with warnings.catch_warnings():

@@ -237,8 +237,10 @@ def test_all_that_is_set_is_listed_and_stepped() -> None:
 def test_the_words_of_a_window_are_those_of_the_page() -> None:
     known = Known()
     known.hear({"say": "refused", "of": "measure", "text": "error"})
+    known.hear({"say": "unmeasured"})
+    assert (known.head, known.old, known.wrong["measure"]) == ("", True, "")
     known.hear({"say": "measuring", "output": "part"})
-    assert (known.head, known.old, known.wrong["measure"]) == ("measuring part ...", True, "")
+    assert (known.head, known.old) == ("measuring part ...", True)
     rows = [["volume", "3.0 mm3", "+- 0.1 mm3"], ["bounds_of", "", ""], ["size", "1 x 1 x 1 mm", "+- 0.1 mm"],
             ["porosity(a, b)", "0.5", "+- 0.1"]]  # fmt: skip
     known.hear({"say": "measured", "output": "part", "rows": rows})
@@ -249,6 +251,16 @@ def test_the_words_of_a_window_are_those_of_the_page() -> None:
     assert known.checks == [("thick", None, "0.5 +- 0.1")]
     shown = column(known, [], 0, 100)
     assert shown.image.width == 300
+    # from the moment of a change all that was measured and checked is grey
+    known.hear({"say": "checked", "checks": [{"text": "thick", "holds": True, "why": ""}]})
+    green = np.asarray(column(known, [], 0, 100).image).astype(int)
+    known.hear({"say": "unmeasured"})
+    assert known.head == "measures: not of this part yet"
+    grey = np.asarray(column(known, [], 0, 100).image).astype(int)
+    assert (green[..., 1] > green[..., 0] + 40).sum() > 20
+    assert (grey[..., 1] > grey[..., 0] + 40).sum() == 0
+    known.hear({"say": "doubts", "doubts": ["warning"], "notes": ["stresses err by 8%"], "marks": []})
+    assert known.doubts == ["stresses err by 8%", "warning"]
 
 
 def test_letters_are_of_one_width(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -304,6 +316,12 @@ def test_what_takes_long_is_cancelled() -> None:
         known.hear({"say": "doing", "of": purpose, "what": "solving", "share": 0.1})
     Window._cancel(SimpleNamespace(known=known, live=SimpleNamespace(cancel=cancelled.append)))  # type: ignore[arg-type]
     assert cancelled == ["scene", "measure"]
-    assert known.wrong["scene"].startswith("cancelled")
+    # and says of what the picture is; outputs and colours are those again
+    known.hear({"say": "stopped", "of": "scene", "text": "Cancelled. The picture is as before: r = 5mm.", "wish": {}})
+    assert known.wrong["scene"].startswith("Cancelled. The picture is as before")
+    made, _ = desk()
+    made.outputs, made.paint = ("foot",), "heat"
+    made.wished(["part"], "", plane=False)
+    assert (made.outputs, made.paint, made.plane) == (("part",), "", True)  # there is no section that showed none
     known.hear({"say": "done", "of": "scene"})
     assert known.doing == {"measure": "solving 10%"}

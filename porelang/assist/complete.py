@@ -44,6 +44,8 @@ _UNIT = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?([A-Za-z%]*)$
 _WORD = re.compile(r"[A-Za-z_]\w*$")
 _QUOTED = re.compile(r'"([^"\n]+)"')
 _TEXT = re.compile(r'"([^"\n]*)$')
+#: What ends the binding of a name in a block, and in a comprehension.
+_ENDS_LET, _ENDS_FOR = frozenset({"SEMICOLON", "LET"}), frozenset({"FOR", "IF", "COLON"})
 #: What files a call or a statement reads, by their endings.
 _FILES = {
     "use": (".pore",),
@@ -139,6 +141,12 @@ def _locals(snapshot: Snapshot, start: int) -> set[str]:
         if t.type != "NAME":
             continue
         after = tokens[i + 1].type if i + 1 < len(tokens) else ""
+        rest = {later.type for later in tokens[i + 1 :]}
+        line_ends = "\n" in snapshot.source.text[t.start : start]
+        if (last == "LET" and i > 1 and not line_ends and not rest & _ENDS_LET) or (
+            last == "FOR" and not rest & _ENDS_FOR
+        ):
+            continue  # it is being bound
         if (
             last == "FOR"
             or (last == "LET" and i > 1)

@@ -16,6 +16,8 @@ from porelang.source import Span
 from porelang.syntax import tree
 from porelang.syntax.parse import lexed, parse
 
+#: Lets that stand for each other, in used files, before a def: more are a ring.
+MOST_LETS = 100
 Kind = Literal["param", "let", "def", "use", "out", "parameter", "item", "prelude", "preset"]
 
 
@@ -94,7 +96,7 @@ Members = Callable[[tree.Use], Mapping[str, Bound]]
 
 
 def _of_file(snapshot: Snapshot, use: tree.Use) -> Mapping[str, Bound]:
-    source = snapshot.compiled.used.get(f"{snapshot.source.name}\n{use.path.value}")
+    source = snapshot.compiled.used.get(f"{use.span.in_file.source.name}\n{use.path.value}")
     if source is None:
         return {}
     return _bound_in(parse(source)[0])
@@ -161,9 +163,9 @@ def _uses(item: object, env: Mapping[str, Bound], members: Members = lambda _: {
                 todo.append((one.value, inner))
             case tree.Member():
                 todo.append((one.target, seen))
-                bound = seen.get(one.target.name) if isinstance(one.target, tree.Name) else None
-                if bound is not None and isinstance(bound.by, tree.Use):
-                    yield Use(one.name, one.name_span, members(bound.by).get(one.name))
+                used = _used(one.target, seen, members)
+                if used is not None:
+                    yield Use(one.name, one.name_span, members(used).get(one.name))
             case tree.Preset():
                 for setting in one.settings:
                     yield from _set(setting, seen, members)
@@ -198,18 +200,33 @@ def _set(setting: tree.Setting, seen: Mapping[str, Bound], members: Members) -> 
         yield Use(member, Span(place.source, place.end - len(member), place.end), members(bound.by).get(member))
 
 
-def _definition(function: tree.Expr, seen: Mapping[str, Bound], members: Members) -> tree.Def | None:
-    """The def that is called: by its name, as a member of a used file, or by a let that stands for it."""
-    for _ in range(len(seen) + 1):
+def _used(target: tree.Expr, seen: Mapping[str, Bound], members: Members) -> tree.Use | None:
+    """The file whose names stand behind a dot: `plates` in `plates.ring`, or `parts.plates` of a file that uses it."""
+    bound: Bound | None = None
+    if isinstance(target, tree.Name):
+        bound = seen.get(target.name)
+    elif isinstance(target, tree.Member):
+        through = _used(target.target, seen, members)
+        bound = members(through).get(target.name) if through is not None else None
+    return bound.by if bound is not None and isinstance(bound.by, tree.Use) else None
+
+
+def _parameters_of(function: tree.Expr, seen: Mapping[str, Bound], members: Members) -> dict[str, Bound] | None:
+    """The parameters of what is called: of a def by its name, as a member of a used file, by a let that stands for it
+    in its file, or of a lambda; None where it is none of these."""
+    for _ in range(len(seen) + MOST_LETS):
         bound: Bound | None = None
         if isinstance(function, tree.Name):
             bound = seen.get(function.name)
-        elif isinstance(function, tree.Member) and isinstance(function.target, tree.Name):
-            used = seen.get(function.target.name)
-            if used is not None and isinstance(used.by, tree.Use):
-                bound = members(used.by).get(function.name)
+        elif isinstance(function, tree.Member):
+            used = _used(function.target, seen, members)
+            if used is not None:
+                seen = members(used)
+                bound = seen.get(function.name)
+        elif isinstance(function, tree.Lambda):
+            return {p.name: Bound(p.name, "parameter", p.span) for p in function.parameters}
         if bound is not None and isinstance(bound.by, tree.Def):
-            return bound.by
+            return {p.name: Bound(p.name, "parameter", p.name_span, p) for p in bound.by.parameters}
         if bound is None or not isinstance(bound.by, tree.Let):
             return None
         function = bound.by.value
@@ -218,12 +235,11 @@ def _definition(function: tree.Expr, seen: Mapping[str, Bound], members: Members
 
 def _named_arguments(call: tree.Call, seen: Mapping[str, Bound], members: Members) -> Iterator[Use]:
     """The names of arguments, which are those of the parameters of what is called."""
-    definition = _definition(call.function, seen, members)
+    parameters = _parameters_of(call.function, seen, members)
     for a in call.arguments:
-        if a.name is not None and definition is not None:
-            p = next((p for p in definition.parameters if p.name == a.name), None)
+        if a.name is not None and parameters is not None:
             span = Span(a.span.source, a.span.start, a.span.start + len(a.name))
-            yield Use(a.name, span, Bound(a.name, "parameter", p.name_span, p) if p is not None else None)
+            yield Use(a.name, span, parameters.get(a.name))
 
 
 def use_at(snapshot: Snapshot, offset: int) -> Use | None:
@@ -252,6 +268,16 @@ def definition(snapshot: Snapshot, offset: int) -> Span | None:
     return None if here is None or here.bound is None or here.bound.span is None else here.bound.span.in_file
 
 
+def refuse_unreadable(snapshot: Snapshot, name: str) -> None:
+    """Errors: E196 where a statement that cannot be read has a name in it, whose uses are not all known."""
+    read = [s.span.in_file for s in snapshot.file.statements]
+    for token in lexed(snapshot.source.text):
+        if token.type == "NAME" and token.text == name and not any(r.start <= token.start < r.end for r in read):
+            line = snapshot.source.text.count("\n", 0, token.start) + 1
+            where = f"line {line} of `{snapshot.source.name}`"
+            raise fail("E196", f"{where} has `{name}` in it and cannot be read", hint="mend that line first")
+
+
 def renamed(snapshot: Snapshot, offset: int, name: str) -> list[Span]:
     """The places to be changed so that what is called by the name at a place is called `name`.
 
@@ -264,20 +290,14 @@ def renamed(snapshot: Snapshot, offset: int, name: str) -> list[Span]:
         raise fail("E196", f"`{here.name}` is the language's own", hint="a name of this file can be changed")
     if here.bound.span is not None and here.bound.span.source.name != snapshot.source.name:
         where = here.bound.span.source.name
-        raise fail(
-            "E196", f"`{here.name}` is bound in `{where}`", hint="change it there: open files that use it go along"
-        )
+        raise fail("E196", f"`{here.name}` is bound in `{where}`", hint="change it there: files that use it go along")
     tokens = [t for t in lexed(name) if t.type != "NEWLINE"]
     if [t.type for t in tokens] != ["NAME"] or tokens[0].text != name:
         raise fail("E196", f"`{name}` is no name", hint="a name is letters, digits and _, and begins with no digit")
     if here.bound.span is not None and here.bound.span.in_file.text != here.name:
         raise fail("E196", f"`{here.name}` is what the last expression of a file is called",
                    hint=f"write `out {here.name} = ` before that expression first")  # fmt: skip
-    read = [s.span.in_file for s in snapshot.file.statements]
-    for token in lexed(snapshot.source.text):
-        if token.type == "NAME" and token.text == here.name and not any(r.start <= token.start < r.end for r in read):
-            line = snapshot.source.text.count("\n", 0, token.start) + 1
-            raise fail("E196", f"line {line} has `{here.name}` in it and cannot be read", hint="mend that line first")
+    refuse_unreadable(snapshot, here.name)
     places = references(snapshot, offset)
     known = {u.name for u in uses(snapshot) if u.bound is not None and u.bound.kind != "prelude"} | {*COORDINATES}
     if name != here.name and name in known:

@@ -70,11 +70,16 @@ def _text(path: str, found: dict[str, Any]) -> str:
     for key, (name, unit) in _WORDS.items():
         more = f"({found['envelope']})" if key == "envelope_volume" else ""
         lines.append(f"  {name:<16} {_with_error(found[key], found['error'][key], unit)} {more}".rstrip())
+    if found["min_wall"] is not None:
+        wall = f"{figures(found['min_wall'], found['error']['min_wall'])} mm"
+        lines.append(f"  {'thinnest walls':<16} {wall}, as at ({coordinates(found['min_wall_at'], 3)}) mm")
     for key, (name, what) in _LISTED.items():
         several = found["solid_components"] if key == "pieces" else found["closed_voids"]
         if told := _largest(found[key], several, what, least=2 if key == "pieces" else 1):
             lines.append(f"  {name:<16} {told}")
-    lines.extend(f"  {text} = {figures(r['value'], r['error'])}" for text, r in found["reduced"].items())
+    lines.extend(
+        f"  {text} = {figures(r['value'], r['error'])} {r['unit']}".rstrip() for text, r in found["reduced"].items()
+    )
     lines.append(f"  counted at a voxel of {found['voxel']:.4g} mm; certain is what one 1.5 times as large counts too")
     if any(not math.isfinite(found["error"][count]) for count in COUNTS):
         lines.append(f"  {_finer(found)}")

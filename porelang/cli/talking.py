@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import partial
 
 from porelang.cli import report
+from porelang.diagnostics import fail
 from porelang.files import read_source
 from porelang.repl.loop import Read, talk
 from porelang.repl.state import NAME, State, goes_on, said
@@ -23,7 +24,9 @@ MOMENT = 0.2
 def repl(options: Namespace) -> int:
     """Read lines and answer them. Of a file that is named its statements are there already; its part is `part`. Exit
     status 1 where that file is wrong, which is not begun with, or a line of a pipe."""
-    at_terminal = sys.stdin is not None and sys.stdin.isatty()
+    if sys.stdin is None:
+        raise fail("E105", "there is no standard input: it is closed", hint="`pore repl` reads lines from it")
+    at_terminal = sys.stdin.isatty()
     with View(browse=at_terminal) as page:
         return _talk(options, State(Session(), colours=report.has_colours(sys.stdout), page=page), at_terminal)
 
@@ -35,9 +38,8 @@ def _talk(options: Namespace, state: State, at_terminal: bool) -> int:
         report.say(opened.diagnostics)
         if opened.program is None:
             return 1
-        state = said(
-            replace(state, name=os.path.join(os.path.dirname(options.file), NAME)), source.text, part=True
-        ).state
+        name = os.path.normpath(os.path.join(os.path.dirname(options.file), NAME))
+        state = said(replace(state, name=name), source.text, part=True).state
     program: list[str] = [state.text]
 
     def heard(now: State) -> None:
@@ -45,7 +47,9 @@ def _talk(options: Namespace, state: State, at_terminal: bool) -> int:
         if now.page is not None:
             now.page.follow(now.with_part)
 
-    wrong = talk(_reader(program) if at_terminal else _piped(_Pipe()), partial(print, flush=True), state, heard)
+    wrong = talk(
+        _reader(program, state.name) if at_terminal else _piped(_Pipe()), partial(print, flush=True), state, heard
+    )
     return 1 if wrong and not at_terminal else 0
 
 
@@ -91,7 +95,7 @@ def _piped(pipe: _Pipe) -> Read:
     return read
 
 
-def _reader(program: list[str]) -> Read:
+def _reader(program: list[str], name: str) -> Read:
     try:
         from porelang.repl.terminal import reader
     except ImportError as error:
@@ -100,4 +104,4 @@ def _reader(program: list[str]) -> Read:
         report.note("without history and completion: pip install 'porelang[editor]' brings them")
         return input
     print("a statement, or an expression; :help lists the commands, Ctrl-D ends")
-    return reader(program)
+    return reader(program, name)

@@ -133,8 +133,12 @@ class Context:
 
     def spend(self, steps: int, span: Span) -> None:
         """Take steps (expressions, items of lists) off the program's budget; ends the elaboration where it is spent."""
+        self.expect(steps, span)
         self._spent += steps
-        if self._spent > MOST_EXPRESSIONS:
+
+    def expect(self, steps: int, span: Span) -> None:
+        """End the elaboration now, not after minutes, where so many steps that will be taken are more than are left."""
+        if self._spent + steps > MOST_EXPRESSIONS:
             site = self.call_stack[0][1] if self.call_stack else span
             self.error(
                 "E070",

@@ -9,7 +9,7 @@ from porelang.elaborate import operators, suspect
 from porelang.elaborate.calls import call
 from porelang.elaborate.context import Context
 from porelang.elaborate.kinds import check_kinds
-from porelang.elaborate.names import units_named
+from porelang.elaborate.names import free_names, units_named
 from porelang.elaborate.values import (
     POISON,
     Bool,
@@ -338,8 +338,14 @@ def _block(ctx: Context, t: tree.Block, scope: Scope) -> Value:
     return ctx.evaluate(t.value, scope)
 
 
-def _comprehend(ctx: Context, t: tree.Comprehension, depth: int, scope: Scope, into: list[Value]) -> bool:
-    """Collect the values of a comprehension; False if one of them is poison."""
+def _comprehend(
+    ctx: Context, t: tree.Comprehension, depth: int, scope: Scope, into: list[Value], times: int = 1
+) -> bool:
+    """Collect the values of a comprehension; False if one of them is poison.
+
+    A list whose length does not depend on the items before it is gone through `times` times, so that all of them are
+    known to be too many before the first is computed.
+    """
     if depth == len(t.clauses):
         into.append(ctx.evaluate(t.value, scope))
         return not isinstance(into[-1], Poison)
@@ -355,14 +361,22 @@ def _comprehend(ctx: Context, t: tree.Comprehension, depth: int, scope: Scope, i
         ctx.error("E060", f"`for` needs a list, not {describe(value)}", source.span, label="this is no list", hint=hint)
         return False
     sound = True
+    times = times * len(items) if times and not clause.filters and _alike(source, t.clauses[:depth]) else 0
+    ctx.expect(times, t.span)  # each item is an expression at least
     for item in items:
         inner = Scope({clause.name.name: item}, scope)
         taken = _taken(ctx, clause.filters, inner)
         if taken is None:
             return False
         if taken:
-            sound &= _comprehend(ctx, t, depth + 1, inner, into)
+            sound &= _comprehend(ctx, t, depth + 1, inner, into, times)
+            times = 0
     return sound
+
+
+def _alike(source: tree.Expr, before: tuple[tree.Clause, ...]) -> bool:
+    """Whether a list is the same for all items of the clauses before it, whose names it does not use."""
+    return not before or not {n.name for n in free_names(source)} & {c.name.name for c in before}
 
 
 def _taken(ctx: Context, filters: tuple[tree.Expr, ...], scope: Scope) -> bool | None:

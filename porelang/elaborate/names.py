@@ -100,8 +100,8 @@ class Free:
     unit: bool
 
 
-def free_names(statement: tree.Statement) -> tuple[Free, ...]:
-    """The names that a statement uses and does not bind itself, in the order of its text."""
+def free_names(statement: tree.Statement | tree.Expr) -> tuple[Free, ...]:
+    """The names that a statement, or an expression, uses and does not bind itself, in the order of its text."""
     found: list[Free] = []
     stack: list[tuple[object, frozenset[str]]] = [(statement, frozenset())]
     texts: dict[Span, Span] = {}

@@ -85,4 +85,12 @@ FOUND = (
         "",
         "let r = solve(t => 3 * t, 1.5, 0..4)\nsphere(10 * r)",
     ),
+    Code(
+        "E139",
+        "a solid without walls",
+        "`min_wall` measures between parallel sides. A cone or a pyramid has none: its thickness goes down to nothing\n"
+        "at its edges and its tip, which are no walls.",
+        "",
+        "let w = min_wall(cone(10, 0, 20))\nsphere(w)",
+    ),
 )

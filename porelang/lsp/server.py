@@ -99,7 +99,9 @@ class Server(LanguageServer):
 
     def users(self, path: str) -> list[Snapshot]:
         """The files that use a file: those that are open, and those of the folder that are not."""
-        found = [self.session.snapshot(user) for user in self.session.users(path)]
+        open_ = [self.opened(uri) for uri in self.open.values()]  # as their clients have them now
+        using = self.session.users(path)
+        found: list[Snapshot | None] = [snapshot for snapshot in open_ if snapshot.path in using]
         closed = Session(self.session.workspace, self.folder)
         for other in programs(self.folder) if self.workspace.root_path else ():
             if other not in self.open and other != path:
@@ -256,16 +258,19 @@ def server() -> Server:
 
     @ls.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
     def rename(params: types.RenameParams) -> types.WorkspaceEdit:
+        snapshot, at = ls.at(params)
+        here = names.use_at(snapshot, at)
+        users = ls.users(snapshot.path)
         try:
-            places = names.renamed(*ls.at(params), params.new_name)
+            places = names.renamed(snapshot, at, params.new_name)
+            for user in users:
+                names.refuse_unreadable(user, here.name if here is not None else "")
         except PoreError as error:
             d = error.diagnostics[0]
             raise JsonRpcInvalidParams(message=f"{d.message}; {d.hint}") from None
         edits = {params.text_document.uri: [types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in places]}
-        snapshot, at = ls.at(params)
-        here = names.use_at(snapshot, at)
         bound = here.bound if here is not None else None
-        for user in ls.users(snapshot.path):
+        for user in users:
             found = names.uses_of(user, bound) if bound is not None else []
             if found:
                 edits[ls.uri(user.path)] = [types.TextEdit(range_of(p, ls.encoding), params.new_name) for p in found]

@@ -14,8 +14,10 @@ from porelang.asked import read
 from porelang.diagnostics import PoreError, fail
 from porelang.notebook.still import fallback
 from porelang.preview import told
-from porelang.preview.doing import Message, begin, draw, refusal
+from porelang.preview.doing import Message, refusal
+from porelang.preview.look import word
 from porelang.preview.scene import Scene, Wish
+from porelang.preview.seen import Seen
 from porelang.preview.wire import packed, texts
 from porelang.program import Design, Program
 from porelang.render.cuts import HalfSpace
@@ -52,8 +54,9 @@ class Viewer(anywidget.AnyWidget):
     def __init__(self, program: Program, settings: Mapping[str, Setting] | None = None, **traits: Any) -> None:
         self.program = program
         self._jobs = Jobs()
+        self._seen = Seen(self._jobs, lambda message: self._tell(message))
         self._known: list[str | None] = []  # the shaders that the browser has
-        self._asked: Any = None  # of what the last picture is; None before a browser has asked for one
+        self._asked: Any = None  # what is to be drawn; None before a browser has asked for it
         self._from_browser = False
         # what was accepted: where several traits are set at once, they have their new values before they are validated
         self._accepted: dict[str, Any] = {"settings": {}, "outputs": [], "paint": "", "cut": "", "height": 460}
@@ -159,9 +162,12 @@ class Viewer(anywidget.AnyWidget):
         return int(value) if info.structural and not info.choices else told.word(info, value)
 
     def _taken(self, name: str, value: Any) -> Any:
+        same = self._accepted.get(name) == value
         self._accepted[name] = value
         if not self._from_browser:  # of several that are set there, one may be refused
             self._well()
+            if same and name in DRAWN:  # nobody is told of a change
+                self._again()
         return value
 
     def _rejected(self, name: str, error: PoreError) -> Any:
@@ -191,8 +197,26 @@ class Viewer(anywidget.AnyWidget):
                 if not name or name in presets:
                     defaults = {n: self._value(n, info.default) for n, info in self.program.params.items()}
                     self.settings = defaults | presets.get(name, {})
+            case {"do": "again"}:
+                self._again()
             case {"do": "cancel"}:
-                self._jobs.cancel()
+                self._cancel()
+
+    def _cancel(self) -> None:
+        """What is seen stays, and so do its outputs and colours."""
+        wish = self._seen.cancel()
+        if wish is None:
+            return
+        self._asked = self.settings, wish
+        with self.hold_trait_notifications():
+            for name, value in word(wish).items():
+                if getattr(self, name) != value:
+                    setattr(self, name, value)
+
+    def _again(self) -> None:
+        """What was cancelled, or refused, is asked for again."""
+        if self._seen.lacks:
+            self._draw()
 
     def _changed(self, change: Any) -> None:
         if self._asked not in (None, self._wished()):
@@ -204,11 +228,7 @@ class Viewer(anywidget.AnyWidget):
     def _draw(self) -> None:
         self._asked = _, wish = self._wished()
         self._wrong("scene", "")  # of what was set before
-
-        def work() -> None:
-            draw(self.design, wish, self._tell)
-
-        begin(self._jobs, "scene", work, self._tell)
+        self._seen.draw(self.program, self.settings, wish)
 
     def _tell(self, message: Message) -> None:
         if isinstance(message, Scene):
@@ -216,7 +236,7 @@ class Viewer(anywidget.AnyWidget):
             self.send({"say": "scene"}, buffers=[packed(message, self._known)])
             self._known = texts(message)
             return
-        if message["say"] == "refused":
+        if message["say"] in ("refused", "stopped"):
             self._wrong(message["of"], message["text"])
         self.send(message)
 

@@ -68,14 +68,16 @@ def enclose(*asked: Any) -> tuple[Interval, ...]:
     """Ranges over boxes: no distance changes by more than the place does (all are Lipschitz with 1)."""
     *place, wanted = asked
     over = _over(place)
+    vectors = any(name not in _AT for name in wanted)
+    values = _values(over, not _WALLS.isdisjoint(wanted) or vectors, vectors)
     out = []
     for name in wanted:
         (least, most), reach, loose = _DISTANCE, over.reach, over.wide
         if name == "number":
-            (least, most), reach, loose = _NUMBER, 0.0 * reach, _leaps(over, name)
+            (least, most), reach, loose = _NUMBER, 0.0 * reach, _leaps(over, values, name)
         elif name not in _AT:
-            (least, most), reach, loose = _VECTOR, _turn(over, name), _leaps(over, name)
-        lo, hi = np.maximum(over.values[name] - reach, least), np.minimum(over.values[name] + reach, most)
+            (least, most), reach, loose = _VECTOR, _turn(over, values, name), _leaps(over, values, name)
+        lo, hi = np.maximum(values[name] - reach, least), np.minimum(values[name] + reach, most)
         lo, hi = np.where(loose, least, lo), np.where(loose, most, hi)
         out.append(Interval(np.where(over.none, np.inf, lo), np.where(over.none, -np.inf, hi), over.nan))
     return tuple(out)
@@ -85,7 +87,8 @@ def jumps(*asked: Any) -> tuple[Mask, ...]:
     """Over which boxes each result may jump: unit vectors and numbers where sites are as near as each other."""
     *place, wanted = asked
     over = _over(place)
-    return tuple(over.several if name in _AT else _leaps(over, name) for name in wanted)
+    values = _values(over, True, True) if any(name not in _AT for name in wanted) else {}
+    return tuple(over.several if name in _AT else _leaps(over, values, name) for name in wanted)
 
 
 def rounding(*asked: Any) -> tuple[Array, ...]:
@@ -97,25 +100,26 @@ def rounding(*asked: Any) -> tuple[Array, ...]:
     """
     *place, wanted = asked
     over = _over(place)
+    turning = [name for name in wanted if name not in _AT and name != "number" and name[1] != "w"]
+    values = _values(over, False, False) if turning else {}
     found = []
     for name in wanted:
-        if name in _AT:
-            found.append(np.full(over.shape, OF_WALL if name == "wall" else OF_DISTANCE))
-        elif name == "number" or name[1] == "w":
-            found.append(np.full(over.shape, OF_LENGTH if name[1] == "w" else 0.0))
-        else:
-            least = over.values["f" + name[1]] - over.reach
+        if name in turning:
+            least = values["f" + name[1]] - over.reach
             with np.errstate(all="ignore"):
                 turned = 2 * OF_DISTANCE / least + OF_LENGTH
             found.append(np.where((least > 0) & (turned * EPSILON < 0.1), turned, np.inf))
+        else:
+            constant = {"wall": OF_WALL, "number": 0.0}.get(name, OF_DISTANCE if name in _AT else OF_LENGTH)
+            found.append(np.full(over.shape, constant))
     return tuple(found)
 
 
 class _Over(NamedTuple):
-    """What is true over boxes: the results at their middles, how far the boxes reach, whether they are of several seeds
+    """Boxes: their middles with the seed and the jitter (5, n), how far they reach, whether they are of several seeds
     or jitters, whether nothing is known, whether they may hold no place, and whether they are empty."""
 
-    values: dict[str, Array]
+    at: Array
     reach: Array
     several: Mask
     wide: Mask
@@ -125,8 +129,6 @@ class _Over(NamedTuple):
 
 
 def _over(place: Sequence[Interval]) -> _Over:
-    from porelang.ops import site_loops as loops
-
     shape = np.broadcast_shapes(*(np.shape(r.lo) for r in place))
     lo, hi = ([np.broadcast_to(v, shape) for v in ends] for ends in ([r.lo for r in place], [r.hi for r in place]))
     none, nan = np.zeros(shape, np.bool_), ~((lo[4] >= 0) & (hi[4] <= 1))
@@ -139,15 +141,21 @@ def _over(place: Sequence[Interval]) -> _Over:
         wide = several | nan | ~(reach < MOST)
         middle = [np.where(wide, np.nan, lo[a] / 2 + hi[a] / 2) for a in range(3)]
     at, _ = places(*middle, np.where(wide, 0.0, lo[3]), np.where(wide, 0.0, lo[4]))
-    found = np.empty((len(RESULTS) + 2, at.shape[1]))
-    loops.sites(at, True, True, found)
-    values = {name: row.reshape(shape) for name, row in zip((*RESULTS, "f4", "wall2"), found, strict=True)}
-    return _Over(values, np.asarray(reach), several, wide, nan, none, shape)
+    return _Over(at, np.asarray(reach), several, wide, nan, none, shape)
 
 
-def _leaps(over: _Over, name: str) -> Mask:
+def _values(over: _Over, walls: bool, margins: bool) -> dict[str, Array]:
+    """The results at the middles of boxes, and with `margins` the distances of the fourth site and the second wall."""
+    from porelang.ops import site_loops as loops
+
+    found = np.empty((len(RESULTS) + 2, over.at.shape[1]))
+    loops.sites(over.at, walls, margins, found)
+    return {name: row.reshape(over.shape) for name, row in zip((*RESULTS, "f4", "wall2"), found, strict=True)}
+
+
+def _leaps(over: _Over, v: dict[str, Array], name: str) -> Mask:
     """Where the site or the wall that a vector or a number is of may be another one within the box, or in it."""
-    v, slack = over.values, 2 * over.reach + 2 * OF_WALL * EPSILON
+    slack = 2 * over.reach + 2 * OF_WALL * EPSILON
     with np.errstate(invalid="ignore"):
         same = v["f2"] - v["f1"] > slack
         if name != "number" and name[1] == "w":
@@ -159,9 +167,9 @@ def _leaps(over: _Over, name: str) -> Mask:
     return np.asarray(over.wide | ~same)
 
 
-def _turn(over: _Over, name: str) -> Array:
+def _turn(over: _Over, v: dict[str, Array], name: str) -> Array:
     """By how much a unit vector changes within the box: twice the way over the distance; a wall's not at all."""
     if name[1] == "w":
         return np.full(over.shape, 1e-14)
     with np.errstate(all="ignore"):
-        return np.asarray(2 * over.reach / np.maximum(over.values["f" + name[1]] - over.reach, 0.0))
+        return np.asarray(2 * over.reach / np.maximum(v["f" + name[1]] - over.reach, 0.0))

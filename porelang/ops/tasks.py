@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from porelang.ops.row import Kind
-from porelang.units import AREA, RATIO, VOLUME, Dimension
+from porelang.units import AREA, LENGTH, RATIO, VOLUME, Dimension
 
 #: `instant`: done by every command, `pore check` too, so that what is wrong is said at once. `seconds`: only on demand.
 Cost = Literal["instant", "seconds"]
@@ -44,6 +44,10 @@ _ROWS = (
          "The void fraction of a solid within another: 1 - volume(f & within) / volume(within)."),
     Task("volume", ("f",), "real", VOLUME, "seconds", "The volume of a solid, in mm^3."),
     Task("area", ("f",), "real", AREA, "seconds", "The area of a solid's surface, in mm^2."),
+    Task("min_wall", ("f",), "real", LENGTH, "seconds",
+         "The thickness of the thinnest walls of a solid, in mm: between parallel sides, as a hundredth of its surface "
+         "has them at least; edges that run out to nothing are no walls. "
+         '`check min_wall(part) > 0.4mm, "must print"` fails with the place.'),
     Task("minimum", ("f", "within"), "real", SAME, "seconds", "The least value of a field within a solid."),
     Task("maximum", ("f", "within"), "real", SAME, "seconds", "The greatest value of a field within a solid."),
     Task("mean", ("f", "within"), "real", SAME, "seconds", "The mean value of a field within a solid."),

@@ -42,8 +42,7 @@ def begin(jobs: Jobs, purpose: str, work: Callable[[], None], tell: Tell, said: 
     def whole() -> None:
         try:
             work()
-        except CancelledError:
-            tell({"say": "cancelled", "of": purpose})
+        except CancelledError:  # `done` is what is told
             raise
         except PoreError as error:
             tell(refusal(purpose, error.diagnostics))

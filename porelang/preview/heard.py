@@ -42,19 +42,19 @@ class Known:
                     param["value"] = settings.get(param["name"], param["value"])
             case {"say": "gone", "why": why}:
                 self.wrong["file"] = why and f"{self.file} {why}: what is drawn is what it was"
-            case {"say": "refused"}:
+            case {"say": "refused" | "stopped"}:
                 self.wrong[word["of"]] = word["text"]
             case {"say": "doing"}:
                 self.doing[word["of"]] = f"{word['what']} {word['share']:.0%}"
             case {"say": "done"}:
                 self.doing.pop(word["of"], None)
-            case {"say": "cancelled", "of": "measure"}:
-                self.head = "measures: not of this part yet"
-            case {"say": "measuring"}:
+            case {"say": "unmeasured"}:
                 self.wrong["measure"], self.old = "", True
+                self.head = self.head and "measures: not of this part yet"
+            case {"say": "measuring"}:
                 self.head = f"measuring {word['output']} ..."
             case {"say": "doubts"}:
-                self.doubts = word["doubts"]
+                self.doubts = [*word["notes"], *word["doubts"]]
             case {"say": "checked"}:
                 self.checks = [(c["text"], c["holds"], c["why"]) for c in word["checks"]]
             case {"say": "measured"}:

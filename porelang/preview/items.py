@@ -61,8 +61,12 @@ class Desk:
 
     def wish(self) -> None:
         """Have drawn what is chosen."""
-        self.known.wrong["scene"] = ""
         self.live.show(Wish(self.outputs, self.paint, self.plane and self.section.axis >= 0))
+
+    def wished(self, outputs: Sequence[str], paint: str, plane: bool) -> None:
+        """What is drawn is this, says somebody else."""
+        self.outputs, self.paint = tuple(outputs), paint
+        self.plane = plane if self.section.axis >= 0 else self.plane
 
     # ---- params -----------------------------------------------------------------------------------------------------
 
@@ -70,7 +74,6 @@ class Desk:
         offered = [DEFAULTS, *self.known.presets]
         place = offered.index(self.preset) if self.preset in offered else -1 if way > 0 else 0
         self.preset = offered[(place + way) % len(offered)]
-        self.known.wrong["scene"] = ""
         self.live.preset("" if self.preset == DEFAULTS else self.preset)
 
     def _param(self, param: dict[str, Any]) -> Item:
@@ -98,7 +101,6 @@ class Desk:
     def _set(self, param: dict[str, Any], value: float | str) -> None:
         param["value"] = value
         self.preset = ""
-        self.known.wrong["scene"] = ""
         self.live.set({param["name"]: value})
 
     # ---- looks ------------------------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@ well."""
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,18 +18,20 @@ from porelang.elaborate.context import Bound
 from porelang.measure import measure
 from porelang.preview import told
 from porelang.preview.document import Document
-from porelang.preview.doing import Message, begin, draw, refusal
+from porelang.preview.doing import Message, begin, refusal
 from porelang.preview.exports import Made
 from porelang.preview.look import Look, word
 from porelang.preview.scene import Wish, usual
+from porelang.preview.seen import Seen
 from porelang.program import Design, Program
 from porelang.progress import checkpoint
+from porelang.render.picture import field_of
 from porelang.session import Session, Snapshot
 from porelang.session.jobs import Job
 from porelang.settings import Setting, settle
 
-#: Seconds that nothing has to change for before the part is measured.
-STILL = 0.8
+#: Seconds that nothing has to change for before the part is measured, and between two looks whether it is drawn.
+STILL, LOOK = 0.8, 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +52,8 @@ class Live:
     """A program on a page. `tell` is called with what the page is to know, from whichever thread knows it first.
 
     A text with an error keeps the program before it, and its picture; settings stay as long as a param takes them.
-    Whatever takes long is a job of its purpose (`text`, `scene`, `measure`, `export`), of which the latest wins.
+    Whatever takes long is a job of its purpose (`text`, `scene`, `measure`, `export`), of which the latest wins. What
+    is refused is so by its purpose too, and stays until something is told of that again.
     """
 
     def __init__(
@@ -62,9 +66,12 @@ class Live:
         self.document = Document(self.session, path)
         self.tell = tell
         self.settings: told.Settings = {}
+        self._begun: told.Settings = {}  # what the command has set
         self.wish = Wish()
-        self._shown: tuple[Design, Wish] | None = None  # of what the picture is
-        self._drawing: Job[None] | None = None
+        self._seen = Seen(self.session.jobs, lambda message: self.tell(message))
+        self._measured: Any = None  # of what the measures are that were told last, where they are of what is set
+        self._wanted: object = None  # whoever measures now
+        self._order = threading.Lock()  # of what is told of measures
         self.made = Made()
 
     def begin(self) -> None:
@@ -90,13 +97,13 @@ class Live:
             self._refused("text", error)
 
     def _read(self) -> None:
-        self._seen(self.document.read())
+        self._taken(self.document.read())
         self.tell({"say": "text", "text": self.document.text})
 
     def _reread(self) -> None:
         document = self.document
         if not document.changed_on_disk():  # but a file that it uses, or its data
-            self._seen(document.edit(document.text))
+            self._taken(document.edit(document.text))
         elif document.dirty:
             self.tell({"say": "conflict"})
         else:
@@ -104,7 +111,7 @@ class Live:
 
     def edit(self, text: str) -> None:
         """The text is being written."""
-        self.session.submit("text", lambda: self._seen(self.document.edit(text)))
+        self.session.submit("text", lambda: self._taken(self.document.edit(text)))
 
     def save(self, text: str, over: bool = False) -> None:
         """Write the text into the file, unless another program has changed that."""
@@ -113,7 +120,7 @@ class Live:
                 self.tell({"say": "conflict"})
                 return
         except PoreError as error:
-            self._refused("text", error)
+            self._refused("save", error)
             return
         self.tell({"say": "saved"})
 
@@ -126,7 +133,7 @@ class Live:
         try:
             self.tell({"say": "styled", "text": self.document.styled(text)})
         except PoreError as error:
-            self._refused("text", error)
+            self._refused("style", error)
 
     def complete(self, number: int, text: str, offset: int) -> None:
         """What may be written at a place, as the answer to the page's question of this number."""
@@ -137,12 +144,14 @@ class Live:
     # ---- what is drawn ----------------------------------------------------------------------------------------------
 
     def set(self, settings: Mapping[str, float | str]) -> None:
-        """Set params, in base units, by their words, or as texts with units. What cannot be is told, and not taken."""
+        """Set params, in base units, by their words, or as texts with units. What cannot be is told, and not taken; the
+        answer is what all are now."""
         program = self._good()
         if program is None:  # they are looked at when there is one
             self.settings = {**self.settings, **settings}
+            self.tell({"say": "settings", "settings": {}})
             return
-        taken: told.Settings = {}
+        before = self._values(program)
         wrong: list[Diagnostic] = []
         for name, value in settings.items():
             try:
@@ -150,14 +159,12 @@ class Live:
             except PoreError as error:
                 wrong += error.diagnostics
             else:
-                taken[name] = told.word(program.params[name], number)
-        self.settings = {**self.settings, **taken}
-        if wrong or any(taken[name] != settings[name] for name in taken):  # a slider knows where it is
-            values = program.design(self.settings).settings
-            known = {n: told.word(program.params[n], values[n]) for n in settings if n in program.params}
-            self.tell({"say": "settings", "settings": known})
+                self.settings = {**self.settings, name: told.word(program.params[name], number)}
+        values = self._values(program)
+        known = {name: told.word(program.params[name], value) for name, value in values.items()}
+        self.tell({"say": "settings", "settings": known})
         self.tell(refusal("settings", wrong))
-        if taken:
+        if values != before:
             self._draw()
 
     def preset(self, name: str) -> None:
@@ -196,18 +203,19 @@ class Live:
 
     def cancel(self, purpose: str) -> None:
         """What is being done for a purpose is not wanted any more; what is shown stays, and so do its colours."""
-        self.session.jobs.cancel(purpose)
-        if purpose != "scene" or self._drawing is None or self._drawing.done:
+        if purpose == "scene":
+            self.wish = self._seen.cancel() or self.wish
             return
-        still = self._still()
-        if self._shown is not None and (program := self._good()) is not None:
-            self.wish = Look(wish=self._shown[1]).wished(program)
-        if still or self._shown is None:  # else it was only to be drawn more quickly
-            self.tell({"say": "stopped", "of": purpose, "still": still, "wish": word(self.wish)})
+        self.session.jobs.cancel(purpose)
+        if purpose == "measure" and self._measured is None:
+            self.tell({"say": "unmeasured"})
 
     def _good(self) -> Program | None:
         found = self.session.snapshot(self.document.path)
         return None if found is None else found.good
+
+    def _values(self, program: Program) -> dict[str, float]:
+        return settle(program.params, told.kept(program, self.settings))
 
     def _design(self) -> Design:
         program = self._good()
@@ -215,16 +223,20 @@ class Live:
         return program.design(self.settings)
 
     def _program(self, found: Snapshot) -> dict[str, Any]:
-        return told.program(found, self.settings) | ({"file": self._called, "again": ""} if self._called else {})
+        of_command = {"file": self._called, "again": ""} if self._called else {}
+        return told.program(found, self.settings, self._begun) | of_command
 
-    def _seen(self, found: Snapshot) -> None:
+    def _taken(self, found: Snapshot) -> None:
         if found.good is not None:
             self._begin_with(found.good)
             self.settings = told.kept(found.good, self.settings)
             bodies = set(found.good.outputs)
             self.wish = Wish(tuple(n for n in self.wish.outputs if n in bodies), self.wish.paint, self.wish.plane)
         self.tell(self._program(found) | {"wish": word(self.wish)})
+        if self._seen.refused:  # a line of it may be another now; if it is not, that is told again
+            self.tell(refusal("scene", []))
         if found.program is not None:
+            self._measured = None
             self._draw()
 
     def _begin_with(self, program: Program) -> None:
@@ -235,68 +247,78 @@ class Live:
             try:
                 values = program.design(start.settings, preset=start.preset).settings
             except PoreError as error:
-                self._refused("text", error)
+                self._refused("settings", error)
             else:
-                self.settings = {name: told.word(program.params[name], v) for name, v in values.items()}
-        self.settings = {**self.settings, **self._look.settings}  # its own are later than those of the command
+                said = {*start.settings, *program.presets.get(start.preset or "", {})}
+                self._begun = {name: told.word(program.params[name], values[name]) for name in said}
+        # its own are later than those of the command
+        self.settings = {**self._begun, **told.kept(program, self._look.settings)}
         self.wish = self._look.wished(program)
 
     def _draw(self) -> None:
-        if self._good() is not None:
-            self._drawing = begin(self.session.jobs, "scene", self._drawn, self._of_scene)
-
-    def _of_scene(self, message: Message) -> None:
-        """Tell a word about the picture; of what it is still, where it is refused."""
-        if isinstance(message, dict) and message["say"] == "refused":
-            message = message | {"still": self._still()}
-        self.tell(message)
-
-    def _still(self) -> str:
-        """Of what the picture is, in so far as it is not of what is set; "" where it is."""
+        """Draw what is set now, and measure it when it is drawn, or cannot be."""
         program = self._good()
-        if self._shown is None or program is None:
-            return ""
-        design, wish = self._shown
-        if design.program.source.text != program.source.text:
-            return "of the program as it was"
-        now, then = settle(program.params, self.settings), design.settings
-        parts = [
-            f"{n} = {info.shown(then[n])}" for n, info in program.params.items() if n in then and then[n] != now[n]
-        ]
-        if self.wish.outputs != wish.outputs:
-            parts.append(", ".join(f"`{name}`" for name in wish.outputs or [usual(program)]))
-        if self.wish.paint != wish.paint:
-            parts.append(f"the colours of `{wish.paint}`" if wish.paint else "no colours of a field")
-        if self.wish.plane != wish.plane:
-            parts.append(f"{'the' if wish.plane else 'no'} field on the section")
-        return ", ".join(parts)
+        if program is None:
+            return
+        drawing = self._seen.draw(program, self.settings, self.wish)
+        wanted = self._part(program)
+        with self._order:  # who measured until now tells nothing more
+            self._wanted = wanted
+            if wanted != self._measured:
+                self._measured = None
+                self.tell({"say": "unmeasured"})
+        self._job("measure", lambda: self._examined(drawing, wanted), "measuring")
 
-    def _drawn(self) -> None:
-        design, wish = self._design(), self.wish
+    def _examined(self, drawing: Job[None], wanted: object) -> None:
+        """Tell what is doubtful of the part and its colours, and what it measures, unless that was told before."""
 
         def tell(message: Message) -> None:
-            self._shown = design, wish
-            self.tell(message)
+            checkpoint()
+            with self._order:
+                if self._wanted is wanted:
+                    self.tell(message)
 
-        made = draw(design, wish, tell)
-        self._job("measure", lambda: self._measured(design, made.bodies[0].layer.name), "measuring")
-
-    def _measured(self, design: Design, output: str) -> None:
         until = time.monotonic() + STILL
-        while time.monotonic() < until:
-            time.sleep(0.05)
+        while not drawing.done or time.monotonic() < until:
+            until = until if drawing.done else time.monotonic() + STILL
+            time.sleep(LOOK)
             checkpoint()
-        self.tell({"say": "measuring", "output": output})
         try:
-            found = self.session.snapshot(self.document.path)
-            if found is not None and found.program is design.program:
-                self.tell(told.doubts(found, design.told(*design.program.roots(output))))
-            self.tell(told.checked(design))
-            checkpoint()
-            with np.errstate(all="ignore"):  # a field may be infinite somewhere, and that is told
-                self.tell(told.measured(Report(output, measure(design, output))))
+            found = self._looked_at(tell)
+            with self._order:
+                if self._wanted is wanted:
+                    self._measured = found
         except PoreError as error:
-            self._refused("measure", error)
+            tell({"say": "unmeasured"})
+            message = refusal("measure", error.diagnostics)
+            if message["text"] != self._seen.refused:  # it is told once
+                tell(message)
+
+    def _part(self, program: Program) -> Any:
+        """Of what measures are, as it is set now."""
+        return self._values(program), self.wish.outputs[:1]
+
+    def _looked_at(self, tell: Callable[[Message], None]) -> Any:
+        """What was measured, which is not what was to be drawn where that was cancelled."""
+        found, anew, doubts = self.session.snapshot(self.document.path), self._measured is None, list[Diagnostic]()
+        try:
+            design, wish = self._design(), self.wish
+            program = design.program
+            part = self._part(program)
+            output = program.output(wish.outputs[0] if wish.outputs else usual(program))
+            if anew:
+                tell({"say": "measuring", "output": output})
+            paint = Look(wish=wish).wished(program).paint
+            painted = field_of(program, paint, "colour by").roots if paint else ()
+            doubts = design.told(*program.roots(output), *program.graph.checks, *painted)
+        finally:  # what is doubtful of a text is told also where there is no design of it
+            if found is not None and found.program is not None:
+                tell(told.doubts(found, doubts))
+        if anew:
+            tell(told.checked(design))
+            with np.errstate(all="ignore"):  # a field may be infinite somewhere, and that is told
+                tell(told.measured(Report(output, measure(design, output))))
+        return part
 
     def _refused(self, purpose: str, error: PoreError) -> None:
         self.tell(refusal(purpose, error.diagnostics))

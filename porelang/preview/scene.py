@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -75,7 +75,7 @@ class Body:
 @dataclass(frozen=True, slots=True)
 class Scene:
     """What a page draws. `plane` is the layer of a plane, drawn within `stage`; `scale` is that of the colours, of
-    `shown`, and `unit` what it is in."""
+    `shown`, and `unit` what it is in. Something is `shown` and has no scale where it is nowhere a number."""
 
     bodies: tuple[Body, ...]
     plane: Layer | None
@@ -120,6 +120,8 @@ def scene(design: Design, wish: Wish | None = None, budget: int = BUDGET) -> Sce
     plane = _layer(names[0], formulas[0], design, "plane") if wish.plane else None
     values = [make_field(formula, program.ranges, "numpy", "f32") for formula in formulas]
     scale = _scale(values, bodies, within=paint is not None)
+    if scale is None:  # nor does it give colours
+        return replace(scene(design, Wish(wish.outputs), budget), shown=called or names[0])
     return Scene(tuple(bodies), plane, stage, scale, called or names[0], unit)
 
 
@@ -163,19 +165,24 @@ def _numbers(formula: Formula, made: Shader) -> NDArray[np.float32]:
         return np.array(formula.with_roots(*made.uniforms).numbers, dtype=np.float32)
 
 
-def _scale(values: Sequence[Callable[[Any], Any]], bodies: Sequence[Body], within: bool) -> Colouring:
+def _scale(values: Sequence[Callable[[Any], Any]], bodies: Sequence[Body], within: bool) -> Colouring | None:
     """The scale that takes in a field `within` the bodies, or in the cells around them: farther out the field of a part
-    goes on to many times what it is there. `values` of each body are those of the field, and of the body."""
+    goes on to many times what it is there. None where it is nowhere a number. `values` of each body are those of the
+    field, and of the body."""
     random = np.random.default_rng(1)
-    found = []
+    inside, beside = [], []
     for of_body, body in zip(values, bodies, strict=True):
         full = np.argwhere(body.cells.values != VOID)
         some = full[random.integers(len(full), size=SURVEYED)]
         edge = np.array(body.box.size) / body.cells.counts
         places = np.array(body.box.lo) + (some + random.uniform(size=some.shape)) * edge
         shown, solid = np.asarray(of_body(places)).T
-        found.append(shown[solid <= 0] if within else shown)
-    return fitting(np.concatenate(found).astype(np.float64))
+        known = np.isfinite(shown)
+        inside.append(shown[known & (solid <= 0)])
+        beside.append(shown[known])
+    # walls may be so thin that no place is in one
+    found = np.concatenate(inside if within and any(map(len, inside)) else beside)
+    return fitting(found.astype(np.float64)) if len(found) else None
 
 
 def _floats(colour: NDArray[Any]) -> tuple[float, ...]:

@@ -55,8 +55,8 @@ FILES = {
 }
 #: Words that a page may send in a second; one that sends more is dropped.
 MOST_A_SECOND = 400
-#: Characters of one word.
-LONGEST = 100_000
+#: Bytes of one word: line.js says so of what is longer.
+LONGEST = 1 << 20
 _ALLOWED = ("default-src 'self'", "img-src 'self' data: blob:", "frame-ancestors 'none'", "base-uri 'none'")
 HEADERS = {
     "Content-Security-Policy": "; ".join(_ALLOWED),
@@ -82,7 +82,7 @@ def door(port: int = 0) -> tuple[socket.socket, int]:
 def server_of(page: Starlette) -> uvicorn.Server:
     """What serves a page: `run(sockets=[...])` does until `should_exit` is set."""
     return uvicorn.Server(uvicorn.Config(page, log_level="error", ws="websockets-sansio", ws_per_message_deflate=False,
-                                         ws_max_size=1 << 20, lifespan="off"))  # fmt: skip
+                                         ws_max_size=LONGEST, lifespan="off"))  # fmt: skip
 
 
 def application(path: str, token: str, port: int, start: Start = NOTHING) -> Starlette:
@@ -221,7 +221,7 @@ async def _words(page: WebSocket) -> AsyncIterator[dict[str, Any]]:
             begun, count = loop.time(), 0
         count += 1
         try:
-            word = json.loads(text) if len(text) <= LONGEST and count <= MOST_A_SECOND else None
+            word = json.loads(text) if count <= MOST_A_SECOND else None
         except json.JSONDecodeError:
             word = None
         if not isinstance(word, dict):

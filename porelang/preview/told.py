@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -22,7 +22,7 @@ from porelang.render.picture import bodies_of
 from porelang.session import Snapshot
 from porelang.settings import settle
 from porelang.source import Source
-from porelang.units import UNITS
+from porelang.units import LENGTH, UNITS
 
 Settings = dict[str, float | str]
 #: Fields of a study that are offered as colours.
@@ -31,8 +31,9 @@ RESULTS = ("{}.von_mises", "{}.principal1", "{}.principal3", "{}.energy", "lengt
 MOST_OFFERED = 60
 
 
-def program(found: Snapshot, settings: Settings) -> dict[str, Any]:
-    """What a page shows of a program; where its text is wrong, of the last one that was well."""
+def program(found: Snapshot, settings: Settings, begun: Settings) -> dict[str, Any]:
+    """What a page shows of a program; where its text is wrong, of the last one that was well. `begun` is what is set
+    for a page whose address says nothing of it."""
     good = found.good
     told = {
         "say": "program",
@@ -43,13 +44,14 @@ def program(found: Snapshot, settings: Settings) -> dict[str, Any]:
     }
     if good is None:
         return told | {"params": [], "outputs": [], "bodies": [], "fields": [], "presets": [], "checks": 0}
-    return told | described(good, settings)
+    return told | described(good, settings, begun)
 
 
-def described(good: Program, settings: Settings) -> dict[str, Any]:
+def described(good: Program, settings: Settings, begun: Settings | None = None) -> dict[str, Any]:
     """What can be set and shown of a program."""
     return {
-        "params": [_param(p, settings.get(p.name)) for p in good.params.values()],
+        "params": [_param(p, settings.get(p.name), (begun or {}).get(p.name)) for p in good.params.values()],
+        "lengths": {unit.name: unit.scale for unit in UNITS.values() if unit.dimension == LENGTH},
         "presets": list(good.presets),
         "outputs": list(good.outputs),
         "bodies": bodies_of(good),
@@ -59,9 +61,15 @@ def described(good: Program, settings: Settings) -> dict[str, Any]:
 
 
 def doubts(found: Snapshot, more: Iterable[Diagnostic] = ()) -> dict[str, Any]:
-    """Warnings, those that samples bear out too; it takes seconds, and can be cancelled."""
+    """Warnings, those that samples bear out too, and what tasks say of what they found; it takes seconds, and can be
+    cancelled."""
     every = [*found.all_diagnostics, *more]
-    return {"say": "doubts", "doubts": _rendered(found, every, "warning"), "marks": marks(every, found.source)}
+    return {
+        "say": "doubts",
+        "doubts": _rendered(found, every, "warning"),
+        "notes": [on_page(d).message for d in every if d.severity == "note"],
+        "marks": marks(every, found.source),
+    }
 
 
 def _rendered(found: Snapshot, some: Iterable[Diagnostic], severity: str) -> list[str]:
@@ -125,7 +133,7 @@ def characters(text: str, offset: int) -> int:
     return len(text.encode("utf-16-le", "surrogatepass")[: 2 * offset].decode("utf-16-le", "ignore"))
 
 
-def kept(program: Program, settings: Settings) -> Settings:
+def kept(program: Program, settings: Mapping[str, float | str]) -> Settings:
     """The settings that a program still takes."""
     out: Settings = {}
     for name, value in settings.items():
@@ -140,7 +148,7 @@ def word(info: ParamInfo, value: float) -> float | str:
     return info.choices[int(value)] if info.choices and not info.numbers else value
 
 
-def _param(info: ParamInfo, value: float | str | None) -> dict[str, Any]:
+def _param(info: ParamInfo, value: float | str | None, begun: float | str | None) -> dict[str, Any]:
     """A param for a slider: value and range in base units, and in how many of the unit that it is shown in."""
     default = word(info, info.default)
     return {
@@ -148,6 +156,7 @@ def _param(info: ParamInfo, value: float | str | None) -> dict[str, Any]:
         "doc": info.doc,
         "value": default if value is None else value,
         "default": default,
+        "begun": default if begun is None else begun,
         "low": info.low,
         "high": info.high,
         "step": info.step or (1.0 if info.structural else None),  # what counts is a whole number

@@ -85,6 +85,8 @@ class Window(WindowConfig):
                 self._take(word)
             else:
                 self.known.hear(word)
+                if word["say"] == "stopped":
+                    self.desk.wished(**word["wish"])
         if changed and self.known.file:
             self.wnd.title = self.known.file
         if changed or self.written != self.wnd.buffer_size:
@@ -96,7 +98,7 @@ class Window(WindowConfig):
         except moderngl.Error as error:
             self.known.wrong["scene"] = f"this graphics driver refuses the shader of the part:\n{error}"
             return
-        self.known.wrong["scene"] = ""
+        self.known.wrong["scene"] = f"`{scene.shown}` is nowhere a number" if scene.shown and not scene.scale else ""
         self.desk.stage, self.desk.drawn = scene.stage, tuple(b.layer.name for b in scene.bodies)
         names = " ".join(self.desk.drawn)
         if names != self.fitted:
@@ -300,8 +302,6 @@ class Window(WindowConfig):
         """What takes long is not wanted any more; the picture stays."""
         for purpose in self.known.doing:
             self.live.cancel(purpose)
-            if purpose == "scene":
-                self.known.wrong["scene"] = "cancelled: the picture is as it was"
 
     def on_close(self) -> None:
         self.ended.set()

@@ -31,6 +31,7 @@ def packed(made: Scene, known: Sequence[str | None] = ()) -> bytes:
         "plane": None,
         "lo": list(made.stage.lo),
         "hi": list(made.stage.hi),
+        "nowhere": made.shown if made.scale is None else "",
         "scale": None if made.scale is None else _legend(made.scale) | {"shown": made.shown, "unit": made.unit},
     }
     if made.plane is not None:

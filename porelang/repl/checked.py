@@ -8,11 +8,6 @@ from porelang.repl.state import State
 from porelang.repl.typed import as_typed, pieces
 
 
-def new_checks(before: State, after: State) -> list[str]:
-    """The checks that were written since, by the names of their statements."""
-    return [k for k, v in after.statements.items() if k.startswith("check ") and before.statements.get(k) != v]
-
-
 def checked(state: State, names: list[str]) -> list[Diagnostic]:
     """An error for each of some checks that does not hold, a warning where errors of numbers leave it open, a note
     where it does. Errors: those of what they read."""
@@ -28,12 +23,20 @@ def checked(state: State, names: list[str]) -> list[Diagnostic]:
     return out
 
 
-def refused(state: State) -> list[Diagnostic]:
-    """Errors for the checks that do not hold."""
+def refused(state: State, measure: bool = True) -> list[Diagnostic]:
+    """Errors for the checks that do not hold; those about whole fields only if `measure`."""
     if state.program is None:
         return []
     typed = pieces(state.statements.values())
-    return [as_typed(d, typed, state.name) for d in broken_checks(state.design, measure=True)]
+    return [as_typed(d, typed, state.name) for d in broken_checks(state.design, measure)]
+
+
+def fallen(before: State, after: State) -> list[Diagnostic]:
+    """Errors for the checks that held before and do not any more, of those that take no time."""
+    if (before.statements, before.settings) == (after.statements, after.settings):
+        return []
+    known = {d.message for d in refused(before, False)}
+    return [d for d in refused(after, False) if d.message not in known]
 
 
 def _holds(text: str) -> Diagnostic:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -22,6 +23,7 @@ from porelang.repl.state import Said, State, said
 from porelang.repl.typed import as_typed, pieces
 from porelang.source import Source
 from porelang.syntax.format import formatted
+from porelang.syntax.parse import lexed
 
 #: What a command gives: the state from now on, and a text.
 Answer = tuple[State, str]
@@ -165,12 +167,23 @@ def _save(state: State, words: str) -> Answer:
         said_too.append(f"its part is `{state.field}`, which was asked for last")
     if state.settings:
         said_too.append(f"not in it: {', '.join(f'{n} = {v}' for n, v in state.settings.items())}, as was set here")
+    beside = os.path.dirname(state.name)
+    if _reads(state) and os.path.realpath(os.path.dirname(path) or ".") != os.path.realpath(beside or "."):
+        raise fail("E113", f"what the program reads lies in `{beside or '.'}`, and would not be found from `{path}`",
+                   hint=f"write it there: `:save {os.path.join(beside, os.path.basename(path))}`")  # fmt: skip
     text = formatted(Source(path, state.with_part))
     if Path(path).exists():
         raise fail("E113", f"`{path}` is there already", hint="name another file: nothing is written over here")
     save(path, lambda file: _write(file, text))
     count = len(state.statements)
     return state, "; ".join([f"{path}: {count} statement{'s' * (count != 1)}", *said_too])
+
+
+def _reads(state: State) -> bool:
+    """Whether the program reads files beside it, by names that begin there."""
+    named = (t.text.strip('"') for t in lexed(state.text) if t.type == "STRING")
+    beside = os.path.dirname(state.name)
+    return any("." in name and not os.path.isabs(name) and os.path.isfile(os.path.join(beside, name)) for name in named)
 
 
 def _write(file: BinaryIO, text: str) -> None:
@@ -194,7 +207,7 @@ def _view(state: State, words: str) -> Answer:
         raise fail("E100", "nothing has been written yet", hint="write a part, as in `gyroid(10) & cube(20)`")
     if state.page is None:
         raise fail("E108", "there is no page here", hint="`pore view` shows a file")
-    address = state.page.show(state.with_part, state.settings)
+    address = state.page.show(state.with_part, state.settings, os.path.dirname(state.name))
     return state, f"{address} follows what is written here, and ends with it; its params are set there"
 
 
@@ -203,6 +216,7 @@ def _program(state: State, _: str) -> Answer:
 
 
 def _drop(state: State, words: str) -> Answer:
+    words = words.replace('"', "")  # preset "fine"
     if words not in state.statements:
         near = suggest(words, state.statements)
         hint = f"did you mean `{near}`?" if near else ":program shows all"

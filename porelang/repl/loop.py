@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from porelang.diagnostics import PoreError, fail, render, suggest
 from porelang.progress import CancelledError
-from porelang.repl.checked import checked, new_checks
+from porelang.repl.checked import checked, fallen
 from porelang.repl.commands import COMMANDS
 from porelang.repl.shown import shown
 from porelang.repl.state import State, is_incomplete, said
@@ -38,14 +38,17 @@ def answered(state: State, line: str) -> Answered:
                 near = suggest(word, COMMANDS)
                 raise fail("E108", f"there is no command `{word}`",
                            hint=f"did you mean `{near}`?" if near else ":help lists the commands")  # fmt: skip
-            return Answered(*COMMANDS[word].run(state, rest.strip()))
+            after, text = COMMANDS[word].run(state, rest.strip())
+            told = [render(d) for d in fallen(state, after)]
+            return Answered(after, "\n".join([text, *told]), bool(told))
         found = said(state, line)
         told = [render(d) for d in found.diagnostics]
         try:
             value = shown(found, state.colours, state.colours) if found.value is not None else ""
         except PoreError as error:
             raise PoreError([found.typed(d) for d in error.diagnostics]) from None
-        holds = checked(found.state, new_checks(state, found.state))
+        holds = checked(found.state, list(found.checks))
+        holds += [d for d in fallen(state, found.state) if d.message not in {h.message for h in holds}]
         told += [render(d) for d in holds]
         wrong = any(d.severity == "error" for d in (*found.diagnostics, *holds))
         return Answered(found.state, "\n".join([*told, *([value] if value else [])]), wrong)

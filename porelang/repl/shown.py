@@ -41,7 +41,7 @@ def shown(found: Said, picture: bool = False, colours: bool = False) -> str:
             raise
         if error.diagnostics[0].code not in ("E102", "E103"):
             raise
-        lines.append(f"as a part: {error.diagnostics[0].message}")
+        lines.append(f"as a part: {found.typed(error.diagnostics[0]).message}")
     return "\n".join(lines)
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import count
 
-from porelang.diagnostics import Diagnostic, fail
+from porelang.diagnostics import Diagnostic, PoreError, fail
 from porelang.elaborate.values import Poison, Scalar, Value
 from porelang.program import Design, Program
 from porelang.repl.typed import as_typed, pieces
@@ -52,7 +53,8 @@ _PARTED = re.compile(r"\n[ \t]*\n")
 class State:
     """What the program is called, in messages and as that beside which files are sought; the statements so far, each
     its text by what it binds; what params are set to; the program that they make; the expression that was asked for
-    last, and the last that may be a part; whether pictures may have colours, and the page that shows all of it."""
+    last, and the last that may be a part; remarks that no statement has followed yet; whether pictures may have
+    colours, and the page that shows all of it."""
 
     session: Session
     name: str = NAME
@@ -61,6 +63,7 @@ class State:
     program: Program | None = None
     last: str = ""
     field: str = ""
+    remarks: str = ""
     colours: bool = False
     page: View | None = None
 
@@ -85,14 +88,15 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """What a line came to: the state from now on, what is wrong or doubtful, and the value that it asks for, with the
-    program that has it, and its name there."""
+    """What a line came to: the state from now on, what is wrong or doubtful, the value that it asks for, with the
+    program that has it, and its name there, and the checks that it writes, by the names of their statements."""
 
     state: State
     diagnostics: tuple[Diagnostic, ...] = ()
     value: Value | None = None
     program: Program | None = None
     name: str = ""
+    checks: tuple[str, ...] = ()
 
     @property
     def design(self) -> Design:
@@ -114,16 +118,19 @@ def said(state: State, line: str, part: bool = False) -> Said:
     file, wrong = parse(Source(state.name, line))
     if wrong:
         return Said(state, tuple(wrong))
-    statements, question = dict(state.statements), ""
-    for s, text in zip(file.statements, _texts(line, file.statements), strict=True):
+    if not file.statements and line.strip():  # of what follows it
+        return Said(replace(state, remarks="".join(f"{r}\n" for r in (state.remarks + line).rstrip().split("\n"))))
+    statements, question, checks, remarks = dict(state.statements), "", list[str](), state.remarks
+    for s, (text, begins) in zip(file.statements, _texts(line, file.statements), strict=True):
         if isinstance(s, tree.Out) and not s.name_span.text and part:
-            begins = text.index(s.span.text)
             statements["part"] = f"{text[:begins]}out part = {text[begins:]}"
         elif isinstance(s, tree.Out) and not s.name_span.text:
             question = s.value.span.text
         else:
             key = _key(s, statements, text)
-            statements[key] = _remarks(statements.get(key, ""), text) + text
+            statements[key] = (remarks or _remarks(statements.get(key, ""), text)) + text
+            checks += [key] if isinstance(s, tree.Check) else []
+            remarks = ""
     text = "".join(f"{s}\n" for s in statements.values())
     taken = {*statements, *(t.text for t in lexed(question))}
     it = next(name for name in ("it" + "_" * n for n in count()) if name not in taken)
@@ -131,6 +138,7 @@ def said(state: State, line: str, part: bool = False) -> Said:
     snapshot = state.session.update(state.name, text + asking)
     typed = pieces([*statements.values(), *([(f"let {it} = ", question)] if question else [])], line)
     told = tuple(as_typed(d, typed, state.name) for d in snapshot.diagnostics if d.code != "W220")
+    told = tuple(replace(d, hint="") if f"`{it}`" in d.hint else d for d in told)  # nobody has typed that name
     if snapshot.program is None:
         return Said(state, told)
     params = snapshot.program.params
@@ -140,18 +148,25 @@ def said(state: State, line: str, part: bool = False) -> Said:
         Diagnostic("", f"`{name}` is what this line says, and not {state.settings[name]} any more", severity="note")
         for name in state.settings if name in typed_anew
     )  # fmt: skip
-    new = replace(state, statements=statements, settings=settings, program=snapshot.program)
+    for name, setting in list(settings.items()):
+        try:
+            snapshot.program.design({name: setting})
+        except PoreError:
+            del settings[name]
+            said_ = f"`{name}` is what the program says, and not {setting} any more, which lies outside of it now"
+            told += (Diagnostic("", said_, severity="note"),)
+    new = replace(state, statements=statements, settings=settings, program=snapshot.program, remarks=remarks)
     if new.field and not question and state.session.update(state.name, new.with_part).program is None:
         new = replace(new, field="")  # it names what is gone, or is something else now
     last = snapshot.file.statements[-1] if question else None
     value = snapshot.value(last.value) if isinstance(last, tree.Let) else None
     if value is None or isinstance(value, Poison):
-        return Said(new, told)
+        return Said(new, told, checks=tuple(checks))
     program = snapshot.program
     if isinstance(value, Scalar) and value.node.axes:  # a field may be a part
         new = replace(new, field=question)
         program = state.session.update(state.name, f"{text}out {it} = {question}\n").program or program
-    return Said(replace(new, last=question), told, value, program, it)
+    return Said(replace(new, last=question), told, value, program, it, tuple(checks))
 
 
 def _key(s: tree.Statement, known: dict[str, str], text: str) -> str:
@@ -162,12 +177,14 @@ def _key(s: tree.Statement, known: dict[str, str], text: str) -> str:
     return f"preset {s.name}" if isinstance(s, tree.Preset) else s.name
 
 
-def _texts(line: str, statements: tuple[tree.Statement, ...]) -> list[str]:
-    """The text of each statement, with the remarks above it and behind it, and an empty line that parts it from the one
-    before; remarks at the end belong to the last."""
+def _texts(line: str, statements: tuple[tree.Statement, ...]) -> Iterator[tuple[str, int]]:
+    """The text of each statement and where in it the statement begins: with the remarks above it and behind it, and an
+    empty line that parts it from the one before; remarks at the end belong to the last."""
     starts = [0, *(_line_end(line, s.span.in_file.end) for s in statements[:-1])]
-    texts = [line[a:b].rstrip() for a, b in zip(starts, [*starts[1:], len(line)], strict=True)]
-    return [("\n" if _PARTED.match(t) else "") + t.lstrip("\n") for t in texts] if statements else []
+    for s, start, end in zip(statements, starts, [*starts[1:], len(line)], strict=False):
+        whole = line[start:end].rstrip()
+        text, parted = whole.lstrip("\n"), "\n" if _PARTED.match(whole) else ""
+        yield parted + text, len(parted) + s.span.in_file.start - start - (len(whole) - len(text))
 
 
 def _line_end(text: str, at: int) -> int:

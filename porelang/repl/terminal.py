@@ -18,6 +18,7 @@ from porelang import cache
 from porelang.assist.complete import completions
 from porelang.repl.commands import COMMANDS
 from porelang.repl.loop import Read
+from porelang.repl.state import NAME
 from porelang.session import Session
 from porelang.syntax.highlighting import patterns
 
@@ -47,8 +48,8 @@ class Colours(Lexer):
 class Names(Completer):
     """What may stand where the cursor is: of the program so far, and of the line."""
 
-    def __init__(self, text: list[str]) -> None:
-        self._text, self._session = text, Session()
+    def __init__(self, text: list[str], name: str = NAME) -> None:
+        self._text, self._name, self._session = text, name, Session()
 
     def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:
         line = document.text_before_cursor
@@ -62,18 +63,18 @@ class Names(Completer):
                 return
             line = rest
         before = "".join(self._text)
-        snapshot = self._session.update("<repl>", before + line)
-        written = document.get_word_before_cursor()
+        snapshot = self._session.update(self._name, before + line)
+        in_word = line[-1:].isalnum() or line[-1:] == "_"
         for item in completions(snapshot, len(before) + len(line), os.getcwd()):
             begun = (before + line)[item.start : item.end]
-            if item.text.startswith(begun) and (begun or not written):
+            if item.text.startswith(begun) and (begun or not in_word):
                 yield Completion(item.text, item.start - item.end, display=item.label, display_meta=item.detail[:60])
 
 
-def reader(text: list[str]) -> Read:
-    """Reads lines from the terminal; `text` holds the program so far, for completion."""
+def reader(text: list[str], name: str = NAME) -> Read:
+    """Reads lines from the terminal; `text` holds the program so far, which has this name, for completion."""
     session: PromptSession[str] = PromptSession(
-        history=_history(), lexer=Colours(), completer=Names(text), complete_while_typing=False
+        history=_history(), lexer=Colours(), completer=Names(text, name), complete_while_typing=False
     )
     return session.prompt
 

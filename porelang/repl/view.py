@@ -25,11 +25,11 @@ class View:
         self._text = ""
         self._address = ""
 
-    def show(self, text: str, settings: Mapping[str, str]) -> str:
-        """Show a program, at first with these settings, and say where. Errors: E113 where no file can be written,
-        E126."""
+    def show(self, text: str, settings: Mapping[str, str], folder: str = "") -> str:
+        """Show a program, at first with these settings, and say where; what it reads lies in a folder. Errors: E113
+        where no file can be written, E126."""
         if self._path is None:
-            self._path = self._held.enter_context(draft_in(Path.cwd(), "pore"))
+            self._path = self._held.enter_context(draft_in(Path(folder).absolute(), "pore"))
         self.follow(text)
         self._address = self._address or self._serve(settings)
         if self._browse:

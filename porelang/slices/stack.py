@@ -45,15 +45,20 @@ class Stack:
         return np.asarray(np.minimum(self.step, filled), np.float64)
 
 
+def check_lengths(step: float, pixel: float) -> None:
+    """Errors: E114 where layers or pixels have no size that layers can have."""
+    for name, length in (("step", step), ("pixel", pixel)):
+        if not SMALLEST <= length <= LARGEST:
+            hint = "it is in mm: use a larger one" if length < SMALLEST else "it is in mm: use a smaller one"
+            raise fail("E114", f"a {name} of {length:g} mm makes no layers", hint=hint)
+
+
 def stack_of(box: Box, step: float, pixel: float) -> Stack:
     """The layers of a box; the pixels cover it, the last row may reach beyond. Errors: E114.
 
     Each layer is looked at in its middle, and the last in the middle of what the box fills of it.
     """
-    for name, length in (("step", step), ("pixel", pixel)):
-        if not SMALLEST <= length <= LARGEST:
-            hint = "it is in mm: use a larger one" if length < SMALLEST else "it is in mm: use a smaller one"
-            raise fail("E114", f"a {name} of {length:g} mm makes no layers", hint=hint)
+    check_lengths(step, pixel)
     counts = [max(1, math.ceil(s / h - SLACK)) for s, h in zip(box.size, (pixel, pixel, step), strict=True)]
     if counts[2] > MOST_LAYERS or counts[0] * counts[1] > MOST_PIXELS:
         raise fail(

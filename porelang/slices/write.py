@@ -21,7 +21,7 @@ from porelang.progress import activity, tell
 from porelang.slices import common
 from porelang.slices.folder import MANIFEST, digest_of, layers_folder, replace_folder
 from porelang.slices.outline import Ring, area_of, outlines
-from porelang.slices.stack import SLACK, Band, Format, Stack, layers, stack_of
+from porelang.slices.stack import SLACK, Band, Format, Stack, check_lengths, layers, stack_of
 
 SLICING = "slicing"
 #: A field (n,) at places (n, 3).
@@ -102,9 +102,11 @@ def _sampled(
     dtype: Dtype,
 ) -> tuple[Stack, Field, At3]:  # fmt: skip
     """The layers of an output, its field, and its values at points."""
+    pixel = step if pixel is None else pixel
+    check_lengths(step, pixel)  # a box as tight as such a step asks for would take long
     formula = design.of(name)
     box = checked_bounds(bounds) if bounds is not None else _box_of(design, formula, name, step)
-    stack = stack_of(box, step, step if pixel is None else pixel)
+    stack = stack_of(box, step, pixel)
     dtype = number_type(formula, box, stack.pixel, backend, dtype)
     field = make_field(formula, design.program.ranges, backend, dtype)
     return stack, field, NumpyField(formula.taken, dtype).at

@@ -64,6 +64,12 @@ def _area(asked: Formula) -> Reduced:
     return area(_field(asked, 0))
 
 
+def _min_wall(asked: Formula) -> Reduced:
+    from porelang.tasks.numbers.thickness import min_wall
+
+    return min_wall(_field(asked, 0))
+
+
 def _minimum(asked: Formula) -> Reduced:
     from porelang.tasks.numbers.extremes import minimum
 
@@ -160,6 +166,7 @@ RUN: Mapping[str, Callable[[Formula], Result]] = {
     "porosity": _porosity,
     "volume": _volume,
     "area": _area,
+    "min_wall": _min_wall,
     "minimum": _minimum,
     "maximum": _maximum,
     "mean": _mean,

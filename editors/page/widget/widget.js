@@ -25,7 +25,7 @@ export default () => {
           texts.into(word);
         }
         if (["program", "scene"].includes(word.say)) last[word.say] = word;
-        if (word.say === "refused") last[`refused ${word.of}`] = word;
+        if (["refused", "stopped"].includes(word.say)) last[`refused ${word.of}`] = word;
         if (word.say === "scene") delete last["refused scene"];
         for (const view of views) view.heard(own_of(word));
       };
@@ -46,7 +46,7 @@ export default () => {
       };
       const viewer = new Viewer(root, {
         set: (settings) => keep({ settings: { ...model.get("settings"), ...settings } }),
-        show: keep,
+        show: (wish) => { keep(wish); model.send({ do: "again" }); },  // also where nothing of it has changed
         preset: (name) => model.send({ do: "preset", name }),
         cancel: () => model.send({ do: "cancel" }),
         cut: (section) => keep({ cut: cutText(section) }),
@@ -88,7 +88,7 @@ export default () => {
       };
       views.add(view);
       for (const word of [last.program, last.scene]) if (word) view.heard(own_of(word));
-      for (const word of Object.values(last)) if (word.say === "refused") view.heard(word);
+      for (const [name, word] of Object.entries(last)) if (name.startsWith("refused")) view.heard(word);
       if (gone) view.lost(gone);
       return () => {
         views.delete(view);

@@ -8,9 +8,9 @@ const round = (value) => Number(Number(value).toPrecision(ROUND));
 
 export function written({ state, section, camera, aspect }) {
   const said = new URLSearchParams();
-  for (const { name, default: usual } of state.program?.params ?? []) {
+  for (const { name, default: usual, begun } of state.program?.params ?? []) {
     const value = state.settings[name];
-    if (value !== undefined && value !== usual) said.set(`p.${name}`, value);
+    if (value !== usual || value !== begun) said.set(`p.${name}`, value);  // whatever the command is that is started next
   }
   if (state.outputs.length) said.set("outputs", state.outputs.join(","));
   if (state.paint) said.set("paint", state.paint);

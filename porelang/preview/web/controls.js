@@ -19,6 +19,31 @@ function fine(range) {
 
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
+// A length in mm as it was written, in mm or with one of the units `lengths`; NaN for what is none.
+export function length(text, lengths) {
+  const [, number, unit] = /^(.*?\d\.?)\s*([a-z]*)$/i.exec(text.trim()) ?? [];
+  return NUMBER.test(number ?? "") ? Number(number) * (lengths[unit || "mm"] ?? NaN) : NaN;
+}
+
+// A box of text that tells what is entered there, and only where that is another text than it said last: a browser may tell of one
+// change twice, at Enter and when the box is left. Its `say(text)` shows another; `writing()` is whether somebody writes there.
+export function entry(box, entered) {
+  let said = box.value;
+  box.say = (text) => { box.value = said = text; };
+  box.writing = () => box.getRootNode().activeElement === box && box.value !== said;
+  box.onchange = () => {
+    if (box.value === said) return;
+    said = box.value;
+    entered(said.trim());
+  };
+  box.addEventListener("keydown", (e) => {
+    if (e.key !== "Enter") return;
+    e.preventDefault();  // not all who lie around it let a browser see that this is a change
+    box.onchange();
+  });
+  return box;
+}
+
 // A slider with its number, or a choice; `set(name, value)` is told of each change, in base units, or as the text that was written:
 // whoever is told knows units, and what cannot be. Its `put(value)` shows a value that was set elsewhere.
 export function control(param, set) {
@@ -26,50 +51,43 @@ export function control(param, set) {
   const name = made("div", { className: "name" }, made("label", { textContent: param.name, htmlFor: id }));
   const box = made("div", { className: "param" }, name);
   if (param.doc) box.append(made("div", { className: "doc", id: `${id}-doc`, textContent: param.doc }));
-  let main;
+  let main, last;
+  const say = (value) => { if (value !== last) set(param.name, last = value); };
   if (param.choices.length) {
     main = made("select", {}, ...param.choices.map((choice) => new Option(String(choice))));
-    box.put = (value) => { main.value = String(value); };
-    main.onchange = () => set(param.name, param.choices[main.selectedIndex]);
+    box.put = (value) => { main.value = String(last = value); };
+    main.onchange = () => say(param.choices[main.selectedIndex]);
   } else {
-    const [low, high, step] = [param.low, param.high, param.step].map((v) => v === null ? null : v / param.scale);
+    // in the unit of the param a number has twelve figures at most: 15deg are no 15 in float64, and 0 is no 1e-14
+    const plainly = (v) => Math.abs(v) < 1e-12 * Math.max(Math.abs(param.low), Math.abs(param.high)) / param.scale ? 0 : Number(v.toPrecision(12));
+    const [low, high, step] = [param.low, param.high, param.step].map((v) => v === null ? null : plainly(v / param.scale));
     main = made("input", { type: "range" });
-    const number = made("input", { type: "text", className: "number", autocomplete: "off", spellcheck: false });
-    number.setAttribute("aria-label", `${param.name}${param.unit ? ` in ${param.unit}` : ""}`);
     Object.assign(main, { min: low, max: high, step: step ?? fine(high - low) });
-    let told = null;  // the text that was told, until there is an answer
-    box.put = (given) => {
-      if (typeof given !== "number") return;  // a text that was sent: what it is worth follows
-      main.value = given / param.scale;
-      if (number.value === told || number.getRootNode().activeElement !== number) number.value = shown(given / param.scale);  // nobody is writing there
-      told = null;
-    };
-    const take = (given) => {
-      number.value = shown(given);
-      set(param.name, Math.min(Math.max(given * param.scale, param.low), param.high));
-    };
-    const step_by = (way) => {
-      if (NUMBER.test(number.value.trim())) main.value = Number(number.value);  // from what is written there
-      main.value = Number(main.value) + way * Number(main.step);
-      take(Number(main.value));
-    };
-    main.oninput = () => take(Number(main.value));
-    number.onchange = () => {
-      told = number.value;
-      const text = told.trim();
+    const number = entry(made("input", { type: "text", id: `${id}-number`, className: "number", autocomplete: "off", spellcheck: false }), (text) => {
       const plain = NUMBER.test(text) ? Number(text) * param.scale : NaN;
       if (plain >= param.low && plain <= param.high) main.value = plain / param.scale;  // else it is told
-      set(param.name, Number.isFinite(plain) ? plain : text);
+      say(Number.isFinite(plain) ? plain : text);
+    });
+    number.setAttribute("aria-label", `${param.name}${param.unit ? ` in ${param.unit}` : ""}`);
+    box.put = (given) => {
+      last = given;
+      if (typeof given !== "number") return;  // a text that was sent: what it is worth follows
+      main.value = given / param.scale;
+      if (!number.writing()) number.say(shown(given / param.scale));
     };
+    const take = (moved) => {
+      const given = plainly(moved);
+      number.say(shown(given));
+      say(Math.min(Math.max(given * param.scale, param.low), param.high));
+    };
+    main.oninput = () => take(Number(main.value));
     number.onkeydown = (e) => {
-      if (e.key === "Enter") {  // not all who lie around it let a browser see that this is a change
-        e.preventDefault();
-        number.onchange();
-      }
       const way = { ArrowUp: 1, ArrowDown: -1 }[e.key];
       if (!way || e.altKey || e.ctrlKey || e.metaKey) return;
       e.preventDefault();
-      step_by(way);
+      if (NUMBER.test(number.value.trim())) main.value = Number(number.value);  // from what is written there
+      main.value = Number(main.value) + way * Number(main.step);
+      take(Number(main.value));
     };
     main.title = "Double click: its default";
     main.ondblclick = () => { main.value = param.default / param.scale; take(param.default / param.scale); };
@@ -82,12 +100,12 @@ export function control(param, set) {
   return box;
 }
 
-// Which outputs are shown; the first is what is measured, exported and cut by the plane.
-export function outputs(names, shownNow, colours, show) {
+// Which outputs are to be shown, of those that `asked()` says now; the first is what is measured, exported and cut by the plane.
+export function outputs(names, asked, colours, show) {
   return names.map((name, i) => {
-    const box = made("input", { type: "checkbox", id: `output-${i}`, checked: shownNow.includes(name) });
+    const box = made("input", { type: "checkbox", id: `output-${i}`, checked: asked().includes(name) });
     box.onchange = () => {
-      const next = names.filter((n) => (n === name ? box.checked : shownNow.includes(n)));
+      const before = asked(), next = names.filter((n) => (n === name ? box.checked : before.includes(n)));
       if (next.length) show(next);
       else box.checked = true;  // something is to be seen
     };
@@ -97,9 +115,13 @@ export function outputs(names, shownNow, colours, show) {
   });
 }
 
-// The scale of colours, with its numbers.
-export function legend(element, scale) {
-  element.hidden = !scale;
+// The scale of colours, with its numbers; or that what was to give them is `nowhere` a number.
+export function legend(element, { scale, nowhere }) {
+  element.hidden = !scale && !nowhere;
+  if (nowhere) {
+    element.setAttribute("aria-label", `${nowhere} is nowhere a number`);
+    element.replaceChildren(made("div", { className: "what", textContent: `${nowhere}: nowhere a number` }));
+  }
   if (!scale) return;
   const [low, middle, high] = scale.ends;
   const strip = made("canvas", { width: 1, height: 256 });

@@ -2,6 +2,10 @@
 import { unpacked } from "./wire.js";
 
 const AGAIN = 1000;  // ms between two tries
+const LONGEST = 2 ** 20;  // bytes of a word, as server.py has it
+
+// Why nobody has been told.
+export const ENDED = "`pore view` has ended", LONG = "it is longer than 1 MB";
 
 // Whether who listens at our port knows the token of this page, without telling it: what was `pore view` may be another program now.
 async function known() {
@@ -45,10 +49,12 @@ export class Line {
     setTimeout(() => this.again(), AGAIN);
   }
 
-  // Whether somebody has been told.
+  // Tell a word; why nobody has been told, or "".
   send(word) {
-    const open = this.socket.readyState === WebSocket.OPEN;
-    if (open) this.socket.send(JSON.stringify(word));
-    return open;
+    if (this.socket.readyState !== WebSocket.OPEN) return ENDED;
+    const text = JSON.stringify(word);
+    if (new TextEncoder().encode(text).length > LONGEST) return LONG;
+    this.socket.send(text);
+    return "";
   }
 }

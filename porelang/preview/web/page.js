@@ -10,10 +10,14 @@ const element = (id) => document.getElementById(id);
 const options = new URLSearchParams(location.search);
 const texts = new Texts();
 const viewer = new Viewer(document, {
-  set: (settings) => { line.send({ do: "set", settings }); other(); },
-  show: (wish) => { line.send({ do: "show", ...wish }); if (String(wish.outputs) !== exported) other(); },
+  set: (settings) => {
+    if (!line.send({ do: "set", settings })) unanswered++;
+    other();
+    noted();
+  },
+  show: (wish) => { line.send({ do: "show", ...wish }); if (String(wish.outputs) !== exported) other(); noted(); },
   preset: (name) => { line.send({ do: "preset", name }); other(); },
-  moved: () => { remembering ??= setTimeout(remember, 300); },
+  moved: noted,
   cancel: (of) => line.send({ do: "cancel", of }),
   cut: () => {},  // the page alone knows where it is
 }, {
@@ -27,10 +31,16 @@ const { canvas, state } = viewer;
 
 let remembering = null;
 
+function noted() {
+  remembering ??= setTimeout(remember, 300);
+}
+
+// As it is in this page, once that is known: until then it is to be followed.
+const address = () => (state.program?.bodies.length ? written(viewer) : location.hash.slice(1));
+
 function remember() {
   remembering = null;
-  if (!state.scene) return;  // the address is still to be followed
-  const now = written(viewer);
+  const now = address();
   if (now !== location.hash.slice(1)) history.replaceState(null, "", now ? `#${now}` : location.pathname + location.search);
 }
 
@@ -39,23 +49,29 @@ addEventListener("hashchange", () => location.reload());  // an address was writ
 
 // ---- measures and files ---------------------------------------------------------------------------------------------
 
-const WIDE = 22;  // characters of a value that takes a line of its own: labels beside it would be cut
 const MEASURED = { porosity: "porosity", volume: "volume", area: "area", size: "size", solid_components: "pieces" };
 
 function measured({ output, rows, envelope }) {
   element("measures-head").textContent = `Measures of ${output}`;
-  element("rows").style.opacity = 1;
-  element("rows").replaceChildren(...rows.filter(([name]) => MEASURED[name] || !/^[a-z_]+$/.test(name)).flatMap(([name, value, error]) => {
-    const text = error && name !== "size" ? `${value} ${error.replace(/ mm.$/, "")}` : value;
-    return [
-      made("dt", { textContent: MEASURED[name] ?? name, title: MEASURED[name] ?? name }),
-      made("dd", { textContent: text, title: error, className: text.length > WIDE ? "wide" : "" }),
-      ...(name === "porosity" ? [made("dd", { className: "of", textContent: `of ${envelope}` })] : []),
-    ];
+  element("rows").className = "";
+  element("rows").replaceChildren(...rows.filter(([name]) => MEASURED[name] || !/^[a-z_]+$/.test(name)).map(([name, value, error]) => {
+    const text = error && name !== "size" ? `${value} ${error.replace(/^(\+- \S+) .*/, "$1")}` : value;  // the unit is that of the value
+    return made("div", {},
+      made("dt", { textContent: MEASURED[name] ?? name }),
+      made("dd", { textContent: text, title: error }),
+      ...(name === "porosity" ? [made("dd", { className: "of", textContent: `of ${envelope}` })] : []));
   }));
 }
 
+// Of the part as it was, until others are there.
+function unmeasured() {
+  viewer.wrong("measure", "");
+  element("measures-head").textContent = "Measures: not of this part yet";
+  for (const of of ["rows", "checks", "notes"]) element(of).className = "old";
+}
+
 function checked({ checks }) {
+  element("checks").className = "";
   const marks = { true: ["✓", "holds"], false: ["✗", "fails"], null: ["?", "not certain"] };
   element("checks").replaceChildren(...checks.map(({ text, holds, why }) =>
     made("li", { className: marks[holds][1], title: marks[holds][1] }, `${marks[holds][0]} ${text}`, made("div", { className: "quiet", textContent: why }))));
@@ -99,10 +115,13 @@ function ready({ name, what, link }) {
 
 // ---- the line -------------------------------------------------------------------------------------------------------
 
-const source = new SourcePane((word) => line.send(word));
+const source = new SourcePane((word) => line.send(word), (of, text) => viewer.wrong(of, text));
+let unanswered = 0;  // settings that were sent: an answer to earlier ones is not what holds
 
 function gone({ why }) {
-  const way = "What is shown is the program as it was. Save, in its text (E), writes it anew.";
+  const way = source.known
+    ? "What is shown is the program as it was. Save, in its text (E), writes it anew."
+    : "Nothing of it is known here: it is shown when it is there again.";
   viewer.wrong("file", why && `${state.program?.file ?? "The program"} ${why}. ${way}`);
 }
 
@@ -124,16 +143,21 @@ function ended(others) {
 
 const heard = {
   scene: (scene) => texts.into(scene),
-  program: ({ file }) => { document.title = file; other(); },
-  doubts: ({ doubts }) => { element("doubts").replaceChildren(...told(doubts.join("\n\n"))); element("doubts").hidden = !doubts.length; },
+  program: ({ file }) => { document.title = file; viewer.wrong("measure", ""); other(); noted(); },
+  settings: noted,
+  stopped: noted,
+  doubts: ({ doubts, notes }) => {
+    element("doubts").replaceChildren(...told(doubts.join("\n\n")));
+    element("doubts").hidden = !doubts.length;
+    element("notes").className = "";
+    element("notes").replaceChildren(...notes.map((text) => made("li", { textContent: text })));
+  },
   gone,
   refused,
-  cancelled: ({ of }) => { if (of === "measure") element("measures-head").textContent = "Measures: not of this part yet"; },
+  unmeasured,
   measuring: ({ output }) => {
-    viewer.wrong("measure", "");
     element("measures").hidden = false;
-    element("measures-head").textContent = `Measuring ${output} ...`;
-    element("rows").style.opacity = 0.5;  // of the part as it was
+    element("measures-head").textContent = `Measuring ${output} ...${element("rows").children.length ? " not of this part yet" : ""}`;
   },
   checked,
   measured,
@@ -143,14 +167,15 @@ let opened = 0;
 const line = new Line(
   (word) => {
     heard[word.say]?.(word);
-    viewer.heard(word);
+    if (word.say !== "settings" || --unanswered === 0) viewer.heard(word);
     source.heard(word);
   },
   () => {
     for (const of of ["line", "file"]) viewer.wrong(of, "");
     texts.forget();
+    unanswered = 0;
     if (opened++) source.again();
   },
   ended,
-  () => (state.program ? written(viewer) : location.hash.slice(1)),
+  address,
 );

@@ -1,5 +1,5 @@
 // The section of a viewer: across which axis, where, and which side is kept.
-import { shown } from "./controls.js";
+import { length, shown } from "./controls.js";
 
 export const AXES = ["x", "y", "z"];
 
@@ -20,6 +20,7 @@ export const section = {
     }
     section.axis = axis;
     state.beyond = false;
+    this.wrong("section", "");
     this.ask.cut(section);
     this.across();
     this.show();
@@ -35,9 +36,17 @@ export const section = {
     const lo = scene.lo[axis], hi = scene.hi[axis];
     Object.assign(element("offset"), { min: lo, max: hi });
     element("offset").value = offset;
-    if (this.root.activeElement !== element("offset-number")) element("offset-number").value = shown(offset);
+    if (!element("offset-number").writing()) element("offset-number").say(shown(offset));
     element("offset-beyond").hidden = !beyond && offset >= lo && offset <= hi;
     element("offset-beyond").textContent = `The part is between ${Number(lo.toPrecision(4))} and ${Number(hi.toPrecision(4))} mm.`;
+  },
+
+  // A place that was written, in mm or with a unit.
+  placed(text) {
+    const place = length(text, this.state.program?.lengths ?? {});
+    if (Number.isFinite(place)) return this.cutAt(place, true);
+    this.element("offset-number").say(shown(this.section.offset));
+    this.wrong("section", `\`${text}\` is no place of the section: write a number of mm, or one with a unit, as in 0.5cm`);
   },
 
   // A hand sets the section to what can be read; a number that is `written` stays as it is.
@@ -45,10 +54,11 @@ export const section = {
     const { section, state, state: { scene } } = this, { axis } = section;
     if (axis < 0 || !scene) return;
     const lo = scene.lo[axis], hi = scene.hi[axis];
-    const wanted = !Number.isFinite(offset) ? section.offset : written ? offset : readable(offset, lo, hi);
+    const wanted = written ? offset : readable(offset, lo, hi);
     section.offset = Math.min(Math.max(wanted, lo), hi);
     state.beyond = written && wanted !== section.offset;
-    this.element("offset-number").value = shown(section.offset);
+    this.wrong("section", "");
+    this.element("offset-number").say(shown(section.offset));
     this.ask.cut(section);
     this.across();
     this.moved();

@@ -1,12 +1,10 @@
 // A part with its controls: the picture, its section and colours, its params and outputs. Of `pore view` and of the widget of
 // notebooks, which differ in who is asked for what is set. Elements are those of page.html, by id, in a document or a shadow root.
 import { Camera, VIEWS } from "./camera.js";
-import { control, legend, made, outputs, told } from "./controls.js";
+import { control, entry, legend, made, outputs, told } from "./controls.js";
 import { hands } from "./hands.js";
 import { Painter } from "./painter.js";
 import { AXES, section } from "./section.js";
-
-const before = (still) => still && `The picture is as before: ${still}.`;
 
 export class Viewer {
   // `ask` is told what is set here: `set(settings)`, `show({ outputs, paint, plane })`, `preset(name)`, `cancel(of)`, `cut(section)`.
@@ -55,13 +53,13 @@ export class Viewer {
       element("axes").append(button);
     }
     element("offset").oninput = () => this.cutAt(Number(element("offset").value));
-    element("offset-number").onchange = () => this.cutAt(parseFloat(element("offset-number").value), true);
+    entry(element("offset-number"), (text) => this.placed(text));
     element("said-again").onclick = () => Object.values(this.told).find((one) => one.again).again();
     element("flip").onclick = () => { this.section.keeps *= -1; this.ask.cut(this.section); this.moved(); };
     element("plane").onclick = () => { this.state.plane = !this.state.plane; this.across(); this.show(); };
     element("paint").onchange = () => { this.state.paint = element("paint").value.trim(); this.show(); };
-    element("presets").onchange = () => { if (element("presets").value) this.ask.preset(element("presets").value); };
-    element("defaults").onclick = () => this.ask.preset("");
+    element("presets").onchange = () => { if (element("presets").value) this.preset(element("presets").value); };
+    element("defaults").onclick = () => this.preset("");
   }
 
   // ---- what is said -------------------------------------------------------------------------------------------------
@@ -73,7 +71,7 @@ export class Viewer {
     else delete this.told[of];
     const { line, file, ...others } = this.told;  // what keeps all else from being done is said first
     const all = [line, file, ...Object.values(others)].filter(Boolean), one = all.find((some) => some.again);
-    element("said-text").replaceChildren(...told(all.map((some) => some.text).join("\n\n")));
+    element("said-text").replaceChildren(...told([...new Set(all.map((some) => some.text))].join("\n\n")));
     element("said").hidden = !all.length;
     element("said-again").hidden = !one;
     element("said-again").textContent = one?.label ?? "";
@@ -100,16 +98,16 @@ export class Viewer {
     else if (say === "program") this.programmed(word);
     else if (say === "doing") this.doing(of, word.what, word.share);
     else if (say === "done") this.doing(of, "");
-    else if (say === "refused") this.wrong(of, word.text && [word.text, before(word.still)].filter(Boolean).join("\n\n"));
+    else if (say === "refused") this.wrong(of, word.text);
     else if (say === "settings") this.put(word.settings);
     else if (say === "stopped") this.stopped(word);
   }
 
   // A picture that was asked for was cancelled: what is shown is what the controls say, and the picture can be asked for again.
-  stopped({ still, wish }) {
+  stopped({ text, wish }) {
     const { outputs, paint, plane } = this.state;
     this.wished(wish);
-    this.wrong("scene", `Cancelled. ${before(still) || "Nothing is drawn yet."}`, "Try again", () => {
+    this.wrong("scene", text, "Try again", () => {
       this.wrong("scene", "");
       this.wished({ outputs, paint, plane });
       this.show();
@@ -156,7 +154,7 @@ export class Viewer {
   // The first picture of a scene is there: what is said of it holds from now on.
   pictured() {
     this.doing("shader", "");
-    legend(this.element("legend"), this.state.scene.scale);
+    legend(this.element("legend"), this.state.scene);
   }
 
   fit() {
@@ -182,11 +180,19 @@ export class Viewer {
 
   set(name, value) {
     this.state.settings[name] = value;
-    if (!this.waiting.size) requestAnimationFrame(() => {
-      this.ask.set(Object.fromEntries(this.waiting));
-      this.waiting.clear();
-    });
+    if (!this.waiting.size) requestAnimationFrame(() => this.sent());
     this.waiting.set(name, value);
+  }
+
+  // What waits is told now: what follows is to be later than that.
+  sent() {
+    if (this.waiting.size) this.ask.set(Object.fromEntries(this.waiting));
+    this.waiting.clear();
+  }
+
+  preset(name) {
+    this.sent();
+    this.ask.preset(name);
   }
 
   // Settings that were made elsewhere.
@@ -215,9 +221,13 @@ export class Viewer {
     element("outputs").hidden = bodies.length < 2;
     if (bodies.length < 2) return;
     const drawn = state.scene?.bodies ?? [];
-    const names = drawn.map((body) => body.name);
     const colours = new Map(drawn.map((body) => [body.name, body.colour]));
-    element("outputs").replaceChildren(made("h2", { textContent: "Outputs" }), ...outputs(bodies, names, colours, (next) => { state.outputs = next; this.show(); }));
+    const asked = () => {  // what is drawn may be of before
+      const wanted = bodies.filter((name) => state.outputs.includes(name));
+      return wanted.length ? wanted : (state.scene?.bodies ?? []).map((body) => body.name);
+    };
+    const show = (next) => { state.outputs = next; this.show(); };
+    element("outputs").replaceChildren(made("h2", { textContent: "Outputs" }), ...outputs(bodies, asked, colours, show));
   }
 
   programmed(program) {
@@ -227,9 +237,12 @@ export class Viewer {
     if (!state.scene && program.wish) this.wished(program.wish);
     element("file").textContent = program.file;
     this.wrong("text", program.wrong.join("\n\n"));
-    state.settings = Object.fromEntries(program.params.filter((p) => p.value !== p.default).map((p) => [p.name, p.value]));
+    state.settings = Object.fromEntries(program.params.map((p) => [p.name, p.value]));
     element("params-all").hidden = !program.params.length;
-    element("params").replaceChildren(...program.params.map((param) => control(param, (name, value) => this.set(name, value))));
+    element("params").replaceChildren(...program.params.map((param) => control(param, (name, value) => {
+      if (state.program === program) this.set(name, value);  // a box that is taken away sets nothing
+    })));
+    this.put(Object.fromEntries(this.waiting));  // is later than this
     element("presets").hidden = !program.presets.length;
     element("presets").replaceChildren(new Option("preset ...", ""), ...program.presets.map((name) => new Option(name)));
     element("fields").replaceChildren(...program.fields.map((name) => made("option", { value: name })));

@@ -28,7 +28,7 @@ _WITH: Mapping[str, tuple[int, ...]] = {
     "to_porosity": (1, -1),
     "shell_to_porosity": (0, -1),
 }
-_LEAST: Mapping[str, float] = {"volume": 0.0, "area": 0.0, "porosity": 0.0, "shell_to_porosity": 0.0}
+_LEAST: Mapping[str, float] = {"volume": 0.0, "area": 0.0, "porosity": 0.0, "shell_to_porosity": 0.0, "min_wall": 0.0}
 _MOST: Mapping[str, float] = {"porosity": 1.0}
 #: What is known of a number that is yet to be found, where no more is.
 _FARTHEST = 1e30
