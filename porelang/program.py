@@ -113,8 +113,10 @@ class Program(Doors):
     @property
     def files(self) -> tuple[str, ...]:
         """The files that it comes from: its own (or the name of its text), those that it uses, and its data."""
-        data = (n.value[1] for n in order(self.graph.roots) if n.op in READERS and isinstance(n.value, tuple))
-        return tuple(dict.fromkeys([self.source.name, *(s.name for s in self.used.values()), *map(str, data)]))
+        reads = (n.value for n in order(self.graph.roots) if n.op in READERS and isinstance(n.value, tuple))
+        # a cell by its name is one word, and one of listed bars has none
+        data = (str(value[1]) for value in reads if value[0] and len(value) > 1)
+        return tuple(dict.fromkeys([self.source.name, *(s.name for s in self.used.values()), *data]))
 
     @cached_property
     def places(self) -> dict[Node, Span]:

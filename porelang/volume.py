@@ -79,7 +79,9 @@ def write_volume(
     ending = Path(path).suffix.lower()
     if ending not in ENDINGS:
         raise fail(
-            "E112", f"{path}: volumes are written as {' or '.join(ENDINGS)}", hint="end the name with one of them"
+            "E112",
+            f"{path}: volumes are written as {' or '.join(ENDINGS)}",
+            hint="end the name with one of them; `pore volume FILE -o part.3mf` writes the function of a part",
         )
     box = checked_bounds(bounds) if bounds is not None else design.bounds(name)
     nodes = nodes_of(box, voxel, 128 if voxel is None and resolution is None else resolution, bounds is None)

@@ -28,7 +28,7 @@ STOREYS = {
     "stamps": 4,
     "settings": 5, "program": 5, "field": 5, "doors": 5, "contracts": 5, "doubts": 5, "checks": 5, "refusals": 5,
     "compiler": 5, "extents": 5, "outputs": 5, "expression": 5,
-    "mesh": 6, "measure": 6, "pieces": 6, "render": 6, "slices": 6, "volume": 6, "notation": 6,
+    "mesh": 6, "measure": 6, "pieces": 6, "render": 6, "slices": 6, "volume": 6, "threemf": 6, "notation": 6,
     "tetrahedra": 6, "strength": 6, "homogenize": 6, "optimize": 6,
     "conformance": 6, "session": 6, "assist": 6, "cli": 7, "lsp": 7, "repl": 7, "preview": 7, "__main__": 7,
     "html": 0, "highlight": 6, "bound": 5, "values": 5, "picture": 5, "asked": 6, "notebook": 7,

@@ -29,7 +29,20 @@ COMMANDS: dict[str, Command] = {
         Command(
             "mesh",
             "write the surface of the part, watertight, in mm: .stl .obj .ply .3mf .glb .vtp",
-            (*ASK, "output", "spacing", "resolution", "bounds", *REFINE, "force", "backend", "dtype", "json", "quiet"),
+            (
+                *ASK,
+                "output",
+                "spacing",
+                "resolution",
+                "bounds",
+                *REFINE,
+                "force",
+                "beams",
+                "backend",
+                "dtype",
+                "json",
+                "quiet",
+            ),
             "pore mesh specimen.pore -o part.stl --voxel 1mm --set w=25mm",
         ),
         Command(
@@ -92,7 +105,8 @@ COMMANDS: dict[str, Command] = {
         ),
         Command(
             "volume",
-            "write the values of the field on a grid, and of others: .vti for ParaView, .npz for NumPy",
+            "write the values of the field on a grid, and of others: .vti for ParaView, .npz for NumPy; "
+            "or the field as a function: .3mf",
             (*ASK, "output", "fields", "voxel", "resolution", "bounds", "backend", "dtype", "json", "quiet"),
             "pore volume specimen.pore -o specimen.vti --voxel 1mm",
         ),

@@ -1,4 +1,4 @@
-"""E100-E119, E196: what is asked of a program: its outputs, bounds, points, meshes and files, its names."""
+"""E100-E119, E196-E198: what is asked of a program: its outputs, bounds, points, meshes and files, its names."""
 
 from __future__ import annotations
 
@@ -177,5 +177,25 @@ REQUESTS = (
         "files; a new name is letters, digits and _, and is bound to nothing else in the file.",
         "",
         "",
+    ),
+    Code(
+        "E197",
+        "what no function of 3MF can say",
+        "`pore volume part.pore -o part.3mf` writes the field as a graph of the nodes that the Volumetric and\n"
+        "Implicit extensions of 3MF have. They have none that searches bars or random sites, draws numbers by chance\n"
+        "or finds principal values, and their images are read linearly. `sample(f, 1mm, body)` evaluates such a field\n"
+        "on a grid over the box of a solid: that is written as an image. Or write a mesh.",
+        "",
+        "let body = box([20, 20, 20])\nbody & sample(voronoi_cells(8mm, 1mm), 0.5mm, body)",
+    ),
+    Code(
+        "E198",
+        "a part that is no union of bars",
+        "`pore mesh part.pore -o part.3mf --beams` writes bars as bars: their ends and radii, in place of triangles.\n"
+        "The part has to be `truss(...)` or `frame(...)`, moved or turned if need be, or several of these joined by\n"
+        "`|`, alone or within a solid, `truss(...) & box([50, 50, 50])`. Fillets, walls, other shapes, radii that\n"
+        "vary and places that are bent or scaled are no bars: leave out --beams for a mesh.",
+        "",
+        'truss("octet", 10mm, 0.6mm) & box([50, 50, 50])',
     ),
 )

@@ -6,40 +6,19 @@ Each writer gives a stream of bytes in pieces of AT_ONCE rows, so that a mesh is
 from __future__ import annotations
 
 import json
-import re
 import struct
-import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import BinaryIO
-from xml.sax.saxutils import escape, quoteattr
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
 
 from porelang.diagnostics import fail
 from porelang.mesh.surface import AT_ONCE, Surface
+from porelang.threemf.package import NUMBER, Notes, package
 
-Notes = Mapping[str, str]
 Rows = NDArray[np.float64] | NDArray[np.int32]
-
-CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
-RELATIONS = "http://schemas.openxmlformats.org/package/2006"
-OURS = "urn:porelang"
-HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
-TYPES = (
-    f'{HEAD}<Types xmlns="{RELATIONS}/content-types">'
-    '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
-    '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>'
-)
-MODEL = "3D/3dmodel.model"
-LINKS = (
-    f'{HEAD}<Relationships xmlns="{RELATIONS}/relationships">'
-    f'<Relationship Target="/{MODEL}" Id="model" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>'
-    "</Relationships>"
-)
-#: Decimal digits of a coordinate in a text.
-DIGITS = 12
-NUMBER = f"%.{DIGITS}g"
 METRE = 1e-3  # of a millimetre
 # glTF's up is +y and ours +z: a turn by -90 degrees about x, as a quaternion.
 UPRIGHT = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]
@@ -61,43 +40,19 @@ def raw(rows: Rows, dtype: str) -> Iterator[bytes]:
 
 def write_3mf(surface: Surface, file: BinaryIO, notes: Notes) -> None:
     """3MF core: a zip of one model in millimetres, with the notes as metadata `pore:NAME`."""
-    metadata = "".join(
-        f'<metadata name="pore:{_name(name)}" preserve="1" type="xs:string">{escape(_printable(text))}</metadata>'
-        for name, text in notes.items()
-    )
-    begin = (
-        f'{HEAD}<model unit="millimeter" xml:lang="en-US" xmlns="{CORE}" xmlns:pore="{OURS}">'
-        f'<metadata name="Application">porelang</metadata>{metadata}'
-        '<resources><object id="1" type="model"><mesh><vertices>\n'
-    )
-    end = '</triangles></mesh></object></resources><build><item objectid="1"/></build></model>\n'
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as package:
-        for path, text in (("[Content_Types].xml", TYPES), ("_rels/.rels", LINKS)):
-            package.writestr(_entry(path), text)
-        with package.open(_entry(MODEL), "w", force_zip64=True) as model:
-            model.write(begin.encode())
-            for piece in lines(f'<vertex x="{NUMBER}" y="{NUMBER}" z="{NUMBER}"/>\n', surface.vertices):
-                model.write(piece)
-            model.write(b"</vertices><triangles>\n")
-            for piece in lines('<triangle v1="%d" v2="%d" v3="%d"/>\n', surface.faces):
-                model.write(piece)
-            model.write(end.encode())
+    with package(file, notes, build=1) as model:
+        write_mesh(model, 1, surface)
 
 
-def _entry(path: str) -> zipfile.ZipInfo:
-    """A member of the package without the time of day, so that the same part gives the same file."""
-    entry = zipfile.ZipInfo(path, (1980, 1, 1, 0, 0, 0))
-    entry.compress_type = zipfile.ZIP_DEFLATED
-    return entry
-
-
-def _name(name: str) -> str:
-    return re.sub(r"[^\w.-]", "_", name)
-
-
-def _printable(text: str) -> str:
-    """The text without the control characters that XML cannot hold."""
-    return "".join(c if c.isprintable() or c in "\t\n" else "\ufffd" for c in text)
+def write_mesh(model: BinaryIO, number: int, surface: Surface) -> None:
+    """A surface as an object of a 3MF model, by its number there."""
+    model.write(f'<object id="{number}" type="model"><mesh><vertices>\n'.encode())
+    for piece in lines(f'<vertex x="{NUMBER}" y="{NUMBER}" z="{NUMBER}"/>\n', surface.vertices):
+        model.write(piece)
+    model.write(b"</vertices><triangles>\n")
+    for piece in lines('<triangle v1="%d" v2="%d" v3="%d"/>\n', surface.faces):
+        model.write(piece)
+    model.write(b"</triangles></mesh></object>")
 
 
 def write_glb(surface: Surface, file: BinaryIO, notes: Notes) -> None:

@@ -11,8 +11,9 @@ import numpy as np
 
 from porelang.atomic import save
 from porelang.diagnostics import fail, suggest
-from porelang.mesh.exchange import DIGITS, METRE, NUMBER, Notes, lines, raw, write_3mf, write_glb, write_vtp
+from porelang.mesh.exchange import METRE, lines, raw, write_3mf, write_glb, write_vtp
 from porelang.mesh.surface import AT_ONCE, Surface, decimal, single
+from porelang.threemf.package import DIGITS, NUMBER, Notes
 
 Writer = Callable[[Surface, BinaryIO, Notes], None]
 #: Formats that keep every bit.

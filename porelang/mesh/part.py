@@ -13,6 +13,7 @@ from porelang.analysis.enclose import F32, F64
 from porelang.backends.numpy import Dtype, NumpyField
 from porelang.diagnostics import PoreError, fail
 from porelang.field import Backend, Bounds, checked_bounds, make_field, number_type
+from porelang.formula import Formula
 from porelang.ir import node
 from porelang.mesh import Grid, Surface, extract, project
 from porelang.mesh.grid import Point
@@ -76,8 +77,20 @@ def surface_of(
     does not fit the memory goes to files without names in `folder`.
     Errors: E100-E103 about the output, E110, E111, E114 about the field on the grid.
     """
-    placed = placed or grid_of(design, name)
-    formula = design.of(name)
+    return surface_in(design, design.of(name), placed or grid_of(design, name), backend, dtype, threads, prune, folder)
+
+
+def surface_in(
+    design: Design,
+    formula: Formula,
+    placed: Placed,
+    backend: Backend = "numpy",
+    dtype: Dtype | None = None,
+    threads: int | None = None,
+    prune: bool = True,
+    folder: Path | None = None,
+) -> Surface:
+    """The closed surface of a formula of a design on a grid: see `surface_of`."""
     dtype = dtype or number_type(formula, Box(*placed.cut), placed.grid.spacing, backend, "f32")
     field = make_field(formula, design.program.ranges, backend, dtype, threads=1)
     precision = F32 if field.backend == "glsl" or dtype == "f32" else F64

@@ -36,6 +36,10 @@ MESHES: dict[str, Option] = {
         ("--resolution",),
         {"metavar": "N", "type": values.count, "help": "in place of a voxel: samples along the longest side"},
     ),
+    "beams": (
+        ("--beams",),
+        {"action": "store_true", "help": "in .3mf, write a truss or a frame as bars in place of triangles"},
+    ),
     "smooth": (("--smooth",), {"action": "store_true", "help": "move the vertices onto the field"}),
     "sharp": (("--sharp",), {"action": "store_true", "help": "sharp rims where surfaces meet; includes --smooth"}),
     "simplify": (
