@@ -263,6 +263,8 @@ def test_the_ground_is_a_distance_where_it_is_a_plane() -> None:
         ("nearest_site(p / 10, 0, x).f1", "E063", "varies in space"),
         ("nearest_site([1mm, 2mm, 3mm]).f1", "E062", "size of a cell"),
         ("random(5)", "E060", "a place"),
+        ("random(p, 8388608).x", "E064", "8,388,607"),
+        ("perlin(9, seed=123456789)", "E064", "8,388,607"),
         ("random(p, gyroid(9))", "E063", "varies in space"),
         ("particles(10, 4, jitter=1.5)", "E064", "jitter"),
         ("particles(10, 4, seed=0.5)", "E064", "whole"),

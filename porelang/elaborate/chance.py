@@ -5,6 +5,7 @@ from __future__ import annotations
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import ABSENT, POISON, Builtin, Record, Scalar, Value, Vector, as_vector, describe
 from porelang.ir import Node, Stage, const, node
+from porelang.ops.random import FARTHEST
 from porelang.source import Span
 from porelang.syntax import tree
 from porelang.units import RATIO
@@ -38,9 +39,24 @@ def _number(ctx: Context, value: Value, default: Scalar, span: Span, what: str) 
     return given.node
 
 
+def _seed(ctx: Context, value: Value, span: Span, call: str) -> Node | None:
+    """A seed, which float32 tells from the next one."""
+    seed = _number(ctx, value, _SEED, span, f"the seed of `{call}`")
+    if seed is None:
+        return None
+    known = ctx.constant(seed)
+    words = f"a seed lies between 0 and {FARTHEST - 1:,.0f}"
+    if known is not None and not 0 <= known < FARTHEST:
+        ctx.error("E064", f"`{call}` has no such seed", span, label=f"this is {known:g}", hint=words)
+        return None
+    if seed.stage is Stage.UNIFORM:
+        ctx.require(node("lt", seed, const(FARTHEST)), f"{words}, and not this of `{call}`", span, ())
+    return seed
+
+
 def _random(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     place = _place(ctx, values[0], places[0], "random")
-    seed = _number(ctx, values[1], _SEED, places[1], "the seed of `random`")
+    seed = _seed(ctx, values[1], places[1], "random")
     if place is None or seed is None:
         return POISON
     x, y, z = (node("random", *place.nodes, seed, value=name) for name in "xyz")
@@ -49,7 +65,7 @@ def _random(ctx: Context, site: tree.Call, values: list[Value], places: list[Spa
 
 def _nearest_site(ctx: Context, site: tree.Call, values: list[Value], places: list[Span]) -> Value:
     place = _place(ctx, values[0], places[0], "nearest_site")
-    seed = _number(ctx, values[1], _SEED, places[1], "the seed of `nearest_site`")
+    seed = _seed(ctx, values[1], places[1], "nearest_site")
     jitter = _number(ctx, values[2], _JITTER, places[2], "the jitter of `nearest_site`")
     if place is None or seed is None or jitter is None:
         return POISON
