@@ -5,7 +5,7 @@ from __future__ import annotations
 from porelang.elaborate.context import Context
 from porelang.elaborate.values import ABSENT, POISON, Builtin, Record, Scalar, Value, Vector, as_vector, describe
 from porelang.ir import Node, Stage, const, node
-from porelang.ops.random import FARTHEST
+from porelang.ops.points import FARTHEST
 from porelang.source import Span
 from porelang.syntax import tree
 from porelang.units import RATIO

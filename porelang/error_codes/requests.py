@@ -184,7 +184,8 @@ REQUESTS = (
         "`pore volume part.pore -o part.3mf` writes the field as a graph of the nodes that the Volumetric and\n"
         "Implicit extensions of 3MF have. They have none that searches bars or random sites, draws numbers by chance\n"
         "or finds principal values, and their images are read linearly. `sample(f, 1mm, body)` evaluates such a field\n"
-        "on a grid over the box of a solid: that is written as an image. Or write a mesh.",
+        "on a grid over the box of a solid: that is written as an image. The error that is stated then is that of the\n"
+        "image: what is thinner than some four samples is lost or changed before. Or write a mesh.",
         "",
         "let body = box([20, 20, 20])\nbody & sample(voronoi_cells(8mm, 1mm), 0.5mm, body)",
     ),

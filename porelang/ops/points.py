@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 Values = NDArray[Any]
 Shape = tuple[int, ...]
 Triple = tuple[int, int, int]
+#: Beyond this cells of size 1 are not told apart by float32 any more: there are no random numbers, and no sites.
+FARTHEST = 2.0**23
 
 
 class Strided(NamedTuple):

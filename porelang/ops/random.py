@@ -13,12 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.interval import Interval, Mask
-from porelang.ops.points import places
+from porelang.ops.points import FARTHEST, places
 
 Values = NDArray[Any]
 RESULTS = ("x", "y", "z", "w")
-#: Beyond this cells are not told apart by float32 any more: there are no random numbers.
-FARTHEST = 2.0**23
 LARGEST = 1.0 - 2.0**-24
 
 
@@ -28,7 +26,7 @@ def random(x: Any, y: Any, z: Any, seed: Any, wanted: Sequence[str] = RESULTS) -
 
     at, shape = places(x, y, z, seed)
     out = np.empty((len(RESULTS), at.shape[1]), at.dtype)
-    loops.random(at, at.dtype.type(FARTHEST), out)
+    loops.random(at, out)
     return tuple(out[RESULTS.index(name)].reshape(shape)[()] for name in wanted)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.compiled import compiled
+from porelang.ops.points import FARTHEST
 
 Values = NDArray[Any]
 Word = Any  # a whole number of 32 bits, held in 64
@@ -16,6 +17,7 @@ HALF = np.uint64(16)
 FACTOR, ADDEND = np.uint64(1664525), np.uint64(1013904223)
 #: Of a hash, what is left when its lower bits are dropped: 24 bits, which float32 holds exactly.
 LOWER = np.uint64(8)
+PART = 2.0**-24
 
 
 @compiled
@@ -42,14 +44,14 @@ def word(whole: Any) -> Word:
 
 
 @compiled
-def random(at: Values, farthest: Any, out: Values) -> None:
+def random(at: Values, out: Values) -> None:
     """The four numbers of places and seeds at (4, n) into out (4, n)."""
     real = at.dtype.type
-    part = real(2.0**-24)
+    part = real(PART)
     for n in range(at.shape[1]):
         good = True
         for a in range(4):
-            good = good and abs(at[a, n]) < farthest
+            good = good and abs(at[a, n]) < FARTHEST
         if not good:
             for a in range(4):
                 out[a, n] = real(np.nan)

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from porelang.compiled import compiled
-from porelang.ops.random_loops import LOWER, pcg4d, word
+from porelang.ops.points import FARTHEST
+from porelang.ops.random_loops import LOWER, PART, pcg4d, word
 
 Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -25,8 +26,6 @@ PLACE = np.uint64(17)
 MIDDLE = 2**14
 #: Steps of the jitter from 0 to 1, and of places in a cell.
 STEPS = 256
-PART = 2.0**-24
-FARTHEST = 2.0**23
 
 
 @compiled

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from porelang.interval import Array, Interval, Mask
 from porelang.ir import ONE, ZERO, Node, node
-from porelang.ops.points import places
+from porelang.ops.points import FARTHEST, places
 
 Values = NDArray[Any]
 #: The distances from the three nearest sites and from the nearest wall; the gradients of each, which are unit vectors
@@ -23,7 +23,6 @@ Values = NDArray[Any]
 RESULTS = ("f1", "f2", "f3", "wall", *(a + k for k in ("1", "2", "3", "w") for a in "xyz"), "number")
 _AT = {"f1": "1", "f2": "2", "f3": "3", "wall": "w"}
 _WALLS = frozenset({"wall", "xw", "yw", "zw"})
-FARTHEST = 2.0**23
 #: No place is farther from the third site than this, whatever the jitter.
 MOST = 2.5
 #: Of float32.

@@ -58,7 +58,7 @@ class Names(Completer):
             return
         if line.startswith(":"):
             command, _, rest = line.partition(" ")
-            if COMMANDS.get(command, None) is not None and COMMANDS[command].takes.startswith(("FILE", "[FILE")):
+            if command in COMMANDS and COMMANDS[command].takes.startswith(("FILE", "[FILE")):
                 yield from PathCompleter(expanduser=True).get_completions(Document(rest), complete_event)
                 return
             line = rest

@@ -1,7 +1,7 @@
 """Layers for printing, straight from the field.
 
 `stack` is which layers there are and computes them piece by piece, `outline` finds the contours of one, `write` puts
-them into a folder, or into one file (`common`).
+them into a folder, or into one file (`layer_interface`).
 """
 
 from porelang.slices.folder import MANIFEST

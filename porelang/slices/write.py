@@ -18,7 +18,7 @@ from porelang.field import Backend, Bounds, Field, checked_bounds, make_field, n
 from porelang.formula import Formula
 from porelang.program import Design
 from porelang.progress import activity, tell
-from porelang.slices import common
+from porelang.slices import layer_interface
 from porelang.slices.folder import MANIFEST, digest_of, layers_folder, replace_folder
 from porelang.slices.outline import Ring, area_of, outlines
 from porelang.slices.stack import SLACK, Band, Format, Stack, check_lengths, layers, stack_of
@@ -86,13 +86,13 @@ def write_layer_file(
     stack, field, exact = _sampled(design, step, name, pixel, bounds, backend, dtype)
     areas: list[float] = []
     with replace_file(path) as file, activity(SLICING):
-        file.write(common.head(stack, design.program.output(name)).encode())
+        file.write(layer_interface.head(stack, design.program.output(name)).encode())
         for k, bands in layers(field, stack, frame=True):
             rings = _rings(bands, stack, k, exact)
-            file.write(common.layer(stack, k, rings).encode())
+            file.write(layer_interface.layer(stack, k, rings).encode())
             areas.append(area_of(rings))
             tell(k + 1, len(stack.z))
-        file.write(common.END.encode())
+        file.write(layer_interface.END.encode())
         _look_for_material(areas, stack)
     return _found("cli", stack, areas)
 

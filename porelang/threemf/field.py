@@ -126,7 +126,11 @@ def _refused(design: Design, name: str, n: Node) -> PoreError:
     # samples can be written, their derivatives cannot
     span = place_of(design, name, "d" if n.op == "lookup" else n.op)
     wanted = span.text if "\n" not in span.text and len(span.text) < 40 else "f"
-    sampled = f"`sample({wanted}, 1mm, body)` makes an image of it, over the box of the solid `body`"
+    # samples lose what is thin between them, and nothing later could tell: so it is told here
+    sampled = (
+        f"`sample({wanted}, 1mm, body)` makes an image of it, over the box of a solid, here called `body`; with "
+        "fewer than some four samples to the thinnest wall (`min_wall`) that is lost or thinner"
+    )
     ways = {
         "lookup_cubic": "leave out `smooth=true`: images are read linearly",
         **dict.fromkeys(_BARS, f"{sampled}; `pore mesh FILE -o part.3mf --beams` writes bars alone as bars"),
